@@ -1,0 +1,66 @@
+#include "base/error.h"
+
+#include <climits>
+
+namespace pellicle {
+
+namespace {
+
+std::string describe_failure(PetscErrorCode code, const char* file, int line) {
+  const char* text = nullptr;
+  PetscErrorMessage(code, &text, nullptr);
+  return std::string("PETSc error ") + std::to_string(code) + " (" + (text != nullptr ? text : "unknown") + ") at " +
+         file + ":" + std::to_string(line);
+}
+
+}  // namespace
+
+PetscFailure::PetscFailure(PetscErrorCode code, const char* file, int line)
+    : std::runtime_error(describe_failure(code, file, line)), code_(code) {}
+
+void together(MPI_Comm comm, const std::function<void()>& work) {
+  std::string message;
+  bool failed = false;
+  try {
+    work();
+  } catch (const Error& error) {
+    failed = true;
+    message = error.what();
+  }
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  int first_failed = failed ? rank : INT_MAX;
+  MPI_Allreduce(MPI_IN_PLACE, &first_failed, 1, MPI_INT, MPI_MIN, comm);
+  if (first_failed == INT_MAX) {
+    return;
+  }
+  int length = static_cast<int>(message.size());
+  MPI_Bcast(&length, 1, MPI_INT, first_failed, comm);
+  message.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(message.data(), length, MPI_CHAR, first_failed, comm);
+  throw Error(message);
+}
+
+void on_root(MPI_Comm comm, const std::function<void()>& work) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  together(comm, [&] {
+    if (rank == 0) {
+      work();
+    }
+  });
+}
+
+PetscErrorCode as_petsc_callback(const std::function<void()>& work) noexcept {
+  try {
+    work();
+    return 0;
+  } catch (const PetscFailure& failure) {
+    return failure.code();
+  } catch (const std::exception& error) {
+    return PetscError(PETSC_COMM_SELF, __LINE__, "callback", __FILE__, PETSC_ERR_LIB, PETSC_ERROR_INITIAL, "%s",
+                      error.what());
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <petscsys.h>
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace pellicle {
+
+/// Bad input, or a situation that the user must mend: `what()` is one line that names the file, key or element,
+/// the value, and what was expected. `main` prints it once and ends with exit code 1.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A PETSc call failed. PETSc has printed its own trace by then.
+class PetscFailure : public std::runtime_error {
+ public:
+  PetscFailure(PetscErrorCode code, const char* file, int line);
+  PetscErrorCode code() const { return code_; }
+
+ private:
+  PetscErrorCode code_;
+};
+
+/// Turns a PETSc error code into an exception: `check(VecNorm(x, NORM_2, &norm));`
+inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  if (PetscUnlikely(code != 0)) {
+    throw PetscFailure(code, file, line);
+  }
+}
+
+/// Runs `work` on every rank; when it throws Error on any rank, every rank throws the same Error, the one of
+/// the lowest such rank. Collective: put it round input handling that may fail on some ranks only.
+void together(MPI_Comm comm, const std::function<void()>& work);
+
+/// Runs `work` on rank 0 only; an Error there is thrown on every rank. Collective.
+void on_root(MPI_Comm comm, const std::function<void()>& work);
+
+/// Runs C++ code inside a C callback of PETSc: an exception becomes a PETSc error code.
+PetscErrorCode as_petsc_callback(const std::function<void()>& work) noexcept;
+
+}  // namespace pellicle

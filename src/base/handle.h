@@ -1,0 +1,48 @@
+#pragma once
+
+#include <petscksp.h>
+
+#include <utility>
+
+namespace pellicle {
+
+/// Owns one PETSc object: move-only, destroyed with its scope. Every handle must die before PetscFinalize.
+template <class T, PetscErrorCode (*destroy)(T*)>
+class Handle {
+ public:
+  Handle() = default;
+  Handle(Handle&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(object_, other.object_);
+    return *this;
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (object_ != nullptr) {
+      destroy(&object_);
+    }
+  }
+
+  /// The object itself, for calls that use it.
+  operator T() const { return object_; }  // NOLINT(google-explicit-constructor)
+
+  /// The slot for a creating call: `check(MatCreate(comm, a.create()));` An object held before is destroyed.
+  T* create() {
+    if (object_ != nullptr) {
+      destroy(&object_);
+    }
+    object_ = nullptr;
+    return &object_;
+  }
+
+ private:
+  T object_ = nullptr;
+};
+
+using VecHandle = Handle<Vec, VecDestroy>;
+using MatHandle = Handle<Mat, MatDestroy>;
+using KspHandle = Handle<KSP, KSPDestroy>;
+using IsHandle = Handle<IS, ISDestroy>;
+
+}  // namespace pellicle

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <petscvec.h>
+
+#include <vector>
+
+namespace pellicle {
+
+/// Who owns which item of a distributed numbering. Local numbers run over owned items, then ghosts; the global number of
+/// owned item i is `first + i`.
+struct Layout {
+  MPI_Comm comm = MPI_COMM_NULL;
+  PetscInt owned = 0;                  ///< items of this rank
+  PetscInt first = 0;                  ///< global number of its first item
+  PetscInt global = 0;                 ///< items of all ranks
+  std::vector<PetscInt> ghost_global;  ///< global numbers of the ghosts, which other ranks own
+
+  PetscInt ghosts() const { return static_cast<PetscInt>(ghost_global.size()); }
+  PetscInt local() const { return owned + ghosts(); }
+  PetscInt to_global(PetscInt local_number) const {
+    return local_number < owned ? first + local_number : ghost_global[static_cast<std::size_t>(local_number - owned)];
+  }
+};
+
+}  // namespace pellicle

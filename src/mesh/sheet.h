@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mesh/layout.h"
+
+namespace pellicle {
+
+/// The four sets of springs of the body-centred-square shell (burning paper, section 3.2), in the order of projection.
+enum class Colour { red = 0, green = 1, blue = 2, yellow = 3 };
+inline constexpr std::array<Colour, 4> all_colours{Colour::red, Colour::green, Colour::blue, Colour::yellow};
+inline constexpr std::array<const char*, 4> colour_names{"red", "green", "blue", "yellow"};
+
+/// The springs of one colour. Local numbers run over owned springs, then ghosts: springs of other ranks that end at a
+/// particle of this rank. Both ends of every local spring are local particles.
+struct SpringSet {
+  Layout layout;
+  std::vector<std::array<PetscInt, 2>> ends;  ///< local particle numbers
+  std::vector<double> initial_length;         ///< l^init [m]
+
+  PetscInt owned() const { return layout.owned; }
+  PetscInt local() const { return layout.local(); }
+};
+
+/// How well the mesh is spread over the ranks.
+struct PartitionQuality {
+  PetscInt edge_cut = 0;   ///< pairs of neighbouring cells on different ranks
+  double imbalance = 1.0;  ///< largest number of cells of a rank over the mean
+};
+
+/// A distributed quad sheet: the body-centred-square shell of section 3.2, as flat arrays.
+///
+/// Particles are the corner points (the mesh's vertices), then one lattice point a cell, at the mean of its corners plus
+/// the thickness along the cell's normal. Local numbers: owned corners, owned lattice points, ghosts.
+struct Sheet {
+  Layout particles;
+  PetscInt owned_corners = 0;          ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
+  PetscInt global_corners = 0;         ///< vertices of the whole mesh
+  PetscInt global_cells = 0;           ///< cells of the whole mesh
+  std::vector<PetscInt> persistent_id; ///< of each local particle: vertex number, or global_corners + cell number, in the file
+  std::vector<bool> is_lattice;        ///< of each local particle
+  Eigen::Matrix3Xd rest;               ///< undeformed positions of the local particles [m], (3 x local)
+  Eigen::Matrix2Xd uv;                 ///< texture coordinates of the local particles, (2 x local), or no columns
+  std::vector<double> initial_mass;    ///< m^init of the local particles [kg]
+
+  /// Cells whose corners and lattice point are local; owned cells come first. Local particle numbers, round the cell.
+  std::vector<std::array<PetscInt, 4>> cells;
+  std::vector<PetscInt> lattice;       ///< lattice particle of each cell
+  PetscInt owned_cells = 0;
+
+  std::array<SpringSet, 4> springs;    ///< by Colour
+  std::map<std::string, std::vector<PetscInt>> groups;  ///< named sets of local particles (corners)
+  PartitionQuality partition;
+
+  MPI_Comm comm() const { return particles.comm; }
+  SpringSet& of(Colour colour) { return springs[static_cast<std::size_t>(colour)]; }
+  const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
+};
+
+}  // namespace pellicle
