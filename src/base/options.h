@@ -3,11 +3,14 @@
 #include <mpi.h>
 
 #include <Eigen/Core>
-#include <iosfwd>
+#include <deque>
+#include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -15,6 +18,13 @@ namespace pellicle {
 
 /// Key points: rows of equal length. YAML `[[0 s, 0, 0, 0], [1 s, 1, 0, 0]]`; on the command line `0,0,0,0;1,1,0,0`.
 using Rows = std::vector<std::vector<double>>;
+
+/// The value of an option as it was written, not yet converted: a scalar has one row of one word, a list one row.
+struct WrittenValue {
+  enum class Kind { scalar, list, rows };
+  Kind kind = Kind::scalar;
+  std::vector<std::vector<std::string>> rows;
+};
 
 /// One declared option: everything that the deck reader, the command line, `-help` and the manual know of it.
 /// The default is the value that the variable holds when it is declared.
@@ -26,45 +36,152 @@ class Option {
   Option(std::string key, Variable variable);
 
   /// SI unit of the stored value, such as "m" or "1/(K s)"; "1", a pure number, unless said. Rows: one unit a column,
-  /// separated by commas.
+  /// separated by commas. @throws std::logic_error when it is not an SI unit.
   Option& unit(std::string text);
-  /// Allowed values, both ends included.
+  /// Allowed values of every number, both ends included.
   Option& range(double lowest, double highest);
   Option& at_least(double lowest);
   Option& more_than(double bound);
   /// The names that a string option takes.
   Option& choices(std::vector<std::string> names);
-  /// How many numbers a list must have; any number unless said.
+  /// How many entries a list (of Rows: a row) must have; any number unless said.
   Option& length(int count);
   Option& help(std::string text);
   /// Paper and equation, or where the default comes from.
   Option& source(std::string text);
 
-  // The declaration is read by the option table alone; see options.cpp for what belongs here.
+  /// "heat.diffusivity"
+  const std::string& key() const { return key_; }
+  /// "heat_diffusivity": the name on the command line, without the dash.
+  const std::string& name() const { return name_; }
+  const std::string& unit() const { return unit_; }
+  const std::string& help() const { return help_; }
+  const std::string& source() const { return source_; }
+  /// The value at declaration, in SI without its unit.
+  const std::string& default_text() const { return default_text_; }
+  /// "0 to 1", "at least 0", "3 numbers", the choices; empty when anything goes.
+  std::string range_text() const;
+  bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
+
+  /// The variable's value now, in the form that `assign` takes, in SI.
+  WrittenValue value() const;
+
+  /// Splits a value of the command line: lists at commas, Rows at semicolons too.
+  WrittenValue from_command_line(const std::string& text) const;
+
+  /// Checks a value and stores it. @throws Error saying what is wrong and what was expected, without naming the key.
+  void assign(const WrittenValue& written);
+
+  /// In words, the value that is expected: "a length such as 0.3 mm, at least 0".
+  std::string expected() const;
+
+ private:
+  double number(const std::string& word, const std::string& unit) const;
+  int integer(const std::string& word) const;
+  std::string chosen(const std::string& word) const;
+  void check_range(double value, const std::string& word) const;
+  [[noreturn]] void refuse(const std::string& problem) const;
+  const std::string& column_unit(std::size_t column) const;
+
+  std::string key_;
+  std::string name_;
+  Variable variable_;
+  std::string unit_ = "1";
+  std::vector<std::string> units_{"1"};  ///< of each column; one for all when it has one entry
+  std::optional<double> lowest_;
+  std::optional<double> highest_;
+  std::optional<double> bound_;  ///< itself not allowed
+  std::vector<std::string> choices_;
+  std::optional<std::size_t> length_;
+  std::string help_;
+  std::string source_;
+  std::string default_text_;
 };
 
 /// Every option of the program, grouped by the first word of its key (the module).
 ///
 /// A key such as "heat.diffusivity" is `heat: {diffusivity: ...}` in a deck and `-heat_diffusivity` on the command line.
+/// Solver options of PETSc stand below a solver prefix, `project: {ksp_type: cg}`; `petsc: {log_view: true}` holds others.
 class OptionTable {
  public:
-  OptionTable();
-  ~OptionTable();
+  /// Named objects of one kind, such as all bodies.
+  struct ObjectSection {
+    std::string key;   ///< "bodies"
+    std::string name;  ///< "bodies": of the command line
+    std::string help;
+    std::deque<Option> prototype;      ///< what an object has, with keys such as "bodies.NAME.radius"
+    std::vector<std::string> objects;  ///< the names that decks have created, in their order
+    std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
+  };
 
-  /// Declares an option stored in `variable`, which must outlive the table. @throws std::logic_error on a second use.
-  Option& add(std::string key, Option::Variable variable);
+  OptionTable() = default;
+  OptionTable(const OptionTable&) = delete;
+  OptionTable& operator=(const OptionTable&) = delete;
+
+  /// Declares an option stored in `variable`, which must outlive the table. Top-level keys have no dot ("dynamics").
+  /// @throws std::logic_error when the key, or its name on the command line, is in use.
+  Option& add(const std::string& key, Option::Variable variable);
 
   /// Declares named objects: `bodies: {ball: {radius: 0.2 m}}`, `-bodies_ball_radius 0.2`. The keys that
   /// `describe(table, object)` adds are relative to the object. A deck creates an object by naming it; the command
   /// line changes objects that a deck has created.
   template <class T>
-  void add_objects(std::string section, std::map<std::string, T>& objects, std::string help);
+  void add_objects(const std::string& section, std::map<std::string, T>& objects, std::string help) {
+    auto prototype = std::make_shared<T>();
+    add_object_section(section, std::move(help), [&objects, prototype](OptionTable& table, const std::string& object) {
+      describe(table, object.empty() ? *prototype : objects[object]);
+    });
+  }
 
   /// Names solver prefixes such as "project_" or "heat_": below one of them a PETSc solver option (`ksp_...`,
   /// `pc_...`, `sub_...`, ...) goes to PETSc's options database instead of being an error.
   /// `variants` such as {"red_", "green_"} may follow the prefix; PETSc options given for the prefix alone are
   /// handed to every variant that does not set them itself.
   void add_solver_prefix(std::string prefix, std::vector<std::string> variants = {});
+
+  /// The declared options and those of the objects created so far, in that order.
+  std::deque<Option>& options() { return options_; }
+  const std::deque<Option>& options() const { return options_; }
+  const std::deque<ObjectSection>& object_sections() const { return sections_; }
+
+  /// The option of a key or of a name on the command line (without the dash); null when there is none.
+  Option* find_key(const std::string& key);
+  Option* find_name(const std::string& name);
+  /// The objects of this key; null when there are none.
+  const ObjectSection* find_section(const std::string& key) const;
+  /// What `name` sets if the object in it exists: "bodies_ball_radius" gives the prototype's radius; null otherwise.
+  const Option* find_prototype(const std::string& name) const;
+  /// Whether decks may write a map at this key ("heat", "bodies.ball", "project.red").
+  bool is_group(const std::string& key) const;
+  /// All keys that a deck may hold: options, objects and groups.
+  std::vector<std::string> keys() const;
+
+  /// Adds an object to a section, if it is new. @throws Error when the name is not a word or its options would have
+  /// the name of others on the command line.
+  void create_object(const std::string& section, const std::string& object);
+
+  /// Whether the name (without the dash) is a PETSc option below a solver prefix.
+  bool is_solver_option(const std::string& name) const;
+  /// The names under which the variants of a solver prefix read a PETSc option that was given for the prefix alone.
+  std::vector<std::string> variant_names(const std::string& name) const;
+
+ private:
+  struct SolverPrefix {
+    std::string prefix;
+    std::vector<std::string> variants;
+  };
+
+  void add_object_section(const std::string& section, std::string help,
+                          std::function<void(OptionTable&, const std::string& object)> describe);
+
+  std::deque<Option> options_;
+  std::deque<ObjectSection> sections_;
+  std::vector<SolverPrefix> solver_prefixes_;
+  std::string base_;                        ///< "bodies.ball." while an object is described
+  std::deque<Option>* target_ = &options_;  ///< where `add` puts options
 };
+
+/// The name on the command line, without the dash, of a key: dots become underscores.
+std::string command_line_name(const std::string& key);
 
 }  // namespace pellicle

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace pellicle {
+
+/// Exponents of metre, kilogram, second and kelvin.
+using Dimension = std::array<int, 4>;
+
+/// A unit: a quantity of `value` in it is `factor * value + offset` in SI.
+struct Unit {
+  double factor = 1;
+  double offset = 0;  ///< not 0 for degC alone
+  Dimension dimension{};
+};
+
+/// A number as a deck gives it, converted to SI.
+struct Quantity {
+  double value = 0;
+  Dimension dimension{};
+  bool bare = false;  ///< without a unit: SI is meant, whatever the dimension
+};
+
+/// Reads a unit such as "mm", "kg/m^2", "1/(K s)", "W/(m^2 K)" or "degC"; "1" is the pure number. Factors are joined
+/// by a space or `*`; what follows a `/` must be in parentheses when it has several factors.
+/// Known: m g s K N Pa J W Hz l with the prefixes n u m c k M G; t min h bar rad deg % degC.
+/// @throws Error naming the part that was not understood.
+Unit parse_unit(const std::string& text);
+
+/// Reads "0.3 mm", "450 degC" or "1e-3". @throws Error when there is no finite number, or an unknown unit.
+Quantity parse_quantity(const std::string& text);
+
+/// In words, what a quantity of this unit looks like: "a length such as 0.3 mm", "a quantity in 1/(K s)".
+std::string example_of(const std::string& unit);
+
+/// The shortest text that reads back as the same number.
+std::string number_text(double value);
+
+}  // namespace pellicle
