@@ -121,6 +121,10 @@ class OptionTable {
   /// Declares an option stored in `variable`, which must outlive the table. Top-level keys have no dot ("dynamics").
   /// @throws std::logic_error when the key, or its name on the command line, is in use.
   Option& add(const std::string& key, Option::Variable variable);
+  template <class T>
+  Option& add(const std::string& key, T& variable) {
+    return add(key, Option::Variable(&variable));
+  }
 
   /// Declares named objects: `bodies: {ball: {radius: 0.2 m}}`, `-bodies_ball_radius 0.2`. The keys that
   /// `describe(table, object)` adds are relative to the object. A deck creates an object by naming it; the command
