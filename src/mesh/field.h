@@ -14,6 +14,10 @@ class Field {
   Field() = default;
   /// Zeros. Collective.
   Field(const Layout& layout, int components);
+  Field(Field&&) = default;
+  Field& operator=(Field&&) = default;
+  Field(const Field&) = delete;
+  Field& operator=(const Field&) = delete;
 
   int components() const { return static_cast<int>(values_.rows()); }
   /// All local values, ghosts last, (components x local). Writing to the owned part must be followed by update_ghosts.

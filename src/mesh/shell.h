@@ -1,0 +1,20 @@
+#pragma once
+
+#include "mesh/sheet.h"
+#include "mesh/sheet_options.h"
+#include "mesh/surface_mesh.h"
+
+namespace pellicle {
+
+/// Spreads a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section 3.2).
+///
+/// Every rank receives its cells and two layers of its neighbours' cells, so that every spring that ends at a particle of
+/// the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
+/// @param mesh checked quads (see require_quads); only rank 0's is read
+Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
+
+/// Rest positions plus the initial noise of the options: each component uniform in +- perturbation times the mean cell
+/// edge, a function of seed and persistent id only. @returns (3 x local) [m]. Collective.
+Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);
+
+}  // namespace pellicle
