@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/options.h"
+#include "mesh/field.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// Particles that are held, as a deck gives them: one of the named objects `pins`. What several selectors choose adds up.
+struct PinOptions {
+  std::vector<std::string> corners;  ///< "all", or names such as "max_y" or "min_x_max_y"
+  std::vector<double> box;           ///< two opposite points of a box in the undeformed sheet [m], or empty
+  std::string layer = "both";        ///< what the box selects: "corners", "lattice" or "both"
+  std::vector<int> vertices;         ///< persistent ids
+  std::string group;                 ///< of the mesh
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
+  Rows path;                                           ///< time [s], displacement [m]
+};
+
+void describe(OptionTable& table, PinOptions& options);
+
+/// Which particles are held, and where they are at each time: their undeformed place, moved without turning.
+class Pins {
+ public:
+  /// Collective. The sheet must outlive the pins.
+  /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
+  Pins(const Sheet& sheet, const std::map<std::string, PinOptions>& options);
+
+  /// Of each local particle, ghosts included.
+  const std::vector<bool>& pinned() const { return pinned_; }
+  /// Pinned particles of all ranks.
+  PetscInt global_count() const { return global_count_; }
+
+  /// Puts the pinned local particles, ghosts included, where they are at `time` [s]. Not collective.
+  /// @param positions [m]
+  void impose(Field& positions, double time) const;
+
+ private:
+  struct Pin {
+    Eigen::Vector3d velocity;
+    Rows path;
+    std::vector<PetscInt> particles;  ///< local numbers, ghosts included
+  };
+
+  const Sheet* sheet_;
+  std::vector<Pin> pins_;
+  std::vector<bool> pinned_;
+  PetscInt global_count_ = 0;
+};
+
+/// The geometric corners of the sheet: corner particles that belong to one cell only.
+/// @returns for each owned corner particle. Collective
+std::vector<bool> geometric_corners(const Sheet& sheet);
+
+}  // namespace pellicle
