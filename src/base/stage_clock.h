@@ -1,0 +1,58 @@
+#pragma once
+
+#include <petscsys.h>
+
+#include <string>
+#include <vector>
+
+namespace pellicle {
+
+/// What one stage of a step has cost so far.
+struct StageTime {
+  std::string name;
+  int calls = 0;
+  double seconds = 0;      ///< wall time, all calls
+  double lap_seconds = 0;  ///< wall time since StageClock::start_lap
+};
+
+/// Wall time of each stage of a simulation. Every stage is also a PETSc log event, so that `-log_view` has one line a
+/// stage. Stages do not nest.
+class StageClock {
+ public:
+  /// The stages in the order of the tables to come, the same on all ranks. PETSc must be initialised.
+  explicit StageClock(const std::vector<std::string>& names);
+
+  /// Times a stage from here to the end of its scope.
+  class Timer {
+   public:
+    Timer(const Timer&) = delete;
+    Timer& operator=(const Timer&) = delete;
+    ~Timer();
+
+   private:
+    friend class StageClock;
+    Timer(StageTime& stage, PetscLogEvent event);
+
+    StageTime& stage_;
+    PetscLogEvent event_;
+    double start_;
+  };
+
+  /// `const auto timer = clock.time("heat");` @throws std::logic_error if the stage was not declared.
+  [[nodiscard]] Timer time(const std::string& name);
+
+  /// Sets every stage's lap_seconds to 0: call it at the beginning of a step.
+  void start_lap();
+
+  /// This rank's times, in the order of the constructor.
+  const std::vector<StageTime>& stages() const { return stages_; }
+  /// Wall time since the clock was made [s].
+  double elapsed() const;
+
+ private:
+  std::vector<StageTime> stages_;
+  std::vector<PetscLogEvent> events_;
+  double start_;
+};
+
+}  // namespace pellicle
