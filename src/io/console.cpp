@@ -1,0 +1,111 @@
+#include "io/console.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "base/stage_clock.h"
+
+namespace pellicle {
+
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
+  char text[256];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+int print_interval(MPI_Comm comm, int monitor, bool terminal) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  if (rank != 0) {
+    return 0;
+  }
+  return monitor == 0 && terminal ? 1 : monitor;
+}
+
+}  // namespace
+
+bool stdout_is_terminal() {
+  if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) {
+    return isatty(STDOUT_FILENO) != 0;
+  }
+  // The parent is mpirun itself where rank 0 runs beside it; elsewhere it is a daemon without a terminal.
+  std::FILE* output = std::fopen(formatted("/proc/%d/fd/1", static_cast<int>(getppid())).c_str(), "a");
+  const bool terminal = output != nullptr && isatty(fileno(output)) != 0;
+  if (output != nullptr) {
+    std::fclose(output);
+  }
+  return terminal;
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 9.95) {
+    return formatted("%.2g s", seconds);
+  }
+  const long whole = std::lround(seconds);
+  if (whole < 60) {
+    return formatted("%ld s", whole);
+  }
+  if (whole < 3600) {
+    return formatted("%ld min %02ld s", whole / 60, whole % 60);
+  }
+  return formatted("%ld h %02ld min", whole / 3600, whole % 3600 / 60);
+}
+
+Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal)
+    : comm_(comm), interval_(print_interval(comm, monitor, terminal)), stream_(stream), start_(MPI_Wtime()) {}
+
+void Console::say(const std::string& line) {
+  if (interval_ > 0) {
+    stream_ << line << std::endl;
+  }
+}
+
+void Console::progress(const Progress& progress) {
+  if (interval_ == 0 || progress.step % interval_ != 0) {
+    return;
+  }
+  const double elapsed = MPI_Wtime() - start_;
+  const std::string left = progress.share > 0 ? duration_text(elapsed * (1 - progress.share) / progress.share) : "?";
+  say(formatted("step %6d  time %-10.5g s %5.1f %%  left %-12s  iterations %5d  |C| %.3e m", progress.step, progress.time,
+                100 * progress.share, left.c_str(), progress.iterations, progress.constraint_error));
+}
+
+void Console::stage_table(const StageClock& clock) {
+  std::vector<double> seconds;
+  for (const StageTime& stage : clock.stages()) {
+    seconds.push_back(stage.seconds);
+  }
+  double total = clock.elapsed();
+  MPI_Allreduce(MPI_IN_PLACE, seconds.data(), static_cast<int>(seconds.size()), MPI_DOUBLE, MPI_MAX, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_MAX, comm_);
+
+  std::size_t width = 5;
+  double rest = total;
+  for (std::size_t i = 0; i < seconds.size(); ++i) {
+    width = std::max(width, clock.stages()[i].name.size());
+    rest -= seconds[i];
+  }
+  const auto row = [&](const std::string& name, const std::string& calls, double spent) {
+    say(formatted("%-*s %8s %10.3f %6.1f %%", static_cast<int>(width), name.c_str(), calls.c_str(), spent,
+                  total > 0 ? 100 * spent / total : 0.0));
+  };
+  say(formatted("%-*s %8s %10s %8s", static_cast<int>(width), "stage", "calls", "seconds", "share"));
+  for (std::size_t i = 0; i < seconds.size(); ++i) {
+    row(clock.stages()[i].name, std::to_string(clock.stages()[i].calls), seconds[i]);
+  }
+  row("rest", "", std::max(0.0, rest));
+  row("total", "", total);
+}
+
+}  // namespace pellicle

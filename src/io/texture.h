@@ -1,0 +1,32 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <string>
+#include <vector>
+
+namespace pellicle {
+
+/// A grey picture that gives a factor at texture coordinates: the mass-loss rate, the diffusivity, a constraint weight.
+class Texture {
+ public:
+  /// Reads a PNG file on rank 0 and gives it to all. Colours become the mean of their channels; transparency is
+  /// dropped. Collective. @throws Error, on all ranks, if the file is missing or no PNG.
+  static Texture read(MPI_Comm comm, const std::string& path);
+
+  /// Value in [0, 1] at (u, v), bilinear between the centres of the pixels; v = 0 is the lower edge. Outside the
+  /// picture the value of its edge.
+  double sample(double u, double v) const;
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+ private:
+  double pixel(int column, int row) const;
+
+  int width_ = 0;
+  int height_ = 0;
+  std::vector<double> values_;  ///< in [0, 1], rows from the lower edge up
+};
+
+}  // namespace pellicle
