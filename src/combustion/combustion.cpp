@@ -1,0 +1,54 @@
+#include "combustion/combustion.h"
+
+#include <algorithm>
+
+namespace pellicle {
+
+double burn(Field& mass, Field& mass_change, const Sheet& sheet, const BurnInput& input,
+            const CombustionOptions& options) {
+  double lost = 0;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    double rate = options.mass_loss_rate * (sheet.is_lattice[k] ? options.lattice_factor : options.corner_factor);
+    if (!input.mass_loss_factor.empty()) {
+      rate *= input.mass_loss_factor[k];
+    }
+    const double excess = std::max(input.temperature.data()[i] - options.ignition_temperature, 0.0);
+    const double before = mass.data()[i];
+    const double least = std::min(before, options.min_mass * sheet.initial_mass[k]);
+    const double after = std::max(before - rate * input.time_step * sheet.initial_mass[k] * excess, least);
+    mass.data()[i] = after;
+    mass_change.data()[i] = after - before;
+    if (i < sheet.particles.owned) {
+      lost += before - after;
+    }
+  }
+  return lost;
+}
+
+double volume_ratio(double mass_ratio, const CombustionOptions& options) {
+  const double burnt_share =
+      options.min_mass < 1 ? std::clamp((1 - mass_ratio) / (1 - options.min_mass), 0.0, 1.0) : 0.0;
+  const double density_ratio = 1 + (options.burnt_density / options.initial_density - 1) * burnt_share;
+  return std::clamp(mass_ratio / density_ratio, 0.0, 1.0);
+}
+
+void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
+                        const CombustionOptions& options) {
+  std::vector<double> ratio(static_cast<std::size_t>(sheet.particles.local()));
+  for (std::size_t i = 0; i < ratio.size(); ++i) {
+    ratio[i] = volume_ratio(mass.data()[i] / sheet.initial_mass[i], options);
+  }
+  for (const Colour colour : all_colours) {
+    const SpringSet& springs = sheet.of(colour);
+    std::vector<double>& length = lengths[static_cast<std::size_t>(colour)];
+    length.resize(springs.ends.size());
+    for (std::size_t s = 0; s < length.size(); ++s) {
+      const auto [a, b] = springs.ends[s];
+      length[s] =
+          springs.initial_length[s] * 0.5 * (ratio[static_cast<std::size_t>(a)] + ratio[static_cast<std::size_t>(b)]);
+    }
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "combustion/combustion_options.h"
+#include "mesh/field.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// Target lengths of the local springs of each colour [m].
+using TargetLengths = std::array<std::vector<double>, 4>;
+
+/// What the loss of mass needs to know of a step.
+struct BurnInput {
+  const Field& temperature;                     ///< [K], ghosts up to date, (1 x local)
+  const std::vector<double>& mass_loss_factor;  ///< on mu of each local particle, or empty for 1
+  double time_step = 0;                         ///< h [s]
+};
+
+/// One step of mass loss: dm = -mu h m^init max(T - T^ignition, 0) (burning paper, eq. 4), clamped so that the mass
+/// neither grows nor falls below m^min. Not collective: ghosts burn alike.
+/// @param mass [kg], ghosts up to date, (1 x local)
+/// @param mass_change receives dm <= 0 [kg], (1 x local)
+/// @returns the mass lost by the owned particles, at least 0 [kg].
+double burn(Field& mass, Field& mass_change, const Sheet& sheet, const BurnInput& input,
+            const CombustionOptions& options);
+
+/// v = (m/rho) / (m^init/rho^init), in [0, 1] (burning paper, eq. 5). The density goes from the initial to the burnt
+/// one linearly with the burnt share (m^init - m) / (m^init - m^min).
+/// @param mass_ratio m/m^init
+double volume_ratio(double mass_ratio, const CombustionOptions& options);
+
+/// l = l^init (v_0 + v_1)/2 of all local springs (burning paper, eq. 6). Not collective.
+/// @param mass [kg], ghosts up to date, (1 x local)
+void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
+                        const CombustionOptions& options);
+
+}  // namespace pellicle

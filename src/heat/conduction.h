@@ -1,0 +1,57 @@
+#pragma once
+
+#include <vector>
+
+#include "base/handle.h"
+#include "base/stage_result.h"
+#include "heat/diffusion_graph.h"
+#include "heat/heat_options.h"
+#include "mesh/field.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// What conduction needs to know of a step. Fields with ghosts up to date.
+struct ConductionInput {
+  const Field& positions;  ///< [m], (3 x local)
+  const Field& mass;       ///< [kg], (1 x local); the consistent operator alone reads it
+  double time_step = 0;    ///< h [s]
+};
+
+/// Heat conduction over all particles of a sheet by backward Euler (burning paper, eq. 2, 3 and section 5):
+/// (capacity + h K) (T^{n+1} - T^n) = -h K T^n, a symmetric positive definite system for CG.
+///
+/// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.
+class Conduction {
+ public:
+  /// @param sheet must outlive this object
+  /// @param diffusivity_factor factor on `heat.diffusivity` of each local particle, or empty for 1. Collective.
+  Conduction(const Sheet& sheet, const HeatOptions& options, const std::vector<double>& diffusivity_factor);
+  Conduction(const Conduction&) = delete;  // The shell matrix points to this object.
+  Conduction& operator=(const Conduction&) = delete;
+
+  /// One step. The temperatures stay as they were when the linear solve fails. @returns iterations and, when it failed,
+  /// PETSc's reason. Collective.
+  StageResult advance(Field& temperature, const ConductionInput& input);
+
+ private:
+  void create_assembled();
+  void create_shell();
+  void update_operator(const ConductionInput& input);
+  void multiply(Vec x, Vec y);
+
+  const Sheet& sheet_;
+  bool umbrella_;
+  bool assembled_;
+  std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]
+  DiffusionGraph graph_;             ///< weights times h
+  Eigen::VectorXd diagonal_;         ///< of the owned rows
+  std::vector<double> entries_;      ///< of the assembled matrix, in the order of its coordinates
+  Field exchange_;                   ///< the matrix-free operand with its ghosts
+  MatHandle matrix_;
+  VecHandle right_hand_side_;
+  VecHandle increment_;
+  KspHandle ksp_;
+};
+
+}  // namespace pellicle

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "mesh/field.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// Diffusion between pairs of particles: capacity_i dT_i/dt = sum_j weight_ij (T_j - T_i), a symmetric graph Laplacian.
+struct DiffusionGraph {
+  /// Local particle numbers; a pair may occur more than once, its weights add. Every pair that touches an owned
+  /// particle is here, so that owned rows are whole without communication.
+  std::vector<std::array<PetscInt, 2>> pairs;
+  std::vector<double> weights;  ///< one a pair
+  Eigen::VectorXd capacity;     ///< of the owned particles
+
+  /// sum_j weight_ij (T_j - T_i) of the owned particles. @param values ghosts up to date, (1 x local). Not collective.
+  Eigen::VectorXd inflow(const Field& values) const;
+};
+
+/// Pairs of the umbrella: the springs of all four colours.
+std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet);
+
+/// Sets weights and capacity to the scale-dependent umbrella as printed (burning paper, eq. 3, acting on T), row i
+/// times E_i/2 so that it is symmetric: weight_ij = alpha_ij / d_ij with the present distance, not below 1e-3 of the
+/// initial length, and the mean alpha of both ends; capacity_i = E_i/2 with E_i = sum_j d_ij.
+/// @param diffusivity alpha of the local particles [m^2/s]
+/// @param positions [m], ghosts up to date, (3 x local)
+void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
+                  const Field& positions);
+
+/// Pairs of the consistent operator: the eight edges of the four drawn triangles of each local cell.
+std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet);
+
+/// Sets weights and capacity to linear finite elements (cotangent weights) on the drawn triangles: two neighbouring
+/// corners and the centre of the cell, which is the mean of its corners and carries the lattice particle's temperature.
+/// A flat sheet is therefore exact, whatever its thickness.
+///
+/// In conservation form, m_i dT_i/dt = sum over triangles of alpha sigma K_ij T_j, with the areal density sigma of the
+/// cell: with equal density this converges to alpha times the Laplacian, and it keeps sum_i m_i T_i always. The share
+/// of a half of the cell's mass on the lattice particle makes every row exact on a square grid. alpha is the mean of
+/// the triangle's particles; areas are not taken below 1e-3 of the initial ones.
+/// @param diffusivity alpha of the local particles [m^2/s]
+/// @param positions [m], ghosts up to date, (3 x local)
+/// @param mass [kg], ghosts up to date, (1 x local); the capacity
+void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
+                   const Field& positions, const Field& mass);
+
+}  // namespace pellicle

@@ -1,0 +1,78 @@
+#include "heat/heat_balance.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace pellicle {
+
+namespace {
+
+constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
+
+}  // namespace
+
+double heat_content(const Sheet& sheet, const Field& mass, const Field& temperature, double capacity) {
+  const Eigen::Index owned = sheet.particles.owned;
+  return capacity * mass.values().row(0).head(owned).dot(temperature.values().row(0).head(owned));
+}
+
+double release_burning_heat(Field& temperature, const Sheet& sheet, const Field& mass_change, const Field& mass,
+                            const HeatOptions& options) {
+  double heat = 0;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    const double rise = -options.burning_heat * mass_change.data()[i] / sheet.initial_mass[static_cast<std::size_t>(i)];
+    temperature.data()[i] += rise;
+    if (i < sheet.particles.owned) {
+      heat += mass.data()[i] * options.capacity * rise;
+    }
+  }
+  return heat;
+}
+
+Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions) {
+  Eigen::VectorXd area = Eigen::VectorXd::Zero(sheet.particles.local());
+  for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
+    const std::array<PetscInt, 4>& cell = sheet.cells[c];
+    const Eigen::Vector3d first_diagonal = positions.vector(cell[2]) - positions.vector(cell[0]);
+    const Eigen::Vector3d second_diagonal = positions.vector(cell[3]) - positions.vector(cell[1]);
+    const double cell_area = 0.5 * first_diagonal.cross(second_diagonal).norm();
+    for (const PetscInt corner : cell) {
+      area[corner] += cell_area / 8;
+    }
+    area[sheet.lattice[c]] += cell_area / 2;
+  }
+  return area.head(sheet.particles.owned);
+}
+
+double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass, double time_step,
+                 const HeatOptions& options) {
+  if (options.convection == 0 && options.emissivity == 0) {
+    return 0;
+  }
+  const Eigen::VectorXd area = particle_areas(sheet, positions);
+  const double ambient = options.ambient_temperature;
+  // Heat transfer coefficient of convection and of radiation written as such: T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
+  const auto transfer = [&](double value) {
+    return options.convection +
+           options.emissivity * stefan_boltzmann * (value + ambient) * (value * value + ambient * ambient);
+  };
+  double heat = 0;
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    const double capacity = mass.data()[i] * options.capacity;
+    if (capacity <= 0) {
+      continue;
+    }
+    double& value = temperature.data()[i];
+    const auto decayed = [&](double coefficient, double time) {
+      return ambient + (value - ambient) * std::exp(-2 * area[i] * coefficient * time / capacity);
+    };
+    const double midway = decayed(transfer(value), 0.5 * time_step);
+    const double end = decayed(transfer(midway), time_step);
+    heat += capacity * (end - value);
+    value = end;
+  }
+  temperature.update_ghosts();
+  return heat;
+}
+
+}  // namespace pellicle

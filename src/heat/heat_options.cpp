@@ -1,0 +1,60 @@
+#include "heat/heat_options.h"
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, HeatOptions& options) {
+  table.add("heat.initial_temperature", options.initial_temperature)
+      .unit("K")
+      .at_least(0)
+      .help("temperature of every particle at the start");
+  table.add("heat.operator", options.operator_name)
+      .choices({"umbrella", "consistent"})
+      .help(
+          "conduction: the paper's umbrella over the springs, which is half of the Laplacian on regular sheets, or a "
+          "consistent one over the drawn triangles, which conserves the heat content")
+      .source("burning paper, eq. 3");
+  table.add("heat.diffusivity", options.diffusivity)
+      .unit("m^2/s")
+      .at_least(0)
+      .help("thermal diffusivity alpha")
+      .source("burning paper, eq. 2; errata, hot ball");
+  table.add("heat.diffusivity_texture", options.diffusivity_texture)
+      .help("image whose brightness at the uv coordinates weights the diffusivity of each particle")
+      .source("burning paper, section 8");
+  table.add("heat.diffusivity_range", options.diffusivity_range)
+      .length(2)
+      .help("factors on the diffusivity where the image is black and where it is white");
+  table.add("heat.burning_heat", options.burning_heat)
+      .unit("K")
+      .at_least(0)
+      .help("eta: the rise of temperature per unit of lost mass fraction")
+      .source("burning paper, eq. 1; errata");
+  table.add("heat.capacity", options.capacity)
+      .unit("J/(kg K)")
+      .more_than(0)
+      .help("specific heat capacity")
+      .source("dry paper");
+  table.add("heat.ambient_temperature", options.ambient_temperature)
+      .unit("K")
+      .at_least(0)
+      .help("temperature of the surroundings, to which heat is lost");
+  table.add("heat.convection", options.convection)
+      .unit("W/(m^2 K)")
+      .at_least(0)
+      .help("heat transfer coefficient of each side; 0: no convection; still air: about 10");
+  table.add("heat.emissivity", options.emissivity)
+      .range(0, 1)
+      .help("emissivity of each side; 0: no radiation; paper: about 0.9");
+  table.add("heat.ksp_rtol", options.ksp_rtol)
+      .more_than(0)
+      .help("relative tolerance of the linear solve of conduction");
+  table.add("heat.mat_type", options.mat_type)
+      .choices({"aij", "shell"})
+      .help("the matrix of conduction: assembled, or matrix-free");
+  table.add_objects("heat.sources", options.sources, "external heat sources, by name");
+  table.add_solver_prefix("heat_");
+}
+
+}  // namespace pellicle

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "heat/heat_source.h"
+
+namespace pellicle {
+
+class OptionTable;
+
+/// Heat of a sheet (burning paper, section 5).
+struct HeatOptions {
+  double initial_temperature = 300;        ///< of every particle [K]
+  std::string operator_name = "umbrella";  ///< umbrella (eq. 3 as printed) or consistent
+  double diffusivity = 2e-3;               ///< alpha [m^2/s]
+  std::string diffusivity_texture;         ///< file of an image that weights alpha by particle; none when empty
+  std::vector<double> diffusivity_range{0.2, 1.8};  ///< factors on alpha at black and at white
+  double burning_heat = 300;                        ///< eta: rise per unit of lost mass fraction [K]
+  double capacity = 1340;                           ///< c [J/(kg K)]
+  double ambient_temperature = 300;                 ///< [K]
+  double convection = 0;                            ///< h_c, on each side [W/(m^2 K)]
+  double emissivity = 0;                            ///< epsilon, on each side
+  double ksp_rtol = 1e-8;                           ///< relative to the norm of the right-hand side
+  std::string mat_type = "aij";                     ///< aij (assembled) or shell (matrix-free)
+  std::map<std::string, HeatSource> sources;        ///< by name
+};
+
+/// Declares the options `heat.*`, the objects `heat.sources` and the solver prefix `heat_`.
+void describe(OptionTable& table, HeatOptions& options);
+
+}  // namespace pellicle

@@ -1,0 +1,83 @@
+#include "heat/heat_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "geometry/key_points.h"
+
+namespace pellicle {
+
+bool HeatSource::active(double time) const { return time >= start_time && (!end_time || time < *end_time); }
+
+Eigen::Vector3d HeatSource::centre_at(double time) const {
+  if (path.empty()) {
+    return centre + time * velocity;
+  }
+  return place_on_key_points(path, time);
+}
+
+void describe(OptionTable& table, HeatSource& source) {
+  table.add("shape", source.shape)
+      .choices({"ball", "texture"})
+      .help("a moving hot ball, or an image on the sheet")
+      .source("burning paper, section 5");
+  table.add("temperature", source.temperature).unit("K").at_least(0).help("temperature of the source");
+  table.add("rate", source.rate)
+      .unit("1/s")
+      .at_least(0)
+      .help("how fast the sheet takes on the source's temperature")
+      .source("errata, hot ball");
+  table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
+  table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
+  table.add("radius", source.radius).unit("m").more_than(0).help("radius of a ball").source("errata, hot ball");
+  table.add("centre", source.centre).unit("m").help("centre of a ball at time 0");
+  table.add("velocity", source.velocity).unit("m/s").help("velocity of a ball");
+  table.add("path", source.path)
+      .unit("s,m,m,m")
+      .length(4)
+      .help(
+          "key points of a ball (time, x, y, z), which replace centre and velocity; linear between key points, at rest "
+          "before and after them");
+  table.add("file", source.file).help("image of a texture: white takes the whole rate, black none");
+}
+
+void validate(const std::string& name, const HeatSource& source) {
+  const std::string key = "heat.sources." + name;
+  if (source.shape == "texture" && source.file.empty()) {
+    throw Error(key + ".file: a source of shape texture needs an image");
+  }
+  const std::string fault = fault_of_key_points(source.path);
+  if (!source.path.empty() && !fault.empty()) {
+    throw Error(key + ".path: " + fault);
+  }
+}
+
+double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input) {
+  if (!source.active(input.time)) {
+    return 0;
+  }
+  const Layout& particles = input.sheet.particles;
+  const bool ball = source.shape == "ball";
+  const Eigen::Vector3d centre = source.centre_at(input.time);
+  const double ball_share = -std::expm1(-source.rate * input.time_step);
+  double heat = 0;
+  for (PetscInt i = 0; i < particles.local(); ++i) {
+    double share = 0;
+    if (ball) {
+      const double squared = (input.positions.vector(i) - centre).squaredNorm() / (source.radius * source.radius);
+      share = squared < 1 ? ball_share * (1 - squared) * (1 - squared) : 0;
+    } else {
+      share = -std::expm1(-source.rate * input.texture[static_cast<std::size_t>(i)] * input.time_step);
+    }
+    double& value = temperature.data()[i];
+    const double rise = share * std::max(source.temperature - value, 0.0);
+    value += rise;
+    if (i < particles.owned) {
+      heat += input.mass.data()[i] * input.capacity * rise;
+    }
+  }
+  return heat;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/options.h"
+#include "mesh/field.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// One external heat source: a moving hot ball or a heat texture (burning paper, section 5).
+struct HeatSource {
+  std::string shape = "ball";                          ///< ball or texture
+  double temperature = 1000;                           ///< [K]
+  double rate = 20;                                    ///< of the exchange [1/s]
+  double start_time = 0;                               ///< [s]
+  std::optional<double> end_time;                      ///< none: never ends [s]
+  double radius = 0.2;                                 ///< of a ball [m]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< of a ball at time 0 [m]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of a ball [m/s]
+  Rows path;         ///< key points time, x, y, z of a ball; replaces centre and velocity
+  std::string file;  ///< image of a texture; white takes the whole rate, black none
+
+  /// Heats at `time`: start_time <= time < end_time.
+  bool active(double time) const;
+  /// Centre of a ball: linear between the key points, at rest before the first and after the last one.
+  Eigen::Vector3d centre_at(double time) const;
+};
+
+/// Declares the options of one source.
+void describe(OptionTable& table, HeatSource& source);
+
+/// Throws Error, which names the source, when its options contradict each other: a texture without a file, a path whose
+/// times do not increase.
+void validate(const std::string& name, const HeatSource& source);
+
+/// What a heat source needs to know of a step. Fields with ghosts up to date.
+struct HeatSourceInput {
+  const Sheet& sheet;
+  const Field& positions;              ///< at the start of the step [m]
+  const Field& mass;                   ///< [kg]
+  const std::vector<double>& texture;  ///< sampled value in [0, 1] at each local particle; used by shape texture only
+  double time = 0;                     ///< start of the step [s]
+  double time_step = 0;                ///< h [s]
+  double capacity = 0;                 ///< c [J/(kg K)]
+};
+
+/// One step of exchange, T^ext of eq. 1; nothing when the source is not active. A ball:
+/// T += (1 - exp(-rate h)) (1 - (r/R)^2)^2 max(T_source - T, 0) at distance r < R of its centre at the start of the
+/// step; a texture with value f: T += (1 - exp(-rate f h)) max(T_source - T, 0). Not collective: ghosts are heated
+/// alike.
+/// @returns the heat added to the owned particles [J].
+double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
+
+}  // namespace pellicle
