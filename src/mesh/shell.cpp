@@ -85,12 +85,7 @@ std::vector<PointData> point_data(const SurfaceMesh& mesh, const SheetOptions& o
     const Eigen::Vector3d twice_area = (corner[2] - corner[0]).cross(corner[3] - corner[1]);
     const Eigen::Vector3d normal = twice_area.normalized();
     const Eigen::Vector3d centre = (corner[0] + corner[1] + corner[2] + corner[3]) / 4;
-    // Area of the surface that is drawn: four triangles round the centre.
-    double area = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      area += (corner[k] - centre).cross(corner[(k + 1) % 4] - centre).norm() / 2;
-    }
-    const double mass = options.areal_density * area;
+    const double mass = options.areal_density * twice_area.norm() / 2;
     PointData& lattice = data[cell];
     Eigen::Map<Eigen::Vector3d>(lattice.position) = centre + options.thickness * normal;
     lattice.mass = mass / 2;

@@ -1,0 +1,74 @@
+#include "base/ksp.h"
+
+#include <cstring>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+/// Gives a factorisation that PETSc has for one rank only to the blocks of block Jacobi.
+void make_parallel(PC pc, const std::string& prefix, const char* block_type) {
+  const std::string name = "-" + prefix + "sub_pc_type";
+  PetscBool is_set = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &is_set));
+  if (is_set == PETSC_FALSE) {
+    check(PetscOptionsSetValue(nullptr, name.c_str(), block_type));
+  }
+  check(PCSetType(pc, PCBJACOBI));
+}
+
+bool is(const char* type, const char* name) { return type != nullptr && std::strcmp(type, name) == 0; }
+
+}  // namespace
+
+KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
+  KspHandle ksp;
+  PC pc = nullptr;
+  MatType matrix_type = nullptr;
+  int ranks = 1;
+  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
+  MPI_Comm_size(comm, &ranks);
+  check(KSPCreate(comm, ksp.create()));
+  check(KSPSetOptionsPrefix(ksp, prefix.c_str()));
+  check(KSPSetOperators(ksp, matrix, preconditioning));
+  check(KSPSetType(ksp, defaults.type));
+  check(KSPSetTolerances(ksp, defaults.rtol, PETSC_DEFAULT, PETSC_DEFAULT, defaults.max_iterations));
+  check(KSPGetPC(ksp, &pc));
+  check(MatGetType(preconditioning, &matrix_type));
+  const bool matrix_free = is(matrix_type, MATSHELL);
+  check(PCSetType(pc, matrix_free ? PCJACOBI : defaults.preconditioner));
+  check(KSPSetFromOptions(ksp));
+
+  PCType type = nullptr;
+  check(PCGetType(pc, &type));
+  if (matrix_free && !is(type, PCNONE) && !is(type, PCJACOBI)) {
+    throw Error("-" + prefix + "pc_type " + type +
+                ": a matrix-free operator has only its diagonal, expected none or jacobi");
+  }
+  if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
+    make_parallel(pc, prefix, type);
+  }
+  return ksp;
+}
+
+StageResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
+  StageResult result;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check(KSPSolve(ksp, right_hand_side, solution));
+  PetscInt iterations = 0;
+  check(KSPGetConvergedReason(ksp, &reason));
+  check(KSPGetIterationNumber(ksp, &iterations));
+  result.iterations = static_cast<int>(iterations);
+  result.converged = reason > 0;
+  if (!result.converged) {
+    const char* prefix = nullptr;
+    check(KSPGetOptionsPrefix(ksp, &prefix));
+    result.reason = "the linear solver " + std::string(prefix) + " did not converge (" + KSPConvergedReasons[reason] +
+                    " after " + std::to_string(iterations) + " iterations)";
+  }
+  return result;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "base/handle.h"
+#include "mesh/field.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// The constraints of one colour at some positions (burning paper, eq. 10 and 11).
+struct Linearisation {
+  Eigen::VectorXd error;      ///< C = d^2/l - l of the local springs [m]
+  Eigen::Matrix3Xd gradient;  ///< 2 (x_a - x_b)/l of the local springs, by x_a; minus that by x_b, (3 x local)
+};
+
+/// Evaluates C and its gradient.
+/// @param x positions of the local particles [m], ghosts up to date
+/// @param target target length l > 0 of the local springs [m]
+void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result);
+
+/// Sum of C^2 over the owned springs [m^2].
+double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target);
+
+/// J W J^T of one colour (eq. 16): W holds the inverse masses of the particles. Rows are the springs.
+///
+/// The pattern is made once, from the topology; `update` fills in values, without communication other than a maximum.
+class Gram {
+ public:
+  /// @param mat_type aij, sell or shell. Collective.
+  Gram(const SpringSet& springs, const Layout& particles, const std::string& mat_type);
+  Gram(const Gram&) = delete;
+  Gram& operator=(const Gram&) = delete;
+
+  /// New values: J W J^T + shift times the largest diagonal entry. A spring without length or without a particle that
+  /// may move has an empty row; it gets that largest entry on its diagonal, so that it harms nobody. Collective.
+  /// @param gradient of the local springs, must stay unchanged while a shell is used
+  /// @param inverse_mass of the local particles
+  void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift);
+
+  /// Force-like sum J^T lambda on the local particles, complete on the owned ones. Collective.
+  /// @param lambda of the owned springs
+  /// @param result (3 x local)
+  void apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result);
+
+  Mat operator_matrix() const { return mat_type_ == "aij" ? Mat(rows_) : Mat(other_); }
+  Mat preconditioning_matrix() const { return mat_type_ == "shell" ? Mat(other_) : Mat(rows_); }
+
+ private:
+  /// One stored entry: its column's local spring and the particle that both springs share.
+  struct Entry {
+    PetscInt spring;
+    PetscInt particle;
+  };
+
+  void make_pattern();
+  void fill(Mat block, const std::vector<Entry>& entries, const std::vector<double>& inverse_mass);
+  void multiply(Vec in, Vec out);
+
+  const SpringSet& springs_;
+  const Layout& particles_;
+  std::string mat_type_;
+  MatHandle rows_;   ///< the assembled rows
+  MatHandle other_;  ///< sell or shell
+  std::vector<Entry> diagonal_entries_;      ///< of the columns of this rank, in the order of the matrix
+  std::vector<Entry> off_diagonal_entries_;  ///< of the columns of other ranks
+  std::vector<double> diagonal_;             ///< of J W J^T, then with the shift
+  const Eigen::Matrix3Xd* gradient_ = nullptr;
+  const std::vector<double>* inverse_mass_ = nullptr;
+  Field lambda_;                             ///< on the local springs
+  Eigen::Matrix3Xd particle_sum_;            ///< of the shell's product
+};
+
+}  // namespace pellicle

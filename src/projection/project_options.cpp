@@ -1,0 +1,61 @@
+#include "projection/project_options.h"
+
+#include "base/options.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, ProjectOptions& options) {
+  table.add("project.max_steps", options.max_steps)
+      .at_least(1)
+      .help("projection steps in a time step; each projects the four colours in turn")
+      .source("burning paper, section 7.1 and Table 2");
+  table.add("project.threshold", options.threshold)
+      .unit("m")
+      .at_least(0)
+      .help("norm ||C|| over all springs at which the projection stops early")
+      .source("burning paper, Table 2");
+  table.add("project.error_limit", options.error_limit)
+      .more_than(0)
+      .help("||C|| / ||l|| (about twice the rms strain) beyond which a projection has failed and the step is retried");
+  table.add("project.order", options.order)
+      .help("order of the colours in a projection step: a permutation of R, G, B and Y; the last wins")
+      .source("burning paper, section 7.1");
+  table.add("project.masses", options.masses)
+      .choices({"equal", "true"})
+      .help("equal: J J^T, all particles move alike; true: J M^-1 J^T, light particles give way")
+      .source("burning paper, eq. 16; errata");
+  table.add("project.pins", options.pins)
+      .choices({"exact", "paper"})
+      .help("exact: a pinned particle has no inverse mass; paper: it counts in J J^T although it does not move")
+      .source("errata: pins; burning paper, Table 1");
+  table.add("project.shift", options.shift)
+      .range(0, 1)
+      .help("diagonal shift of the Gram matrices, relative to their largest diagonal entry")
+      .source("errata: stability");
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    table.add(std::string("project.weight_") + colour_names[index], options.weight[index])
+        .range(0, 1)
+        .help(std::string("share of the constraint error that a projection corrects, ") + colour_names[index] +
+              " springs; less is softer")
+        .source("burning paper, eq. 19; errata");
+  }
+  table.add("project.weight_texture", options.weight_texture)
+      .help("PNG whose brightness at the uv coordinates multiplies the weight of each spring")
+      .source("burning paper, section 7.2");
+  table.add("project.mat_type", options.mat_type)
+      .choices({"aij", "sell", "shell"})
+      .help("Gram matrices: aij: rows; sell: PETSc's sliced ELLPACK; shell: matrix-free")
+      .source("burning paper, section 8.1");
+  table.add("project.ksp_rtol", options.ksp_rtol)
+      .range(0, 1)
+      .help("relative tolerance of the linear solves")
+      .source("errata: 1e-3 differs from a direct solve by 6e-7 of the sheet after 5 steps");
+  table.add("project.monitor", options.monitor)
+      .help("print ||C|| of each colour and of all after each projection step, and write them to projection.csv")
+      .source("burning paper, Fig. 8");
+  table.add_solver_prefix("project_", {"red_", "green_", "blue_", "yellow_"});
+}
+
+}  // namespace pellicle

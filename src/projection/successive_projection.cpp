@@ -1,0 +1,169 @@
+#include "projection/successive_projection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+std::vector<Colour> parse_order(const std::string& order) {
+  std::string sorted = order;
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted != "BGRY") {
+    throw Error("project.order: '" + order + "', expected a permutation of RGBY");
+  }
+  std::vector<Colour> colours;
+  for (const char letter : order) {
+    colours.push_back(letter == 'R'   ? Colour::red
+                      : letter == 'G' ? Colour::green
+                      : letter == 'B' ? Colour::blue
+                                      : Colour::yellow);
+  }
+  return colours;
+}
+
+double global_sum(MPI_Comm comm, double value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
+  return value;
+}
+
+}  // namespace
+
+SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
+                                           std::array<std::vector<double>, 4> spring_weight)
+    : sheet_(sheet), options_(options), order_(parse_order(options.order)) {
+  double squared_length = 0;
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    const SpringSet& springs = sheet.of(colour);
+    System& system = systems_[index];
+    system.gram = std::make_unique<Gram>(springs, sheet.particles, options.mat_type);
+    check(MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(),
+                        system.right_hand_side.create()));
+    system.weight.assign(static_cast<std::size_t>(springs.owned()), options.weight[index]);
+    if (!spring_weight[index].empty()) {
+      std::transform(system.weight.begin(), system.weight.end(), spring_weight[index].begin(), system.weight.begin(),
+                     std::multiplies<>());
+    }
+    squared_length += std::inner_product(springs.initial_length.begin(), springs.initial_length.begin() + springs.owned(),
+                                         springs.initial_length.begin(), 0.0);
+  }
+  length_norm_ = std::sqrt(global_sum(sheet.comm(), squared_length));
+}
+
+void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
+  const std::size_t count = input.mass.size();
+  gram_inverse_mass_.assign(count, 1);
+  if (options_.masses == "true") {
+    // Scaled by the mean mass, so that the numbers stay near one.
+    const double sum = std::accumulate(input.mass.begin(), input.mass.begin() + sheet_.particles.owned, 0.0);
+    const double mean = global_sum(sheet_.comm(), sum) / static_cast<double>(sheet_.particles.global);
+    std::transform(input.mass.begin(), input.mass.end(), gram_inverse_mass_.begin(),
+                   [mean](double mass) { return mean / mass; });
+  }
+  move_inverse_mass_ = gram_inverse_mass_;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (input.pinned[i]) {
+      move_inverse_mass_[i] = 0;
+      if (options_.pins == "exact") {
+        gram_inverse_mass_[i] = 0;
+      }
+    }
+  }
+}
+
+StageResult SuccessiveProjection::project(Field& x, Colour colour, const ProjectionInput& input) {
+  set_inverse_masses(input);
+  return project_colour(x, colour, input);
+}
+
+StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const ProjectionInput& input) {
+  const auto index = static_cast<std::size_t>(colour);
+  const SpringSet& springs = sheet_.of(colour);
+  System& system = systems_[index];
+  Linearisation& constraint = system.linearisation;
+  linearise(springs, x.data(), input.target_length[index], constraint);
+  system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift);
+  if (KSP(system.ksp) == nullptr) {
+    system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(),
+                          std::string("project_") + colour_names[index] + "_",
+                          {KSPCG, PCBJACOBI, options_.ksp_rtol, 10000});
+  }
+  double* values = nullptr;
+  check(VecGetArrayWrite(system.right_hand_side, &values));
+  for (std::size_t s = 0; s < system.weight.size(); ++s) {
+    values[s] = system.weight[s] * constraint.error[static_cast<Eigen::Index>(s)];
+  }
+  check(VecRestoreArrayWrite(system.right_hand_side, &values));
+  StageResult result = solve(system.ksp, system.right_hand_side, system.lambda);
+  if (!result.converged) {
+    return result;
+  }
+  system.gram->apply_transpose(constraint.gradient, system.lambda, displacement_);
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    x.vector(i) -= move_inverse_mass_[static_cast<std::size_t>(i)] * displacement_.col(i);
+  }
+  x.update_ghosts();
+  return result;
+}
+
+ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInput& input) const {
+  ProjectionError error;
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    error.colour[index] = squared_error(sheet_.of(colour), x.data(), input.target_length[index]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, error.colour.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
+  for (double& value : error.colour) {
+    value = std::sqrt(value);
+  }
+  return error;
+}
+
+StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input) {
+  StageResult result;
+  set_inverse_masses(input);
+  monitored_.clear();
+  iterations_ = {};
+  const auto monitor = [&](int step, const char* after) {
+    if (options_.monitor) {
+      monitored_.push_back(errors(x, input));
+      monitored_.back().step = step;
+      monitored_.back().after = after;
+    }
+  };
+  monitor(0, "start");
+  result.error = errors(x, input).total;
+  for (int step = 1; step <= options_.max_steps && result.error >= options_.threshold; ++step) {
+    for (const Colour colour : order_) {
+      const StageResult solved = project_colour(x, colour, input);
+      result.iterations += solved.iterations;
+      iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
+      if (!solved.converged) {
+        result.converged = false;
+        result.reason = solved.reason;
+        return result;
+      }
+      monitor(step, colour_names[static_cast<std::size_t>(colour)]);
+    }
+    if (input.after_step) {
+      input.after_step(x);
+    }
+    result.error = errors(x, input).total;
+    if (!(result.error <= options_.error_limit * length_norm_)) {  // also when it is not a number
+      result.converged = false;
+      result.reason = "the projection diverged: ||C|| / ||l|| = " + std::to_string(result.error / length_norm_) +
+                      " after projection step " + std::to_string(step) + ", above project.error_limit " +
+                      std::to_string(options_.error_limit);
+      return result;
+    }
+  }
+  return result;
+}
+
+}  // namespace pellicle

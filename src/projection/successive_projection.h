@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/ksp.h"
+#include "projection/gram.h"
+#include "projection/project_options.h"
+
+namespace pellicle {
+
+/// ||C|| of each colour and of all springs together [m], before the first step (step 0, no colour) and after each
+/// colour's projection: the curves of Fig. 8.
+struct ProjectionError {
+  int step = 0;                 ///< full projection step, from 1
+  std::string after;            ///< colour just projected, or "start"
+  std::array<double, 4> colour{};
+  double total = 0;
+};
+
+/// What a projection reads besides the positions that it moves.
+struct ProjectionInput {
+  const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
+  const std::vector<double>& mass;                          ///< of the local particles [kg]
+  const std::vector<bool>& pinned;                          ///< local particles that the projection must not move
+  std::function<void(Field&)> after_step;  ///< applied to the positions after each full step (contact), may be empty
+};
+
+/// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
+/// lengths, by one Newton step each, until ||C|| is below the threshold or all steps are used.
+class SuccessiveProjection {
+ public:
+  /// @param spring_weight factor of each local spring's weight by colour (eq. 19), or empty for 1. Collective.
+  SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
+                       std::array<std::vector<double>, 4> spring_weight = {});
+
+  /// Moves `x` (3 x local, ghosts up to date, before and after) towards the target lengths. Collective.
+  /// `error` of the result is ||C|| at the end [m].
+  StageResult advance(Field& x, const ProjectionInput& input);
+
+  /// One colour alone: one linear solve. Collective.
+  StageResult project(Field& x, Colour colour, const ProjectionInput& input);
+
+  /// ||C|| of each colour and of all. Collective.
+  ProjectionError errors(const Field& x, const ProjectionInput& input) const;
+
+  /// The errors of the last `advance`, if the option asks for them.
+  const std::vector<ProjectionError>& monitored() const { return monitored_; }
+  /// Linear iterations of each colour in the last `advance`.
+  const std::array<int, 4>& iterations() const { return iterations_; }
+
+ private:
+  /// One colour's system.
+  struct System {
+    std::unique_ptr<Gram> gram;
+    KspHandle ksp;
+    VecHandle lambda;
+    VecHandle right_hand_side;
+    Linearisation linearisation;
+    std::vector<double> weight;  ///< of the owned springs
+  };
+
+  void set_inverse_masses(const ProjectionInput& input);
+  StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input);
+
+  const Sheet& sheet_;
+  ProjectOptions options_;
+  std::array<System, 4> systems_;
+  std::vector<Colour> order_;
+  std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
+  std::vector<double> move_inverse_mass_;  ///< W of the displacement
+  Eigen::Matrix3Xd displacement_;
+  double length_norm_ = 0;  ///< ||l^init||
+  std::vector<ProjectionError> monitored_;
+  std::array<int, 4> iterations_{};
+};
+
+}  // namespace pellicle
