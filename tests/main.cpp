@@ -5,6 +5,7 @@
 #include <petscsys.h>
 
 #include <iostream>
+#include <string>
 
 namespace {
 
@@ -13,17 +14,21 @@ class FailurePrinter : public testing::EmptyTestEventListener {
  public:
   explicit FailurePrinter(int rank) : rank_(rank) {}
 
+  // gtest holds its lock while it reports a result, so the name of the test is noted before.
+  void OnTestStart(const testing::TestInfo& test) override {
+    name_ = std::string(test.test_suite_name()) + "." + test.name();
+  }
+
   void OnTestPartResult(const testing::TestPartResult& result) override {
     if (result.failed()) {
-      const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-      std::cerr << "rank " << rank_ << ": " << (test ? test->test_suite_name() : "") << "." << (test ? test->name() : "")
-                << ": " << (result.file_name() ? result.file_name() : "") << ":" << result.line_number() << ": "
-                << result.message() << std::endl;
+      std::cerr << "rank " << rank_ << ": " << name_ << ": " << (result.file_name() ? result.file_name() : "") << ":"
+                << result.line_number() << ": " << result.message() << std::endl;
     }
   }
 
  private:
   int rank_;
+  std::string name_;
 };
 
 }  // namespace
