@@ -6,14 +6,51 @@
 #include <vtkPNGReader.h>
 #include <vtkPointData.h>
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "base/error.h"
 
 namespace pellicle {
+
+namespace {
+
+/// Whether a file is a PNG whose chunks are all there with the right check sums. VTK 9.1 crashes on any other, because
+/// libpng's error handler jumps into a function that has returned.
+bool is_intact_png(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string signature = "\x89PNG\r\n\x1a\n";
+  if (bytes.compare(0, signature.size(), signature) != 0) {
+    return false;
+  }
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  const auto number = [data](std::size_t at) {
+    return std::uint32_t{data[at]} << 24 | std::uint32_t{data[at + 1]} << 16 | std::uint32_t{data[at + 2]} << 8 |
+           std::uint32_t{data[at + 3]};
+  };
+  // A chunk: length of its data, type, data, check sum of type and data.
+  for (std::size_t at = signature.size(); at + 12 <= bytes.size();) {
+    const std::size_t length = number(at);
+    if (bytes.size() - at - 12 < length || crc32(0, data + at + 4, static_cast<uInt>(length + 4)) != number(at + 8 + length)) {
+      return false;
+    }
+    if (bytes.compare(at + 4, 4, "IEND") == 0) {
+      return true;
+    }
+    at += 12 + length;
+  }
+  return false;
+}
+
+}  // namespace
 
 Texture Texture::read(MPI_Comm comm, const std::string& path) {
   Texture texture;
@@ -21,19 +58,16 @@ Texture Texture::read(MPI_Comm comm, const std::string& path) {
     if (!std::filesystem::is_regular_file(path)) {
       throw Error(path + ": no such file: expected a PNG texture");
     }
-    vtkNew<vtkPNGReader> reader;
-    const int warnings = vtkObject::GetGlobalWarningDisplay();
-    vtkObject::GlobalWarningDisplayOff();
-    const bool is_png = reader->CanReadFile(path.c_str()) != 0;
-    if (is_png) {
-      reader->SetFileName(path.c_str());
-      reader->Update();
+    if (!is_intact_png(path)) {
+      throw Error(path + ": expected a PNG picture: the file is damaged or something else");
     }
-    vtkObject::SetGlobalWarningDisplay(warnings);
-    vtkDataArray* pixels = is_png ? reader->GetOutput()->GetPointData()->GetScalars() : nullptr;
+    vtkNew<vtkPNGReader> reader;
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    vtkDataArray* pixels = reader->GetOutput()->GetPointData()->GetScalars();
     const int* size = reader->GetOutput()->GetDimensions();
-    if (pixels == nullptr || reader->GetErrorCode() != 0 || size[0] < 1 || size[1] < 1) {
-      throw Error(path + ": not a PNG picture that can be decoded");
+    if (pixels == nullptr || reader->GetErrorCode() != 0) {
+      throw Error(path + ": a PNG picture that VTK cannot decode");
     }
     texture.width_ = size[0];
     texture.height_ = size[1];

@@ -1,0 +1,68 @@
+#!/usr/bin/python3
+"""Makes the textures of the decks: fibres.png (the mass-loss rate of paper) and clouds.png (soft noise).
+
+Both repeat at their edges and have the mean 1/2.
+Usage: make_textures.py [FOLDER]; the folder of this script unless given.
+"""
+import os
+import sys
+
+import numpy
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+SIZE = 256
+
+
+def filtered_noise(random, amplitude):
+    """White noise shaped by an amplitude over the two wave numbers; mean 0, deviation 1, periodic."""
+    waves = numpy.fft.fftfreq(SIZE, 1.0 / SIZE)
+    kx, ky = numpy.meshgrid(waves, waves)
+    spectrum = numpy.fft.fft2(random.standard_normal((SIZE, SIZE))) * amplitude(kx, ky)
+    spectrum[0, 0] = 0
+    noise = numpy.fft.ifft2(spectrum).real
+    return noise / noise.std()
+
+
+def clouds(random):
+    """Octaves of noise whose amplitude halves as the wave number doubles."""
+    return filtered_noise(random, lambda kx, ky: (2.0 ** 2 + kx**2 + ky**2) ** -1.0)
+
+
+def fibres(random):
+    """Clouds under strands: noise that is long in one direction and thin across it, in many directions."""
+    picture = 0.8 * clouds(random)
+    for angle in numpy.pi * (numpy.arange(16) + random.uniform(0, 1, 16)) / 16:
+        def strand(kx, ky, c=numpy.cos(angle), s=numpy.sin(angle)):
+            along, across = c * kx + s * ky, c * ky - s * kx
+            return numpy.exp(-((along / 5) ** 2) - (across / 60) ** 2)
+
+        # The crests alone: a few strands rather than an even grain.
+        picture += 0.5 * numpy.maximum(filtered_noise(random, strand) - 1, 0)
+    return picture
+
+
+def grey(picture):
+    """Mean 1/2, deviation 1/5, cut at black and white."""
+    picture = 0.5 + 0.2 * (picture - picture.mean()) / picture.std()
+    return numpy.rint(255 * picture.clip(0, 1)).astype(numpy.uint8)
+
+
+def write(picture, path):
+    image = vtk.vtkImageData()
+    image.SetDimensions(SIZE, SIZE, 1)
+    image.GetPointData().SetScalars(numpy_to_vtk(picture.ravel(), deep=True))
+    writer = vtk.vtkPNGWriter()
+    writer.SetCompressionLevel(9)
+    writer.SetFileName(path)
+    writer.SetInputData(image)
+    writer.Write()
+
+
+def main():
+    folder = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
+    for number, (name, make) in enumerate([("fibres", fibres), ("clouds", clouds)]):
+        write(grey(make(numpy.random.default_rng(7 + number))), os.path.join(folder, name + ".png"))
+
+
+main()

@@ -1,0 +1,372 @@
+#include "io/frame_writer.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkXMLPPolyDataReader.h>
+
+#include <Eigen/Geometry>
+#include <csignal>
+#include <map>
+#include <set>
+
+#include "tests/io/files.h"
+#include "tests/io/strip.h"
+
+namespace pellicle {
+namespace {
+
+constexpr PetscInt cell_count = 10;
+
+/// What the tests draw: formulas of the position and the persistent id.
+struct Scene {
+  explicit Scene(const Sheet& sheet) : positions(sheet.rest) {
+    for (Eigen::Index i = 0; i < positions.cols(); ++i) {
+      const double id = sheet.persistent_id[static_cast<std::size_t>(i)];
+      temperature.push_back(300 + id);
+      velocity.insert(velocity.end(), {positions(0, i), 2 * positions(1, i), sheet.is_lattice[i] ? 99.0 : 0.0});
+    }
+    for (const Colour colour : all_colours) {
+      for (PetscInt i = 0; i < sheet.of(colour).owned(); ++i) {
+        strain[static_cast<std::size_t>(colour)].push_back(
+            0.01 * (sheet.persistent_id[static_cast<std::size_t>(sheet.of(colour).ends[i][0])] + 1));
+      }
+    }
+  }
+  Frame frame(double time, int step) const {
+    Frame frame;
+    frame.time = time;
+    frame.step = step;
+    frame.positions = positions.data();
+    frame.particle_fields = {{"temperature", 1, temperature.data()}, {"velocity", 3, velocity.data()}};
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      frame.spring_fields[colour] = {{"strain", 1, strain[colour].data()}};
+    }
+    return frame;
+  }
+
+  Eigen::Matrix3Xd positions;
+  std::vector<double> temperature;
+  std::vector<double> velocity;
+  std::array<std::vector<double>, 4> strain;
+};
+
+OutputOptions options_for(const std::string& directory) {
+  OutputOptions options;
+  options.directory = directory;
+  options.name = "strip";
+  return options;
+}
+
+vtkSmartPointer<vtkPolyData> read_frame(const std::string& path) {
+  vtkNew<vtkXMLPPolyDataReader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  return reader->GetOutput();
+}
+
+class FrameWriterOnRanks : public testing::TestWithParam<int> {};
+
+// Parameter: the rank without cells.
+TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
+  const TestFolder folder;
+  int ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, GetParam());
+  const Scene scene(sheet);
+  FrameWriter(sheet, options_for(folder / "out")).write(scene.frame(0, 0));
+  if (folder.rank() != 0) {
+    return;
+  }
+  const auto drawn = read_frame(folder / "out/strip_000000.pvtp");
+  ASSERT_EQ(drawn->GetNumberOfCells(), 4 * cell_count);
+  vtkDataArray* ids = drawn->GetPointData()->GetArray("vertex_id");
+  vtkDataArray* ghost = drawn->GetPointData()->GetArray("vtkGhostType");
+  vtkDataArray* temperature = drawn->GetPointData()->GetArray("temperature");
+  vtkDataArray* velocity = drawn->GetPointData()->GetArray("velocity");
+  vtkDataArray* uv = drawn->GetPointData()->GetTCoords();
+  ASSERT_TRUE(ids && ghost && temperature && velocity && uv);
+  EXPECT_STREQ(uv->GetName(), "uv");
+  std::multiset<long> counted;
+  for (vtkIdType point = 0; point < drawn->GetNumberOfPoints(); ++point) {
+    const long id = static_cast<long>(ids->GetComponent(point, 0));
+    const bool centre = id >= sheet.global_corners;
+    const double x = centre ? static_cast<double>(id - sheet.global_corners) + 0.5 : static_cast<double>(id / 2);
+    const double y = centre ? 0.5 : static_cast<double>(id % 2);
+    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[0], x);
+    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[1], y);
+    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[2], 0) << "a virtual centre lies between the corners, not at the lattice point";
+    EXPECT_DOUBLE_EQ(temperature->GetComponent(point, 0), 300.0 + static_cast<double>(id));
+    EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 0), x);
+    EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 1), 2 * y);
+    EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 2), 0);
+    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 0), x / cell_count);
+    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 1), y);
+    if (ghost->GetComponent(point, 0) == 0) {
+      counted.insert(id);
+    } else {
+      EXPECT_EQ(ghost->GetComponent(point, 0), vtkDataSetAttributes::DUPLICATEPOINT);
+    }
+  }
+  std::multiset<long> every_point_once;
+  for (long id = 0; id < sheet.global_corners + cell_count; ++id) {
+    every_point_once.insert(id);
+  }
+  EXPECT_EQ(counted, every_point_once);
+
+  vtkDataArray* rank = drawn->GetCellData()->GetArray("rank");
+  vtkDataArray* cell_id = drawn->GetCellData()->GetArray("cell_id");
+  ASSERT_TRUE(rank && cell_id);
+  std::map<long, double> area;
+  std::set<int> drawing_ranks;
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType cell = 0; cell < drawn->GetNumberOfCells(); ++cell) {
+    drawn->GetCellPoints(cell, corners);
+    ASSERT_EQ(corners->GetNumberOfIds(), 3);
+    Eigen::Matrix3d triangle;
+    for (int i = 0; i < 3; ++i) {
+      triangle.col(i) = Eigen::Map<const Eigen::Vector3d>(drawn->GetPoint(corners->GetId(i)));
+    }
+    // The signed area: a triangle that faces down would count negative.
+    const Eigen::Vector3d normal = (triangle.col(1) - triangle.col(0)).cross(triangle.col(2) - triangle.col(0));
+    area[static_cast<long>(cell_id->GetComponent(cell, 0))] += normal.z() / 2;
+    drawing_ranks.insert(static_cast<int>(rank->GetComponent(cell, 0)));
+  }
+  ASSERT_EQ(area.size(), static_cast<std::size_t>(cell_count));
+  for (const auto& [id, sum] : area) {
+    EXPECT_NEAR(sum, 1, 1e-12) << "cell " << id;
+  }
+  EXPECT_EQ(drawing_ranks.size(), static_cast<std::size_t>(ranks > 1 && GetParam() >= 0 && GetParam() < ranks ? ranks - 1 : ranks));
+  EXPECT_EQ(drawing_ranks.count(GetParam()), ranks > 1 ? 0U : drawing_ranks.count(GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(EmptyRank, FrameWriterOnRanks, testing::Values(-1, 0, 1));
+
+TEST(FrameWriter, PvdNamesEveryFrameAndItsTime) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  Scene scene(sheet);
+  FrameWriter writer(sheet, options_for(folder / "deep/out"));
+  writer.write(scene.frame(0, 0));
+  const std::string first = folder.rank() == 0 ? file_text(folder / "deep/out/strip.pvd") : "";
+  scene.positions.row(2).setConstant(0.25);
+  writer.write(scene.frame(0.1, 7));
+  if (folder.rank() != 0) {
+    return;
+  }
+  EXPECT_NE(first.find("<DataSet timestep=\"0\" part=\"0\" file=\"strip_000000.pvtp\"/>"), std::string::npos);
+  EXPECT_NE(first.find("</VTKFile>"), std::string::npos) << "complete after one frame";
+  const std::string both = file_text(folder / "deep/out/strip.pvd");
+  EXPECT_NE(both.find("timestep=\"0.10000000000000001\" part=\"0\" file=\"strip_000001.pvtp\""), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "deep/out/strip.pvd.part"));
+  EXPECT_DOUBLE_EQ(read_frame(folder / "deep/out/strip_000000.pvtp")->GetPoint(0)[2], 0);
+  EXPECT_DOUBLE_EQ(read_frame(folder / "deep/out/strip_000001.pvtp")->GetPoint(0)[2], 0.25);
+}
+
+TEST(FrameWriter, PiecesAreCompressedWithLz4) {
+  const TestFolder folder;
+  const PetscInt cells = 4000;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cells);
+  Scene scene(sheet);
+  FrameWriter(sheet, options_for(folder / "out")).write(scene.frame(0, 0));
+  if (folder.rank() != 0) {
+    return;
+  }
+  const std::string piece = folder / "out/strip_000000/strip_000000_0.vtp";
+  EXPECT_NE(file_text(piece).substr(0, 400).find("compressor=\"vtkLZ4DataCompressor\""), std::string::npos);
+  EXPECT_NE(file_text(piece).find("<AppendedData encoding=\"raw\">"), std::string::npos);
+  std::uintmax_t size = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "out/strip_000000")) {
+    size += entry.file_size();
+  }
+  // A point has 3 + 1 + 3 + 2 doubles, an id and a mark; a triangle three ids, an offset, a rank and an id.
+  const double raw = 3.0 * cells * (9 * 8 + 8 + 1) + 4.0 * cells * (4 * 8 + 4 + 8);
+  EXPECT_LT(static_cast<double>(size), 0.7 * raw);
+}
+
+TEST(FrameWriter, WritesTheChosenFieldsOnly) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  OutputOptions options = options_for(folder / "out");
+  options.fields = {"velocity"};
+  FrameWriter(sheet, options).write(scene.frame(0, 0));
+  if (folder.rank() != 0) {
+    return;
+  }
+  const auto drawn = read_frame(folder / "out/strip_000000.pvtp");
+  EXPECT_NE(drawn->GetPointData()->GetArray("velocity"), nullptr);
+  EXPECT_NE(drawn->GetPointData()->GetArray("vertex_id"), nullptr);
+  EXPECT_EQ(drawn->GetPointData()->GetArray("temperature"), nullptr);
+}
+
+TEST(FrameWriter, RefusesAnUnknownFieldBeforeWritingAnything) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  OutputOptions options = options_for(folder / "out");
+  options.fields = {"temprature"};
+  FrameWriter writer(sheet, options);
+  EXPECT_EQ(error_text([&] { writer.write(scene.frame(0, 0)); }),
+            "output.fields: no field 'temprature' in this run: expected some of temperature, velocity");
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(FrameWriter, WritesOwnedSpringsAsLines) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, 1);
+  const Scene scene(sheet);
+  OutputOptions options = options_for(folder / "out");
+  options.springs = true;
+  FrameWriter(sheet, options).write(scene.frame(0.5, 1));
+  if (folder.rank() != 0) {
+    return;
+  }
+  EXPECT_NE(file_text(folder / "out/strip_springs.pvd").find("timestep=\"0.5\" part=\"0\" file=\"strip_springs_000000.pvtp\""),
+            std::string::npos);
+  const auto drawn = read_frame(folder / "out/strip_springs_000000.pvtp");
+  ASSERT_EQ(drawn->GetNumberOfLines(), 2 * cell_count);
+  vtkDataArray* ids = drawn->GetPointData()->GetArray("vertex_id");
+  vtkDataArray* colour = drawn->GetCellData()->GetArray("colour");
+  vtkDataArray* strain = drawn->GetCellData()->GetArray("strain");
+  ASSERT_TRUE(ids && colour && strain);
+  std::set<std::pair<int, long>> lines;  // colour and first end
+  vtkNew<vtkIdList> ends;
+  for (vtkIdType line = 0; line < drawn->GetNumberOfCells(); ++line) {
+    drawn->GetCellPoints(line, ends);
+    const long id = static_cast<long>(ids->GetComponent(ends->GetId(0), 0));
+    const auto colour_of_line = static_cast<Colour>(static_cast<int>(colour->GetComponent(line, 0)));
+    lines.emplace(static_cast<int>(colour_of_line), id);
+    EXPECT_DOUBLE_EQ(strain->GetComponent(line, 0), 0.01 * static_cast<double>(id + 1));
+    // Red ends at the lattice point itself, blue at the next corner along x.
+    const double* end = drawn->GetPoint(ends->GetId(1));
+    EXPECT_DOUBLE_EQ(end[2], colour_of_line == Colour::red ? 0.1 : 0);
+    EXPECT_DOUBLE_EQ(end[0], static_cast<double>(id / 2) + (colour_of_line == Colour::red ? 0.5 : 1));
+  }
+  EXPECT_EQ(lines.size(), 2U * cell_count);
+}
+
+TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  OutputOptions options = options_for(folder / "out");
+  options.springs = true;
+  {
+    FrameWriter older(sheet, options);
+    older.write(scene.frame(0, 0));
+    older.write(scene.frame(1, 1));
+  }
+  if (folder.rank() == 0) {
+    write_file(folder / "out/strip_000001.png", "a picture");
+    write_file(folder / "out/strip2_000001.pvtp", "another run's");
+    write_file(folder / "out/strip_000001/note.txt", "not ours");
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  options.springs = false;
+  FrameWriter newer(sheet, options);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/strip_000001.pvtp")) << "a writer alone removes nothing";
+  MPI_Barrier(MPI_COMM_WORLD);
+  newer.write(scene.frame(0, 0));
+  if (folder.rank() != 0) {
+    return;
+  }
+  std::set<std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "out")) {
+    files.insert(entry.path().filename().string());
+  }
+  EXPECT_EQ(files.count("strip_000000.pvtp"), 1U);
+  EXPECT_EQ(files.count("strip_000001.pvtp") + files.count("strip_000001_0.vtp"), 0U);
+  EXPECT_EQ(files.count("strip_springs.pvd") + files.count("strip_springs_000000.pvtp"), 0U);
+  EXPECT_EQ(files.count("strip_springs_000000"), 0U) << "an emptied folder goes";
+  EXPECT_EQ(files.count("strip_000001.png") + files.count("strip2_000001.pvtp") + files.count("note.txt"), 3U);
+}
+
+TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  const auto steps_drawn = [&](const OutputOptions& options) {
+    FrameWriter writer(sheet, options);
+    std::vector<int> drawn;
+    for (int step = 0; step <= 10; ++step) {
+      if (writer.due(0.1 * step, step)) {
+        writer.write(scene.frame(0.1 * step, step));
+        drawn.push_back(step);
+      }
+    }
+    return drawn;
+  };
+  OutputOptions options = options_for(folder / "out");
+  options.interval_steps = 4;
+  EXPECT_EQ(steps_drawn(options), (std::vector<int>{0, 4, 8}));
+  options.interval_time = 0.3;  // 0.1 * 3 is a little more than 0.3, 0.1 * 6 and 0.1 * 9 are not.
+  EXPECT_EQ(steps_drawn(options), (std::vector<int>{0, 3, 6, 9}));
+  options.interval_time = 0.25;
+  EXPECT_EQ(steps_drawn(options), (std::vector<int>{0, 3, 5, 8, 10}));
+  options.interval_time = 0.01;
+  EXPECT_EQ(steps_drawn(options).size(), 11U);
+}
+
+TEST(FrameWriter, DirectoryThatCannotBeMadeIsOneErrorOnAllRanks) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  if (folder.rank() == 0) {
+    write_file(folder / "file", "in the way");
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  FrameWriter writer(sheet, options_for(folder / "file/out"));
+  EXPECT_EQ(error_text([&] { writer.write(scene.frame(0, 0)); }),
+            "output.directory: " + (folder / "file/out") + " cannot be used: Not a directory");
+}
+
+TEST(FrameWriter, FailedWriteIsOneErrorOnAllRanks) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, 4000);
+  const Scene scene(sheet);
+  FrameWriter writer(sheet, options_for(folder / "out"));
+  writer.write(scene.frame(0, 0));
+  int ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  // The last rank may write no more than a kilobyte to a file: to VTK, a full disk.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  if (folder.rank() == ranks - 1) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit small = before;
+    small.rlim_cur = 1024;
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  const std::string message = error_text([&] { writer.write(scene.frame(0.1, 1)); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(message.find((folder / "out/strip_000001.pvtp") + ": cannot be written: "), 0U) << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+  if (folder.rank() == 0) {
+    EXPECT_EQ(file_text(folder / "out/strip.pvd").find("strip_000001"), std::string::npos);
+  }
+}
+
+TEST(OutputOptions, NamesFollowTheDeck) {
+  OutputOptions options;
+  options.name_after("input/roof.yaml");
+  EXPECT_EQ(options.name, "roof");
+  EXPECT_EQ(options.directory, "output/roof");
+  OutputOptions given;
+  given.name = "a";
+  given.directory = "b";
+  given.name_after("input/roof.yaml");
+  EXPECT_EQ(given.name + given.directory, "ab");
+  given.name = "a/b";
+  EXPECT_EQ(error_text([&] { given.validate(); }),
+            "output.name: 'a/b' cannot be the name of a file: expected letters, digits, '_', '-' or '.'");
+}
+
+}  // namespace
+}  // namespace pellicle

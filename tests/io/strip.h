@@ -1,0 +1,98 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <array>
+#include <vector>
+
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// A strip of unit cells along x, made by hand: `cells` cells in one row, corner i at (i/2, i%2, 0), spread over the
+/// ranks in equal runs, none on rank `empty` (no rank if negative). A corner belongs to the lowest rank that uses it.
+/// Lattice points lie 0.1 above; one red spring a cell joins its first corner and its lattice point, one blue spring a
+/// cell its first two corners.
+inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  std::vector<int> working;
+  for (int r = 0; r < ranks; ++r) {
+    if (r != empty || ranks == 1) {
+      working.push_back(r);
+    }
+  }
+  const auto workers = static_cast<PetscInt>(working.size());
+  PetscInt first_cell = 0;
+  PetscInt end_cell = 0;
+  bool starts_strip = false;
+  for (PetscInt i = 0; i < workers; ++i) {
+    if (working[static_cast<std::size_t>(i)] == rank) {
+      first_cell = cells * i / workers;
+      end_cell = cells * (i + 1) / workers;
+      starts_strip = i == 0;
+    }
+  }
+  Sheet sheet;
+  sheet.particles.comm = comm;
+  sheet.global_cells = cells;
+  sheet.global_corners = 2 * (cells + 1);
+  const bool has_cells = end_cell > first_cell;
+  std::vector<PetscInt> corners;  // persistent ids of the owned ones
+  if (has_cells) {
+    for (PetscInt i = starts_strip ? 0 : 2 * (first_cell + 1); i < 2 * (end_cell + 1); ++i) {
+      corners.push_back(i);
+    }
+  }
+  sheet.persistent_id = corners;
+  sheet.owned_corners = static_cast<PetscInt>(corners.size());
+  for (PetscInt cell = first_cell; cell < end_cell; ++cell) {
+    sheet.persistent_id.push_back(sheet.global_corners + cell);
+  }
+  sheet.particles.owned = static_cast<PetscInt>(sheet.persistent_id.size());
+  sheet.particles.global = sheet.global_corners + cells;
+  if (has_cells && !starts_strip) {
+    for (const PetscInt ghost : {2 * first_cell, 2 * first_cell + 1}) {
+      sheet.persistent_id.push_back(ghost);
+      sheet.particles.ghost_global.push_back(ghost);  // Only its number of entries is read here.
+    }
+  }
+  const auto local = [&sheet](PetscInt id) {
+    for (std::size_t i = 0; i < sheet.persistent_id.size(); ++i) {
+      if (sheet.persistent_id[i] == id) {
+        return static_cast<PetscInt>(i);
+      }
+    }
+    return PetscInt{-1};
+  };
+  const PetscInt count = sheet.particles.local();
+  sheet.rest.resize(3, count);
+  sheet.uv.resize(2, count);
+  for (PetscInt i = 0; i < count; ++i) {
+    const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(i)];
+    const bool lattice = id >= sheet.global_corners;
+    sheet.is_lattice.push_back(lattice);
+    if (lattice) {
+      sheet.rest.col(i) << static_cast<double>(id - sheet.global_corners) + 0.5, 0.5, 0.1;
+    } else {
+      sheet.rest.col(i) << static_cast<double>(id / 2), static_cast<double>(id % 2), 0;
+    }
+    sheet.uv.col(i) << sheet.rest(0, i) / static_cast<double>(cells), sheet.rest(1, i);
+  }
+  for (PetscInt cell = first_cell; cell < end_cell; ++cell) {
+    const std::array<PetscInt, 4> round{local(2 * cell), local(2 * cell + 2), local(2 * cell + 3), local(2 * cell + 1)};
+    sheet.cells.push_back(round);
+    sheet.lattice.push_back(local(sheet.global_corners + cell));
+    sheet.of(Colour::red).ends.push_back({round[0], sheet.lattice.back()});
+    sheet.of(Colour::blue).ends.push_back({round[0], round[1]});
+  }
+  sheet.owned_cells = end_cell - first_cell;
+  for (const Colour colour : {Colour::red, Colour::blue}) {
+    sheet.of(colour).layout.owned = sheet.owned_cells;
+  }
+  return sheet;
+}
+
+}  // namespace pellicle

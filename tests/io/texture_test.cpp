@@ -1,0 +1,110 @@
+#include "io/texture.h"
+
+#include <gtest/gtest.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+
+#include <functional>
+
+#include "tests/io/files.h"
+
+namespace pellicle {
+namespace {
+
+/// Writes a PNG whose channel values are given by a formula of column, row (from the lower edge) and channel. Rank 0.
+void write_png(const TestFolder& folder, const std::string& path, int width, int height, int channels, int type,
+               const std::function<double(int, int, int)>& value) {
+  if (folder.rank() == 0) {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(width, height, 1);
+    image->AllocateScalars(type, channels);
+    for (int row = 0; row < height; ++row) {
+      for (int column = 0; column < width; ++column) {
+        for (int channel = 0; channel < channels; ++channel) {
+          image->SetScalarComponentFromDouble(column, row, 0, channel, value(column, row, channel));
+        }
+      }
+    }
+    vtkNew<vtkPNGWriter> writer;
+    writer->SetFileName(path.c_str());
+    writer->SetInputData(image);
+    writer->Write();
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+TEST(Texture, SamplesBilinearlyFromTheLowerEdge) {
+  const TestFolder folder;
+  const std::string path = folder / "grey.png";
+  const auto grey = [](int column, int row, int) { return 10.0 * column + 50.0 * row; };
+  write_png(folder, path, 4, 2, 1, VTK_UNSIGNED_CHAR, grey);
+  const Texture texture = Texture::read(MPI_COMM_WORLD, path);
+  EXPECT_EQ(texture.width(), 4);
+  EXPECT_EQ(texture.height(), 2);
+  // Centres of the pixels.
+  EXPECT_NEAR(texture.sample(0.125, 0.25), 0, 1e-12);
+  EXPECT_NEAR(texture.sample(0.875, 0.25), 30 / 255.0, 1e-12);
+  EXPECT_NEAR(texture.sample(0.125, 0.75), 50 / 255.0, 1e-12);
+  // The values are linear in both directions, so between centres the formula holds.
+  EXPECT_NEAR(texture.sample(0.45, 0.6), (10 * (0.45 * 4 - 0.5) + 50 * (0.6 * 2 - 0.5)) / 255, 1e-12);
+  // The edge's value goes on beyond the outer centres.
+  EXPECT_NEAR(texture.sample(0, 0), 0, 1e-12);
+  EXPECT_NEAR(texture.sample(1, 1), 80 / 255.0, 1e-12);
+  EXPECT_NEAR(texture.sample(7, -3), 30 / 255.0, 1e-12);
+}
+
+TEST(Texture, ColourIsTheMeanAndTransparencyIsDropped) {
+  const TestFolder folder;
+  write_png(folder, folder / "rgba.png", 2, 2, 4, VTK_UNSIGNED_CHAR,
+            [](int, int, int channel) { return channel == 3 ? 7.0 : 60.0 * channel; });
+  EXPECT_NEAR(Texture::read(MPI_COMM_WORLD, folder / "rgba.png").sample(0.5, 0.5), 60 / 255.0, 1e-12);
+  write_png(folder, folder / "grey_alpha.png", 2, 2, 2, VTK_UNSIGNED_CHAR,
+            [](int, int, int channel) { return channel == 1 ? 7.0 : 255.0; });
+  EXPECT_NEAR(Texture::read(MPI_COMM_WORLD, folder / "grey_alpha.png").sample(0.5, 0.5), 1, 1e-12);
+  write_png(folder, folder / "deep.png", 2, 2, 1, VTK_UNSIGNED_SHORT, [](int, int, int) { return 13107.0; });
+  EXPECT_NEAR(Texture::read(MPI_COMM_WORLD, folder / "deep.png").sample(0.5, 0.5), 0.2, 1e-12);
+}
+
+TEST(Texture, FaultyFilesAreOneErrorOnAllRanks) {
+  const TestFolder folder;
+  const auto message = [&](const std::string& path) {
+    return error_text([&] { Texture::read(MPI_COMM_WORLD, path); });
+  };
+  EXPECT_EQ(message(folder / "none.png"), (folder / "none.png") + ": no such file: expected a PNG texture");
+  write_png(folder, folder / "whole.png", 64, 64, 1, VTK_UNSIGNED_CHAR,
+            [](int column, int row, int) { return (column * 37 + row * row) % 256; });
+  if (folder.rank() == 0) {
+    write_file(folder / "text.png", "no picture");
+    write_file(folder / "empty.png", "");
+    const std::string whole = file_text(folder / "whole.png");
+    write_file(folder / "cut.png", whole.substr(0, whole.size() / 2));
+    write_file(folder / "head.png", whole.substr(0, 20));
+    std::string flipped = whole;
+    flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 1);
+    write_file(folder / "flipped.png", flipped);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  for (const char* name : {"text.png", "empty.png", "cut.png", "head.png", "flipped.png"}) {
+    EXPECT_EQ(message(folder / name), (folder / name) + ": expected a PNG picture: the file is damaged or something else");
+  }
+}
+
+TEST(Texture, TheTexturesOfTheDecksVary) {
+  const Texture texture = Texture::read(MPI_COMM_WORLD, std::string(PELLICLE_SOURCE_DIR) + "/input/textures/fibres.png");
+  double lowest = 1;
+  double highest = 0;
+  double sum = 0;
+  for (int i = 0; i < 10000; ++i) {
+    const double value = texture.sample((i % 100 + 0.5) / 100, (i / 100 + 0.5) / 100);
+    lowest = std::min(lowest, value);
+    highest = std::max(highest, value);
+    sum += value / 10000;
+  }
+  EXPECT_LT(lowest, 0.15);
+  EXPECT_GT(highest, 0.85);
+  EXPECT_NEAR(sum, 0.5, 0.05);
+}
+
+}  // namespace
+}  // namespace pellicle
