@@ -14,6 +14,14 @@ struct SurfaceMesh {
   std::vector<std::vector<int>> faces;    ///< point numbers of each polygon, in order round it
   std::vector<std::vector<Eigen::Vector2d>> uv;  ///< texture coordinate of each corner of each face, empty if the mesh has none
   std::map<std::string, std::vector<int>> groups;  ///< named sets of points (Gmsh physical groups, OBJ groups)
+
+  /// Numbers in the file of the points and faces that a repair kept (check_and_repair); empty while all are there.
+  std::vector<int> point_id;
+  std::vector<int> face_id;
+
+  /// Number in the file of a point or face.
+  int id_of_point(int point) const { return point_id.empty() ? point : point_id[static_cast<std::size_t>(point)]; }
+  int id_of_face(int face) const { return face_id.empty() ? face : face_id[static_cast<std::size_t>(face)]; }
 };
 
 }  // namespace pellicle

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace pellicle {
+
+using Triangle = std::array<Eigen::Vector3d, 3>;
+
+/// Whether two triangles cut through each other: an edge of one passes through the inside of the other. Triangles that
+/// lie in one plane, or only touch, do not. In plain double precision.
+bool triangles_intersect(const Triangle& first, const Triangle& second);
+
+}  // namespace pellicle

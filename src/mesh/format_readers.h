@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "mesh/surface_mesh.h"
+
+namespace pellicle {
+
+// One reader a format, behind read_mesh, which checks what all have in common (see there).
+SurfaceMesh read_obj(const std::string& path);
+SurfaceMesh read_off(const std::string& path);
+SurfaceMesh read_gmsh(const std::string& path);
+SurfaceMesh read_ply(const std::string& path);
+SurfaceMesh read_stl(const std::string& path);
+SurfaceMesh read_vtp(const std::string& path);
+SurfaceMesh read_vtu(const std::string& path);
+SurfaceMesh read_vtk(const std::string& path);
+
+}  // namespace pellicle

@@ -1,0 +1,152 @@
+#include "mesh/generators.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "base/error.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+void require_cells(std::array<int, 2> cells, int lowest, const char* shape) {
+  if (cells[0] < lowest || cells[1] < lowest) {
+    std::ostringstream text;
+    text << "a " << shape << " of " << cells[0] << " x " << cells[1] << " cells, expected at least " << lowest << " x "
+         << lowest;
+    throw Error(text.str());
+  }
+}
+
+void require_size(std::array<double, 2> size, const char* shape) {
+  if (!(size[0] > 0 && size[1] > 0)) {
+    std::ostringstream text;
+    text << "a " << shape << " of " << size[0] << " m x " << size[1] << " m, expected sizes above 0";
+    throw Error(text.str());
+  }
+}
+
+/// Groups of the points with texture coordinates 0 or 1.
+void name_sides(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
+  for (std::size_t i = 0; i < uv.size(); ++i) {
+    const int point = static_cast<int>(i);
+    if (uv[i].x() == 0) mesh.groups["left"].push_back(point);
+    if (uv[i].x() == 1) mesh.groups["right"].push_back(point);
+    if (uv[i].y() == 0) mesh.groups["bottom"].push_back(point);
+    if (uv[i].y() == 1) mesh.groups["top"].push_back(point);
+  }
+}
+
+/// Texture coordinates of the points, given to the corners.
+void spread_uv(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
+  for (const std::vector<int>& face : mesh.faces) {
+    std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
+    for (const int point : face) {
+      corners.push_back(uv[static_cast<std::size_t>(point)]);
+    }
+  }
+}
+
+}  // namespace
+
+SurfaceMesh rectangle_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
+  require_cells(cells, 1, "rectangle");
+  require_size(size, "rectangle");
+  const auto [nx, ny] = cells;
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2d> uv;
+  for (int j = 0; j <= ny; ++j) {
+    for (int i = 0; i <= nx; ++i) {
+      const Eigen::Vector2d& here = uv.emplace_back(static_cast<double>(i) / nx, static_cast<double>(j) / ny);
+      mesh.points.emplace_back((here.x() - 0.5) * size[0], (here.y() - 0.5) * size[1], 0);
+    }
+  }
+  for (int j = 0; j < ny; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const int corner = i + (nx + 1) * j;
+      mesh.faces.push_back({corner, corner + 1, corner + nx + 2, corner + nx + 1});
+    }
+  }
+  spread_uv(mesh, uv);
+  name_sides(mesh, uv);
+  return mesh;
+}
+
+SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tube_radius) {
+  require_cells(cells, 3, "torus");
+  if (!(tube_radius > 0 && tube_radius < major_radius)) {
+    std::ostringstream text;
+    text << "a torus of radii " << major_radius << " m and " << tube_radius << " m, expected the second between 0 and "
+         << "the first";
+    throw Error(text.str());
+  }
+  const auto [n, m] = cells;
+  SurfaceMesh mesh;
+  for (int j = 0; j < m; ++j) {
+    const double tube = 2 * pi * j / m;
+    for (int i = 0; i < n; ++i) {
+      const double round = 2 * pi * i / n;
+      const double distance = major_radius + tube_radius * std::cos(tube);
+      mesh.points.emplace_back(distance * std::cos(round), distance * std::sin(round), tube_radius * std::sin(tube));
+    }
+  }
+  for (int j = 0; j < m; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const int right = (i + 1) % n;
+      const int above = (j + 1) % m;
+      mesh.faces.push_back({i + n * j, right + n * j, right + n * above, i + n * above});
+      const double u = static_cast<double>(i) / n;
+      const double v = static_cast<double>(j) / m;
+      const double next_u = static_cast<double>(i + 1) / n;
+      const double next_v = static_cast<double>(j + 1) / m;
+      mesh.uv.push_back({{u, v}, {next_u, v}, {next_u, next_v}, {u, next_v}});
+    }
+  }
+  return mesh;
+}
+
+SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, double arch) {
+  require_cells(cells, 2, "roof");
+  require_size(size, "roof");
+  if (!(arch > 0 && arch < 2 * pi)) {
+    throw Error("a roof with an arch of " + std::to_string(arch) + " rad, expected between 0 and a full turn");
+  }
+  const auto [n, m] = cells;
+  const double radius = size[1] / arch;
+  // Points sit at half-cell steps (a, b), a + b odd; quads have their centres at a + b even, and the two families of
+  // centres are the teeth with a and b odd and the cells between them.
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2d> uv;
+  const int columns = 2 * n + 1;
+  std::vector<int> number(static_cast<std::size_t>(columns * (2 * m + 1)), -1);
+  const auto at = [&number, columns](int a, int b) -> int& { return number[static_cast<std::size_t>(a + columns * b)]; };
+  for (int b = 0; b <= 2 * m; ++b) {
+    for (int a = 1 - b % 2; a <= 2 * n; a += 2) {
+      // The outer points of the four corner quads, which are left out.
+      const bool end_column = a <= 1 || a >= 2 * n - 1;
+      const bool end_row = b <= 1 || b >= 2 * m - 1;
+      if (end_column && end_row) {
+        continue;
+      }
+      at(a, b) = static_cast<int>(mesh.points.size());
+      const Eigen::Vector2d& here = uv.emplace_back(a / (2.0 * n), b / (2.0 * m));
+      const double angle = (here.y() - 0.5) * arch;
+      mesh.points.emplace_back((here.x() - 0.5) * size[0], radius * std::sin(angle), radius * std::cos(angle));
+    }
+  }
+  for (int b = 1; b < 2 * m; ++b) {
+    for (int a = 2 - b % 2; a < 2 * n; a += 2) {
+      const std::vector<int> face{at(a, b - 1), at(a + 1, b), at(a, b + 1), at(a - 1, b)};
+      const bool corner = (a == 1 || a == 2 * n - 1) && (b == 1 || b == 2 * m - 1);
+      if (!corner) {
+        mesh.faces.push_back(face);
+      }
+    }
+  }
+  spread_uv(mesh, uv);
+  name_sides(mesh, uv);
+  return mesh;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mesh/surface_mesh.h"
+
+namespace pellicle {
+
+/// What a mesh is like, and what was repaired.
+struct MeshReport {
+  std::string name;
+  int points = 0;
+  int faces = 0;
+  int triangles = 0;
+  int quads = 0;
+  int edges = 0;
+  int components = 0;      ///< pieces joined by common edges
+  int boundary_edges = 0;
+  int boundary_loops = 0;
+  int intersections = 0;   ///< pairs of triangles that cut through each other (quads split in two)
+  int euler_characteristic() const { return points - edges + faces; }
+
+  double area = 0;             ///< [m^2]
+  double smallest_angle = 0;   ///< at a corner of a face [rad]
+  double shortest_edge = 0;    ///< [m]
+  double longest_edge = 0;     ///< [m]
+  std::map<int, int> valence;  ///< how many points have this number of edges
+
+  int merged_points = 0;   ///< exact duplicates
+  int removed_points = 0;  ///< that no face uses
+  int removed_faces = 0;   ///< that repeat another, or collapsed
+  int flipped_faces = 0;   ///< to agree with their neighbours
+
+  /// One line on size and topology, one on quality, one on each kind of repair.
+  std::vector<std::string> lines() const;
+};
+
+/// Checks a mesh and repairs what can be repaired without a choice:
+/// points at exactly the same place are merged; corners of a face that name one point in succession become one, and
+/// what is then no polygon goes; a face that repeats another goes; points of no face go; faces are flipped so that
+/// neighbours agree, the smaller part of each piece.
+///
+/// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
+/// Not collective.
+/// @param name what messages call the mesh, see MeshOptions::name
+/// @throws Error, one line that counts and names (by their numbers in the file, from 0) all of these: faces that name
+/// one point twice or have no area; quads with corners turned against each other (inverted or folded); edges of three
+/// or more faces; points whose faces do not hang together by edges; pieces that cannot be oriented.
+MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name);
+
+/// @throws Error in one line if a face is no quad.
+void require_quads(const SurfaceMesh& mesh, const std::string& name);
+
+}  // namespace pellicle

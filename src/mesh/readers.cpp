@@ -1,0 +1,74 @@
+#include "mesh/readers.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include "base/error.h"
+#include "mesh/format_readers.h"
+
+namespace pellicle {
+namespace {
+
+/// What every reader's result must satisfy.
+void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
+  if (mesh.points.empty() || mesh.faces.empty()) {
+    throw Error(path + ": " + std::to_string(mesh.points.size()) + " points and " + std::to_string(mesh.faces.size()) +
+                " polygons, expected a surface mesh");
+  }
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (!mesh.points[i].allFinite()) {
+      std::ostringstream text;
+      text << path << ": point " << i << " is at (" << mesh.points[i].transpose() << "), expected finite coordinates";
+      throw Error(text.str());
+    }
+  }
+  const int points = static_cast<int>(mesh.points.size());
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (mesh.faces[f].size() < 3) {
+      throw Error(path + ": face " + std::to_string(f) + " has " + std::to_string(mesh.faces[f].size()) +
+                  " corners, expected at least 3");
+    }
+    for (const int point : mesh.faces[f]) {
+      if (point < 0 || point >= points) {
+        throw Error(path + ": face " + std::to_string(f) + " names point " + std::to_string(point) +
+                    ", expected a number from 0 to " + std::to_string(points - 1));
+      }
+    }
+  }
+  for (std::size_t f = 0; f < mesh.uv.size(); ++f) {
+    for (const Eigen::Vector2d& uv : mesh.uv[f]) {
+      if (!uv.allFinite()) {
+        throw Error(path + ": face " + std::to_string(f) + " has a texture coordinate that is not finite");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+SurfaceMesh read_mesh(const std::string& path) {
+  static const std::map<std::string, SurfaceMesh (*)(const std::string&)> readers{
+      {".obj", read_obj}, {".off", read_off}, {".ply", read_ply}, {".stl", read_stl},
+      {".vtp", read_vtp}, {".vtu", read_vtu}, {".vtk", read_vtk}, {".msh", read_gmsh}};
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto reader = readers.find(ending);
+  if (reader == readers.end()) {
+    std::string known;
+    for (const auto& entry : readers) {
+      known += " " + entry.first;
+    }
+    throw Error(path + ": unknown ending '" + ending + "', expected one of" + known);
+  }
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    throw Error(path + ": no such file");
+  }
+  SurfaceMesh mesh = reader->second(path);
+  check_numbers(mesh, path);
+  return mesh;
+}
+
+}  // namespace pellicle
