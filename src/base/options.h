@@ -1,11 +1,8 @@
 #pragma once
 
-#include <mpi.h>
-
 #include <Eigen/Core>
 #include <deque>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -98,6 +95,12 @@ class Option {
   std::string default_text_;
 };
 
+/// A prefix of PETSc solver options, "project_", and what may follow it, {"red_", "green_"}.
+struct SolverPrefix {
+  std::string prefix;
+  std::vector<std::string> variants;
+};
+
 /// Every option of the program, grouped by the first word of its key (the module).
 ///
 /// A key such as "heat.diffusivity" is `heat: {diffusivity: ...}` in a deck and `-heat_diffusivity` on the command line.
@@ -147,10 +150,12 @@ class OptionTable {
   std::deque<Option>& options() { return options_; }
   const std::deque<Option>& options() const { return options_; }
   const std::deque<ObjectSection>& object_sections() const { return sections_; }
+  const std::vector<SolverPrefix>& solver_prefixes() const { return solver_prefixes_; }
 
   /// The option of a key or of a name on the command line (without the dash); null when there is none.
   Option* find_key(const std::string& key);
   Option* find_name(const std::string& name);
+  const Option* find_name(const std::string& name) const;
   /// The objects of this key; null when there are none.
   const ObjectSection* find_section(const std::string& key) const;
   /// What `name` sets if the object in it exists: "bodies_ball_radius" gives the prototype's radius; null otherwise.
@@ -168,13 +173,11 @@ class OptionTable {
   bool is_solver_option(const std::string& name) const;
   /// The names under which the variants of a solver prefix read a PETSc option that was given for the prefix alone.
   std::vector<std::string> variant_names(const std::string& name) const;
+  /// The option of ours that the user may have meant with a name (without the dash) that is not one: when the name
+  /// begins like one of our modules, or is within two letters of one of ours. Nothing when it may be PETSc's.
+  std::optional<std::string> meant_name(const std::string& name) const;
 
  private:
-  struct SolverPrefix {
-    std::string prefix;
-    std::vector<std::string> variants;
-  };
-
   void add_object_section(const std::string& section, std::string help,
                           std::function<void(OptionTable&, const std::string& object)> describe);
 

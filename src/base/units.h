@@ -25,7 +25,7 @@ struct Quantity {
 /// Reads a unit such as "mm", "kg/m^2", "1/(K s)", "W/(m^2 K)" or "degC"; "1" is the pure number. Factors are joined
 /// by a space or `*`; what follows a `/` must be in parentheses when it has several factors.
 /// Known: m g s K N Pa J W Hz l with the prefixes n u m c k M G; t min h bar rad deg % degC.
-/// @throws Error naming the part that was not understood.
+/// @throws Error saying what is wrong, not what was expected: that is for who asks.
 Unit parse_unit(const std::string& text);
 
 /// Reads "0.3 mm", "450 degC" or "1e-3". @throws Error when there is no finite number, or an unknown unit.

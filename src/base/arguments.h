@@ -1,0 +1,34 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <string>
+#include <vector>
+
+#include "base/deck.h"
+#include "base/options.h"
+#include "base/petsc_options.h"
+
+namespace pellicle {
+
+/// What the command line asks for, after the options have been set.
+struct ProgramArguments {
+  bool help = false;           ///< -help
+  bool options_table = false;  ///< -options_table
+  bool version = false;        ///< -version
+  std::vector<Deck> decks;     ///< in the order of the command line
+  std::vector<PetscOption> petsc;
+};
+
+/// Reads the command line and the decks that it names, and sets the options: decks in their order, then the options of
+/// the command line, wherever they stand. Decks are the arguments that end in .yaml or .yml and are not the value of an
+/// option of ours. With one of the three flags the decks are not read. Collective: rank 0 reads the files.
+/// @throws Error, the same on every rank: a deck that cannot be read or is wrong (see read_deck), an option of ours that
+/// is misspelt, without its value, or wrong in its value; an argument that is none of all this.
+ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table);
+
+/// PetscInitialize with PETSc's own options of the decks and the command line, PETSc's warning about unused options
+/// switched off: `warn_unused` is ours. Collective on MPI_COMM_WORLD; MPI may be initialised already.
+void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const OptionTable& table);
+
+}  // namespace pellicle

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "base/options.h"
+
+namespace pellicle {
+
+/// The text of `-help`: what the program is, how to call it, and every option by module; lines of up to 100 letters.
+std::string help_text(const OptionTable& table);
+
+/// The text of `-options_table`: Markdown, one table a module.
+std::string options_markdown(const OptionTable& table);
+
+}  // namespace pellicle

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/options.h"
+
+namespace pellicle {
+
+/// An option of PETSc's that a deck or the command line gives.
+struct PetscOption {
+  std::string name;                  ///< without the dash
+  std::optional<std::string> value;  ///< none: the name stands alone, which PETSc takes for true
+  std::string written;               ///< where and how the user wrote it: "deck.yaml:3: project.ksp_type"
+};
+
+/// Puts an option into the list; one of the same name that was there is replaced.
+void set_petsc_option(std::vector<PetscOption>& options, PetscOption option);
+
+/// The options as arguments of PetscInitialize, those of a general solver prefix handed to the variants that do not set
+/// them themselves.
+std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options, const OptionTable& table);
+
+/// One line for each option in PETSc's database that nothing has used, by the name that the user wrote. An option
+/// handed to variants counts once, and only when no variant has used it.
+std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& options, const OptionTable& table);
+
+/// Prints `unused_petsc_options` on rank 0's standard error. Call it when all solvers have been set up.
+void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const OptionTable& table);
+
+}  // namespace pellicle

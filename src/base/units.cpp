@@ -1,0 +1,234 @@
+#include "base/units.h"
+
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+// Units that take a prefix; then those that do not, which are looked up first ("min" is no milli-inch).
+const std::map<std::string, Unit>& prefixable_units() {
+  static const std::map<std::string, Unit> units{
+      {"m", {1, 0, {1, 0, 0, 0}}},   {"g", {1e-3, 0, {0, 1, 0, 0}}},  {"s", {1, 0, {0, 0, 1, 0}}},
+      {"K", {1, 0, {0, 0, 0, 1}}},   {"N", {1, 0, {1, 1, -2, 0}}},    {"Pa", {1, 0, {-1, 1, -2, 0}}},
+      {"J", {1, 0, {2, 1, -2, 0}}},  {"W", {1, 0, {2, 1, -3, 0}}},    {"Hz", {1, 0, {0, 0, -1, 0}}},
+      {"l", {1e-3, 0, {3, 0, 0, 0}}}};
+  return units;
+}
+
+const std::map<std::string, Unit>& plain_units() {
+  static const std::map<std::string, Unit> units{
+      {"t", {1e3, 0, {0, 1, 0, 0}}},      {"min", {60, 0, {0, 0, 1, 0}}}, {"h", {3600, 0, {0, 0, 1, 0}}},
+      {"bar", {1e5, 0, {-1, 1, -2, 0}}},  {"rad", {1, 0, {}}},            {"deg", {pi / 180, 0, {}}},
+      {"%", {1e-2, 0, {}}},               {"1", {1, 0, {}}},              {"degC", {1, 273.15, {0, 0, 0, 1}}}};
+  return units;
+}
+
+std::optional<Unit> find_unit(const std::string& symbol) {
+  const auto plain = plain_units().find(symbol);
+  if (plain != plain_units().end()) {
+    return plain->second;
+  }
+  const auto base = prefixable_units().find(symbol);
+  if (base != prefixable_units().end()) {
+    return base->second;
+  }
+  static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2},
+                                               {'k', 1e3},  {'M', 1e6},  {'G', 1e9}};
+  const auto prefix = symbol.size() > 1 ? prefixes.find(symbol[0]) : prefixes.end();
+  const auto prefixed = symbol.size() > 1 ? prefixable_units().find(symbol.substr(1)) : prefixable_units().end();
+  if (prefix == prefixes.end() || prefixed == prefixable_units().end()) {
+    return std::nullopt;
+  }
+  Unit unit = prefixed->second;
+  unit.factor *= prefix->second;
+  return unit;
+}
+
+/// Recursive descent over: expression = factor {("*" | " " | "/") factor}, factor = (symbol | "(" expression ")") ["^" integer].
+class UnitParser {
+ public:
+  explicit UnitParser(const std::string& text) : text_(text) {}
+
+  Unit parse() {
+    const Unit unit = expression();
+    if (position_ != text_.size()) {
+      fail();
+    }
+    return unit;
+  }
+
+ private:
+  Unit expression() {
+    Unit product = factor();
+    bool divided = false;
+    while (true) {
+      const bool space = skip_spaces();
+      if (position_ == text_.size() || text_[position_] == ')') {
+        return product;
+      }
+      const char sign = text_[position_];
+      if (sign == '*' || sign == '/') {
+        ++position_;
+        skip_spaces();
+      } else if (!space) {
+        fail();
+      }
+      if (divided && sign != '/') {
+        throw Error("unit \"" + text_ + "\" is ambiguous without parentheses after the /");
+      }
+      divided = divided || sign == '/';
+      multiply(product, factor(), sign == '/' ? -1 : 1);
+    }
+  }
+
+  Unit factor() {
+    Unit unit;
+    if (position_ < text_.size() && text_[position_] == '(') {
+      ++position_;
+      skip_spaces();
+      unit = expression();
+      if (position_ == text_.size()) {
+        fail();
+      }
+      ++position_;
+    } else {
+      const std::size_t begin = position_;
+      if (position_ < text_.size() && (text_[position_] == '1' || text_[position_] == '%')) {
+        ++position_;
+      } else {
+        while (position_ < text_.size() && std::isalpha(static_cast<unsigned char>(text_[position_])) != 0) {
+          ++position_;
+        }
+      }
+      const std::string symbol = text_.substr(begin, position_ - begin);
+      const std::optional<Unit> known = find_unit(symbol);
+      if (!known) {
+        fail(symbol);
+      }
+      if (known->offset != 0 && symbol != text_) {
+        throw Error("unit \"" + text_ + "\": degC stands alone only");
+      }
+      unit = *known;
+    }
+    if (position_ < text_.size() && text_[position_] == '^') {
+      int power = 0;
+      const char* begin = text_.data() + position_ + 1;
+      const auto [end, failure] = std::from_chars(begin, text_.data() + text_.size(), power);
+      if (failure != std::errc() || std::abs(power) > 9) {
+        fail();
+      }
+      position_ += static_cast<std::size_t>(end - begin) + 1;
+      const Unit base = std::exchange(unit, Unit());
+      multiply(unit, base, power);
+    }
+    return unit;
+  }
+
+  static void multiply(Unit& product, const Unit& unit, int power) {
+    // A positive power first, then one division: keeps "1/mm" at exactly 1000.
+    const double magnitude = std::pow(unit.factor, std::abs(power));
+    product.factor = power < 0 ? product.factor / magnitude : product.factor * magnitude;
+    product.offset = power == 1 ? product.offset + unit.offset : product.offset;
+    for (std::size_t i = 0; i < product.dimension.size(); ++i) {
+      product.dimension[i] += power * unit.dimension[i];
+    }
+  }
+
+  bool skip_spaces() {
+    const std::size_t begin = position_;
+    while (position_ < text_.size() && text_[position_] == ' ') {
+      ++position_;
+    }
+    return position_ > begin;
+  }
+
+  [[noreturn]] void fail(const std::string& part = "") const {
+    throw Error(part.empty() ? "unit \"" + text_ + "\" is not understood" : "unknown unit \"" + part + "\"");
+  }
+
+  const std::string& text_;
+  std::size_t position_ = 0;
+};
+
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \t");
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+}  // namespace
+
+Unit parse_unit(const std::string& text) {
+  const std::string unit = trimmed(text);
+  const std::optional<Unit> known = find_unit(unit);
+  return known ? *known : UnitParser(unit).parse();
+}
+
+Quantity parse_quantity(const std::string& text) {
+  const std::string written = trimmed(text);
+  const std::size_t sign = !written.empty() && written[0] == '+' ? 1 : 0;
+  Quantity quantity;
+  const char* begin = written.data() + sign;
+  const auto [end, failure] = std::from_chars(begin, written.data() + written.size(), quantity.value);
+  if (failure != std::errc() || !std::isfinite(quantity.value)) {
+    throw Error("\"" + text + "\" is not a finite number");
+  }
+  const std::string unit = trimmed(std::string(end));
+  quantity.bare = unit.empty();
+  if (!quantity.bare) {
+    const Unit parsed = parse_unit(unit);
+    // Divide by the reciprocal of small factors: 0.3 mm is 0.3/1000, correctly rounded to 0.0003.
+    const double reciprocal = std::round(1 / parsed.factor);
+    const bool divide = parsed.factor < 1 && std::abs(reciprocal * parsed.factor - 1) < 1e-12;
+    quantity.value = (divide ? quantity.value / reciprocal : quantity.value * parsed.factor) + parsed.offset;
+    quantity.dimension = parsed.dimension;
+  }
+  return quantity;
+}
+
+std::string example_of(const std::string& unit) {
+  static const std::vector<std::pair<Dimension, std::string>> examples{
+      {{1, 0, 0, 0}, "a length such as 0.3 mm"},       {{0, 0, 1, 0}, "a time such as 2 ms"},
+      {{0, 0, 0, 1}, "a temperature such as 450 degC"}, {{0, 1, 0, 0}, "a mass such as 5 g"},
+      {{1, 0, -1, 0}, "a velocity such as 1.2 m/s"},    {{1, 0, -2, 0}, "an acceleration such as 9.81 m/s^2"},
+      {{0, 0, -1, 0}, "a rate such as 20 1/s"},         {{-2, 1, 0, 0}, "a mass per area such as 80 g/m^2"},
+      {{-3, 1, 0, 0}, "a density such as 800 kg/m^3"}};
+  if (unit == "rad") {
+    return "an angle such as 30 deg";
+  }
+  const Dimension dimension = parse_unit(unit).dimension;
+  if (dimension == Dimension{}) {
+    return "a pure number";
+  }
+  for (const auto& [known, example] : examples) {
+    if (known == dimension) {
+      return example;
+    }
+  }
+  return "a quantity in " + unit;
+}
+
+std::string number_text(double value) {
+  char text[32];
+  for (int digits = 1; digits <= 17; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) {
+      break;
+    }
+  }
+  return text;
+}
+
+}  // namespace pellicle
