@@ -23,8 +23,8 @@ struct ProgramArguments {
 /// Reads the command line and the decks that it names, and sets the options: decks in their order, then the options of
 /// the command line, wherever they stand. Decks are the arguments that end in .yaml or .yml and are not the value of an
 /// option of ours. With one of the three flags the decks are not read. Collective: rank 0 reads the files.
-/// @throws Error, the same on every rank: a deck that cannot be read or is wrong (see read_deck), an option of ours that
-/// is misspelt, without its value, or wrong in its value; an argument that is none of all this.
+/// @throws Error, the same on every rank: a deck that cannot be read or is wrong (see read_deck), an option of ours
+/// that is misspelt, without its value, or wrong in its value; an argument that is none of all this.
 ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table);
 
 /// PetscInitialize with PETSc's own options of the decks and the command line, PETSc's warning about unused options

@@ -48,13 +48,13 @@ class DeckReader {
       }
     } else if (table_.find_section(key) != nullptr) {
       read_objects(key, node);
-    } else if (key == "petsc" || table_.is_group(key) || (in_petsc && node.IsMap())) {
+    } else if (!node.IsMap() && (in_petsc || table_.is_solver_option(command_line_name(key)))) {
+      read_petsc_option(key, command_line_name(in_petsc ? key.substr(6) : key), node);
+    } else if (key == "petsc" || in_petsc || table_.is_group(key)) {
       if (!node.IsMap() && !node.IsNull()) {
         fail(key, described(node) + "; expected a map of options");
       }
       read_map(node, key);
-    } else if (in_petsc || table_.is_solver_option(command_line_name(key))) {
-      read_petsc_option(key, command_line_name(in_petsc ? key.substr(6) : key), node);
     } else {
       fail(key, "unknown key; nearest valid key: " + nearest(key, table_.keys()));
     }
@@ -96,8 +96,6 @@ class DeckReader {
       option.value = list;
     } else if (node.IsScalar() && node.Scalar() != "true") {
       option.value = node.Scalar();
-    } else if (node.IsMap()) {
-      fail(key, "a map; expected a value or a list");
     }
     set_petsc_option(petsc_, option);
   }
@@ -136,7 +134,10 @@ class DeckReader {
   }
 
   static std::string described(const YAML::Node& node) {
-    return node.IsMap() ? "a map" : node.IsSequence() ? "a list" : node.IsNull() ? "no value" : "\"" + node.Scalar() + "\"";
+    return node.IsMap()        ? "a map"
+           : node.IsSequence() ? "a list"
+           : node.IsNull()     ? "no value"
+                               : "\"" + node.Scalar() + "\"";
   }
 
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const {

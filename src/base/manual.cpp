@@ -61,7 +61,7 @@ std::string option_help(const Option& option) {
   const std::string range = option.range_text();
   std::string text = option.help();
   text += option.source().empty() ? "" : " [" + option.source() + "]";
-  return wrapped("-" + option.name() + " " + with_unit(option) + (range.empty() ? "" : "  (" + range + ")"), "  ") +
+  return wrapped("-" + option.name() + " " + with_unit(option) + (range.empty() ? "" : " (" + range + ")"), "  ") +
          wrapped(text, "      ");
 }
 
@@ -127,7 +127,8 @@ std::string help_text(const OptionTable& table) {
 
 std::string options_markdown(const OptionTable& table) {
   std::string text =
-      "# Options\n\nWritten by `pellicle -options_table`. Defaults are in SI; a deck and the command line may give units "
+      "# Options\n\nWritten by `pellicle -options_table`. Defaults are in SI; a deck and the command line may give "
+      "units "
       "(`0.3 mm`, `450 degC`).\n";
   for (const Module& module : modules_of(table)) {
     text += "\n## " + module.name + "\n";

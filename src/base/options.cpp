@@ -17,18 +17,25 @@ namespace pellicle {
 namespace {
 
 // The first words of PETSc's options for solvers and what is nested in them.
-constexpr std::array<const char*, 12> solver_words{"ksp_",  "pc_",         "sub_",       "mat_",        "snes_", "mg_",
-                                                   "gamg_", "fieldsplit_", "redundant_", "telescope_", "esteig_",
-                                                   "schur_"};
+constexpr std::array<const char*, 12> solver_words{"ksp_",       "pc_",        "sub_",    "mat_",
+                                                   "snes_",      "mg_",        "gamg_",   "fieldsplit_",
+                                                   "redundant_", "telescope_", "esteig_", "schur_"};
 
-bool starts_with(const std::string& text, const std::string& start) { return text.compare(0, start.size(), start) == 0; }
+// Those that are suggested for a misspelt one.
+constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",
+                                                           "pc_type"};
+
+bool starts_with(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
 
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
 bool is_solver_word(const std::string& rest) {
-  return std::any_of(solver_words.begin(), solver_words.end(), [&](const char* word) { return starts_with(rest, word); });
+  return std::any_of(solver_words.begin(), solver_words.end(),
+                     [&](const char* word) { return starts_with(rest, word); });
 }
 
 std::string first_word(const std::string& name) { return name.substr(0, name.find('_')); }
@@ -72,9 +79,8 @@ std::vector<std::string> number_words(const Numbers& numbers) {
 }
 
 template <class T>
-inline constexpr bool is_list =
-    std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
-    std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<std::string>>;
+inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
+                                std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<std::string>>;
 
 }  // namespace
 
@@ -276,7 +282,8 @@ void Option::assign(const WrittenValue& written) {
           *variable = rows;
         } else if constexpr (is_list<T>) {
           if (written.kind != Kind::list) {
-            refuse(written.kind == Kind::rows ? "a list of lists" : "\"" + written.rows.front().front() + "\" is no list");
+            refuse(written.kind == Kind::rows ? "a list of lists"
+                                              : "\"" + written.rows.front().front() + "\" is no list");
           }
           const auto& words = written.rows.front();
           if (length_ && words.size() != *length_) {
@@ -473,6 +480,9 @@ std::vector<std::string> OptionTable::keys() const {
   for (const SolverPrefix& solver : solver_prefixes_) {
     const std::string group = solver.prefix.substr(0, solver.prefix.size() - 1);
     keys.insert(group);
+    for (const char* option : common_solver_options) {
+      keys.insert(group + "." + option);
+    }
     for (const std::string& variant : solver.variants) {
       keys.insert(group + "." + variant.substr(0, variant.size() - 1));
     }
@@ -486,9 +496,9 @@ void OptionTable::create_object(const std::string& section, const std::string& o
   if (std::find(found->objects.begin(), found->objects.end(), object) != found->objects.end()) {
     return;
   }
-  const bool word = !object.empty() && std::isalpha(static_cast<unsigned char>(object[0])) != 0 &&
-                    std::all_of(object.begin(), object.end(),
-                                [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+  const bool word =
+      !object.empty() && std::isalpha(static_cast<unsigned char>(object[0])) != 0 &&
+      std::all_of(object.begin(), object.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
   if (!word) {
     throw Error("\"" + object + "\" is no name of an object; expected letters, digits and underscores");
   }
@@ -551,6 +561,9 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
   }
   for (const SolverPrefix& solver : solver_prefixes_) {
     modules.insert(first_word(solver.prefix));
+    for (const char* option : common_solver_options) {
+      names.push_back(solver.prefix + option);
+    }
   }
   const std::string closest = nearest(name, names);
   // A short name is within two letters of too many.

@@ -103,8 +103,9 @@ struct SolverPrefix {
 
 /// Every option of the program, grouped by the first word of its key (the module).
 ///
-/// A key such as "heat.diffusivity" is `heat: {diffusivity: ...}` in a deck and `-heat_diffusivity` on the command line.
-/// Solver options of PETSc stand below a solver prefix, `project: {ksp_type: cg}`; `petsc: {log_view: true}` holds others.
+/// A key such as "heat.diffusivity" is `heat: {diffusivity: ...}` in a deck and `-heat_diffusivity` on the command
+/// line. Solver options of PETSc stand below a solver prefix, `project: {ksp_type: cg}`; `petsc: {log_view: true}`
+/// holds others.
 class OptionTable {
  public:
   /// Named objects of one kind, such as all bodies.

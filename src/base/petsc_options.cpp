@@ -57,10 +57,10 @@ std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options
 std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& options, const OptionTable& table) {
   // What PETSc reads in PetscFinalize only.
   static const std::set<std::string> read_at_the_end{
-      "citations",    "get_total_flops", "log",         "log_all",     "log_mpe",      "log_view",
-      "log_view_memory", "malloc_debug", "malloc_dump", "malloc_test", "malloc_view",  "memory_view",
-      "mpidump",      "no_signal_handler", "nox",       "nox_warning", "objects_dump", "options_left",
-      "options_view", "x_virtual"};
+      "citations",   "get_total_flops", "log",          "log_all",           "log_mpe",
+      "log_view",    "log_view_memory", "malloc_debug", "malloc_dump",       "malloc_test",
+      "malloc_view", "memory_view",     "mpidump",      "no_signal_handler", "nox",
+      "nox_warning", "objects_dump",    "options_left", "options_view",      "x_virtual"};
   PetscInt count = 0;
   char** names = nullptr;
   char** values = nullptr;

@@ -20,19 +20,24 @@ constexpr double pi = 3.14159265358979323846;
 
 // Units that take a prefix; then those that do not, which are looked up first ("min" is no milli-inch).
 const std::map<std::string, Unit>& prefixable_units() {
-  static const std::map<std::string, Unit> units{
-      {"m", {1, 0, {1, 0, 0, 0}}},   {"g", {1e-3, 0, {0, 1, 0, 0}}},  {"s", {1, 0, {0, 0, 1, 0}}},
-      {"K", {1, 0, {0, 0, 0, 1}}},   {"N", {1, 0, {1, 1, -2, 0}}},    {"Pa", {1, 0, {-1, 1, -2, 0}}},
-      {"J", {1, 0, {2, 1, -2, 0}}},  {"W", {1, 0, {2, 1, -3, 0}}},    {"Hz", {1, 0, {0, 0, -1, 0}}},
-      {"l", {1e-3, 0, {3, 0, 0, 0}}}};
+  static const std::map<std::string, Unit> units{{"m", {1, 0, {1, 0, 0, 0}}},   {"g", {1e-3, 0, {0, 1, 0, 0}}},
+                                                 {"s", {1, 0, {0, 0, 1, 0}}},   {"K", {1, 0, {0, 0, 0, 1}}},
+                                                 {"N", {1, 0, {1, 1, -2, 0}}},  {"Pa", {1, 0, {-1, 1, -2, 0}}},
+                                                 {"J", {1, 0, {2, 1, -2, 0}}},  {"W", {1, 0, {2, 1, -3, 0}}},
+                                                 {"Hz", {1, 0, {0, 0, -1, 0}}}, {"l", {1e-3, 0, {3, 0, 0, 0}}}};
   return units;
 }
 
 const std::map<std::string, Unit>& plain_units() {
-  static const std::map<std::string, Unit> units{
-      {"t", {1e3, 0, {0, 1, 0, 0}}},      {"min", {60, 0, {0, 0, 1, 0}}}, {"h", {3600, 0, {0, 0, 1, 0}}},
-      {"bar", {1e5, 0, {-1, 1, -2, 0}}},  {"rad", {1, 0, {}}},            {"deg", {pi / 180, 0, {}}},
-      {"%", {1e-2, 0, {}}},               {"1", {1, 0, {}}},              {"degC", {1, 273.15, {0, 0, 0, 1}}}};
+  static const std::map<std::string, Unit> units{{"t", {1e3, 0, {0, 1, 0, 0}}},
+                                                 {"min", {60, 0, {0, 0, 1, 0}}},
+                                                 {"h", {3600, 0, {0, 0, 1, 0}}},
+                                                 {"bar", {1e5, 0, {-1, 1, -2, 0}}},
+                                                 {"rad", {1, 0, {}}},
+                                                 {"deg", {pi / 180, 0, {}}},
+                                                 {"%", {1e-2, 0, {}}},
+                                                 {"1", {1, 0, {}}},
+                                                 {"degC", {1, 273.15, {0, 0, 0, 1}}}};
   return units;
 }
 
@@ -57,7 +62,8 @@ std::optional<Unit> find_unit(const std::string& symbol) {
   return unit;
 }
 
-/// Recursive descent over: expression = factor {("*" | " " | "/") factor}, factor = (symbol | "(" expression ")") ["^" integer].
+/// Recursive descent over: expression = factor {("*" | " " | "/") factor}, factor = (symbol | "(" expression ")") ["^"
+/// integer].
 class UnitParser {
  public:
   explicit UnitParser(const std::string& text) : text_(text) {}
@@ -200,7 +206,7 @@ Quantity parse_quantity(const std::string& text) {
 
 std::string example_of(const std::string& unit) {
   static const std::vector<std::pair<Dimension, std::string>> examples{
-      {{1, 0, 0, 0}, "a length such as 0.3 mm"},       {{0, 0, 1, 0}, "a time such as 2 ms"},
+      {{1, 0, 0, 0}, "a length such as 0.3 mm"},        {{0, 0, 1, 0}, "a time such as 2 ms"},
       {{0, 0, 0, 1}, "a temperature such as 450 degC"}, {{0, 1, 0, 0}, "a mass such as 5 g"},
       {{1, 0, -1, 0}, "a velocity such as 1.2 m/s"},    {{1, 0, -2, 0}, "an acceleration such as 9.81 m/s^2"},
       {{0, 0, -1, 0}, "a rate such as 20 1/s"},         {{-2, 1, 0, 0}, "a mass per area such as 80 g/m^2"},
@@ -222,7 +228,10 @@ std::string example_of(const std::string& unit) {
 
 std::string number_text(double value) {
   char text[32];
-  for (int digits = 1; digits <= 17; ++digits) {
+  // At least the digits before the point, or 100 would be 1e+02.
+  const double magnitude = std::abs(value);
+  const int before_point = magnitude >= 1 && magnitude < 1e9 ? static_cast<int>(std::log10(magnitude)) + 1 : 1;
+  for (int digits = before_point; digits <= 17; ++digits) {
     std::snprintf(text, sizeof text, "%.*g", digits, value);
     if (std::strtod(text, nullptr) == value) {
       break;
