@@ -1,0 +1,227 @@
+#include "heat/conduction.h"
+
+#include <gtest/gtest.h>
+
+#include "heat/heat_balance.h"
+#include "tests/heat/sheets.h"
+
+namespace pellicle {
+namespace {
+
+HeatOptions options_for(const std::string& operator_name, const std::string& mat_type = "aij") {
+  HeatOptions options;
+  options.operator_name = operator_name;
+  options.mat_type = mat_type;
+  options.diffusivity = 0.3;
+  options.ksp_rtol = 1e-12;
+  return options;
+}
+
+void advance(Conduction& conduction, Field& temperature, const Field& positions, const Field& mass, double step,
+             int steps) {
+  for (int n = 0; n < steps; ++n) {
+    const StageResult result = conduction.advance(temperature, {positions, mass, step});
+    ASSERT_TRUE(result.converged) << result.reason;
+  }
+}
+
+/// Largest difference of the owned values from a function of the rest position.
+double largest_error(const Sheet& sheet, const Field& temperature,
+                     const std::function<double(const Eigen::Vector3d&)>& expected) {
+  double error = 0;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {  // Ghosts too: they must be up to date.
+    error = std::max(error, std::abs(temperature.data()[i] - expected(sheet.rest.col(i))));
+  }
+  return max_over_ranks(error);
+}
+
+class ConductionOf : public ::testing::TestWithParam<std::string> {};
+
+INSTANTIATE_TEST_SUITE_P(Matrices, ConductionOf, ::testing::Values("aij", "shell"));
+
+// cos(k x) on an insulated unit square of n cells is an eigenvector, of eigenvalue 8 (1 - cos(k a/2)) / a^2.
+TEST_P(ConductionOf, decays_a_mode_by_backward_euler) {
+  const double step = 0.02;
+  const int steps = 5;
+  const double wave_number = M_PI;
+  std::vector<double> errors;
+  for (const int n : {8, 16, 32}) {
+    const double a = 1.0 / n;
+    const Sheet sheet = shell_of(grid_mesh(n, n, a), 0.2 * a);
+    const HeatOptions options = options_for("consistent", GetParam());
+    Conduction conduction(sheet, options, {});
+    Field temperature =
+        field_of(sheet, [&](const Eigen::Vector3d& x) { return 400 + 100 * std::cos(wave_number * x.x()); });
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), step, steps);
+    const auto mode = [&](double eigenvalue) {
+      const double amplitude = 100 * std::pow(1 + options.diffusivity * step * eigenvalue, -steps);
+      return [=](const Eigen::Vector3d& x) { return 400 + amplitude * std::cos(wave_number * x.x()); };
+    };
+    EXPECT_LT(largest_error(sheet, temperature, mode(8 * (1 - std::cos(wave_number * a / 2)) / (a * a))), 1e-9);
+    errors.push_back(largest_error(sheet, temperature, mode(wave_number * wave_number)));
+  }
+  EXPECT_NEAR(errors[0] / errors[1], 4, 0.1);
+  EXPECT_NEAR(errors[1] / errors[2], 4, 0.03);
+}
+
+TEST_P(ConductionOf, is_first_order_in_time) {
+  const double a = 1.0 / 12;
+  const Sheet sheet = shell_of(grid_mesh(12, 12, a), 0.01);
+  const HeatOptions options = options_for("consistent", GetParam());
+  const double eigenvalue = 8 * (1 - std::cos(M_PI * a / 2)) / (a * a);
+  std::vector<double> errors;
+  for (const int steps : {10, 20, 40}) {
+    Conduction conduction(sheet, options, {});
+    Field temperature = field_of(sheet, [](const Eigen::Vector3d& x) { return std::cos(M_PI * x.x()); });
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), 0.1 / steps, steps);
+    const double amplitude = std::exp(-options.diffusivity * eigenvalue * 0.1);
+    errors.push_back(largest_error(sheet, temperature,
+                                   [&](const Eigen::Vector3d& x) { return amplitude * std::cos(M_PI * x.x()); }));
+  }
+  EXPECT_NEAR(errors[0] / errors[1], 2, 0.05);
+  EXPECT_NEAR(errors[1] / errors[2], 2, 0.03);
+}
+
+// A Gaussian of variance s^2 becomes one of variance s^2 + 2 alpha t; the umbrella conducts with half of alpha.
+TEST_P(ConductionOf, spreads_a_gaussian) {
+  const double time = 0.01;
+  const double variance = 0.01;
+  for (const auto& [name, share] : {std::pair{"umbrella", 0.5}, {"consistent", 1.0}}) {
+    std::vector<double> errors;
+    for (const int n : {16, 32, 64}) {
+      const Sheet sheet = shell_of(grid_mesh(n, n, 1.0 / n), 0);
+      const HeatOptions options = options_for(name, GetParam());
+      const auto gaussian = [](double width, const Eigen::Vector3d& x) {
+        const double squared = (x - Eigen::Vector3d(0.5, 0.5, 0)).squaredNorm();
+        return std::exp(-squared / (2 * width)) / width;
+      };
+      Conduction conduction(sheet, options, {});
+      Field temperature = field_of(sheet, [&](const Eigen::Vector3d& x) { return gaussian(variance, x); });
+      const int steps = n * n / 16;  // Errors of time and space fall alike.
+      advance(conduction, temperature, flat_positions(sheet), initial_masses(sheet), time / steps, steps);
+      const double later = variance + 2 * share * options.diffusivity * time;
+      errors.push_back(later *
+                       largest_error(sheet, temperature, [&](const Eigen::Vector3d& x) { return gaussian(later, x); }));
+    }
+    EXPECT_LT(errors[2], 2e-3) << name;
+    EXPECT_GT(errors[0] / errors[1], 3.6) << name;
+    EXPECT_GT(errors[1] / errors[2], 3.6) << name;
+  }
+}
+
+TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
+  const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
+  Field positions = rest_positions(sheet);  // A crumpled sheet, partly burnt.
+  positions.values() += 0.02 * (30 * positions.values()).array().sin().matrix();
+  Field mass = initial_masses(sheet);
+  std::vector<double> factor;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    mass.data()[i] *= 0.65 + 0.35 * std::sin(40 * sheet.rest(0, i));
+    factor.push_back(1 + 0.8 * std::cos(20 * sheet.rest(1, i)));
+  }
+  for (const char* name : {"umbrella", "consistent"}) {
+    const HeatOptions options = options_for(name, GetParam());
+    Conduction conduction(sheet, options, factor);
+    Field uniform = field_of(sheet, [](const Eigen::Vector3d&) { return 350.0; });
+    advance(conduction, uniform, positions, mass, 0.1, 3);
+    EXPECT_EQ(largest_error(sheet, uniform, [](const Eigen::Vector3d&) { return 350; }), 0) << name;
+
+    Field temperature =
+        field_of(sheet, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
+    // What the umbrella conserves is E_i T_i: the printed operator knows no masses.
+    DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
+    set_umbrella(graph, sheet, factor, positions);
+    const auto content = [&] {
+      return sum_over_ranks(std::string(name) == "umbrella"
+                                ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
+                                : heat_content(sheet, mass, temperature, options.capacity));
+    };
+    const double before = content();
+    const double rough = temperature.values()(0, 0);
+    advance(conduction, temperature, positions, mass, 0.01, 5);
+    EXPECT_NEAR(content(), before, 1e-12 * before) << name;
+    EXPECT_GT(std::abs(temperature.values()(0, 0) - rough), 1) << name;
+  }
+}
+
+/// Sets PETSc options while it lives.
+class PetscOptions {
+ public:
+  using List = std::vector<std::pair<std::string, std::string>>;
+
+  explicit PetscOptions(List options) : options_(std::move(options)) {
+    for (const auto& [name, value] : options_) {
+      PetscOptionsSetValue(nullptr, name.c_str(), value.c_str());
+    }
+  }
+  PetscOptions(const PetscOptions&) = delete;
+  PetscOptions& operator=(const PetscOptions&) = delete;
+  ~PetscOptions() {
+    for (const auto& option : options_) {
+      PetscOptionsClearValue(nullptr, option.first.c_str());
+    }
+    PetscOptionsClearValue(nullptr, "-heat_sub_pc_type");  // What make_ksp adds for icc on several ranks.
+  }
+
+ private:
+  List options_;
+};
+
+class Solvers : public ::testing::Test {
+ protected:
+  Solvers() : sheet_(shell_of(irregular_mesh(11, 9, 0.1), 0.03)) {}
+
+  Field result(const std::string& operator_name, const std::string& mat_type) {
+    Conduction conduction(sheet_, options_for(operator_name, mat_type), {});
+    Field temperature =
+        field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
+    advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), 0.05, 2);
+    return temperature;
+  }
+
+  static double difference(const Field& a, const Field& b) {
+    return max_over_ranks((a.values() - b.values()).cwiseAbs().maxCoeff());
+  }
+
+  Sheet sheet_;
+};
+
+TEST_F(Solvers, give_the_same_answer_with_every_method_and_preconditioner) {
+  for (const char* name : {"umbrella", "consistent"}) {
+    const Field expected = [&] {
+      const PetscOptions direct(
+          {{"-heat_ksp_type", "preonly"}, {"-heat_pc_type", "cholesky"}, {"-heat_pc_factor_mat_solver_type", "mumps"}});
+      return result(name, "aij");
+    }();
+    EXPECT_LT(difference(expected, result(name, "aij")), 1e-8);
+    EXPECT_LT(difference(expected, result(name, "shell")), 1e-8);
+    for (const char* method : {"cg", "minres", "gmres"}) {
+      for (const char* preconditioner : {"none", "jacobi", "icc", "bjacobi", "asm", "gamg", "hypre"}) {
+        // PETSc's own choice, restricted ASM, is not symmetric, which cg and minres need.
+        const PetscOptions options(
+            {{"-heat_ksp_type", method}, {"-heat_pc_type", preconditioner}, {"-heat_pc_asm_type", "basic"}});
+        EXPECT_LT(difference(expected, result(name, "aij")), 1e-7) << name << " " << method << " " << preconditioner;
+      }
+    }
+  }
+}
+
+TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
+  const PetscOptions options(PetscOptions::List{{"-heat_ksp_max_it", "1"}});
+  Conduction conduction(sheet_, options_for("consistent"), {});
+  Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x()); });
+  const Eigen::MatrixXd before = temperature.values();
+  const StageResult result = conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), 0.05});
+  EXPECT_FALSE(result.converged);
+  EXPECT_NE(result.reason.find("DIVERGED_ITS"), std::string::npos) << result.reason;
+  EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
+}
+
+TEST_F(Solvers, values_that_are_no_numbers_are_a_failed_solve) {
+  Conduction conduction(sheet_, options_for("umbrella"), {});
+  Field temperature = field_of(sheet_, [](const Eigen::Vector3d&) { return std::nan(""); });
+  EXPECT_FALSE(conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), 0.05}).converged);
+}
+
+}  // namespace
+}  // namespace pellicle

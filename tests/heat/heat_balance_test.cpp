@@ -1,0 +1,121 @@
+#include "heat/heat_balance.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/heat/sheets.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double stefan_boltzmann = 5.670374419e-8;
+
+class HeatBalance : public ::testing::Test {
+ protected:
+  HeatBalance()
+      : sheet_(shell_of(grid_mesh(6, 5, 0.1), 0.03)),
+        positions_(rest_positions(sheet_)),
+        mass_(initial_masses(sheet_)) {}
+
+  Field uniform(double value) {
+    return field_of(sheet_, [=](const Eigen::Vector3d&) { return value; });
+  }
+
+  /// Loses heat in equal steps and returns the heat added, of all ranks.
+  double lose(Field& temperature, double time, int steps, const HeatOptions& options) {
+    double heat = 0;
+    for (int n = 0; n < steps; ++n) {
+      heat += lose_heat(temperature, sheet_, positions_, mass_, time / steps, options);
+    }
+    return sum_over_ranks(heat);
+  }
+
+  Sheet sheet_;
+  Field positions_;
+  Field mass_;
+};
+
+TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
+  const Eigen::VectorXd areas = particle_areas(sheet_, positions_);
+  EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.6 * 0.5, 1e-14);
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[static_cast<std::size_t>(i)], 1e-16);
+  }
+}
+
+TEST_F(HeatBalance, nothing_is_lost_unless_asked) {
+  Field temperature = uniform(900);
+  EXPECT_EQ(lose(temperature, 1, 1, HeatOptions()), 0);
+  EXPECT_EQ(temperature.values().maxCoeff(), 900);
+}
+
+// Both sides of area A: T - T_amb decays at the rate 2 h_c A / (m c) = 2 h_c / (sigma c), exactly for any step.
+TEST_F(HeatBalance, convection_decays_exponentially) {
+  HeatOptions options;
+  options.convection = 12;
+  options.ambient_temperature = 290;
+  const double rate = 2 * options.convection / (test_density * options.capacity);
+  for (const int steps : {1, 7}) {
+    Field temperature = uniform(700);
+    const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
+    const double heat = lose(temperature, 3, steps, options);
+    const double expected = 290 + 410 * std::exp(-3 * rate);
+    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+      EXPECT_NEAR(temperature.data()[i], expected, 1e-10);
+    }
+    EXPECT_LT(heat, 0);
+    EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
+                1e-12 * before);
+  }
+}
+
+// Into surroundings at 0 K: T^-3 = T_0^-3 + 6 epsilon sigma t / (areal density c).
+TEST_F(HeatBalance, radiation_converges_at_second_order) {
+  HeatOptions options;
+  options.emissivity = 0.9;
+  options.ambient_temperature = 0;
+  const double expected =
+      std::pow(std::pow(1000.0, -3) + 6 * 0.9 * stefan_boltzmann * 2 / (test_density * options.capacity), -1.0 / 3);
+  std::vector<double> errors;
+  for (const int steps : {10, 20, 40}) {
+    Field temperature = uniform(1000);
+    lose(temperature, 2, steps, options);
+    errors.push_back(max_over_ranks(std::abs(temperature.values()(0, 0) - expected)));
+  }
+  EXPECT_LT(errors[2], 0.2);
+  EXPECT_GT(errors[0] / errors[1], 3.7);
+  EXPECT_GT(errors[1] / errors[2], 3.7);
+}
+
+TEST_F(HeatBalance, a_huge_step_ends_at_the_surroundings) {
+  HeatOptions options;
+  options.convection = 10;
+  options.emissivity = 1;
+  for (const double start : {100.0, 2000.0}) {
+    Field temperature = uniform(start);
+    lose(temperature, 1e9, 1, options);
+    EXPECT_NEAR(temperature.values().maxCoeff(), options.ambient_temperature, 1e-9);
+    EXPECT_NEAR(temperature.values().minCoeff(), options.ambient_temperature, 1e-9);
+  }
+}
+
+TEST_F(HeatBalance, burning_heats_by_eta_times_the_lost_fraction) {
+  HeatOptions options;
+  options.burning_heat = 300;
+  Field change(sheet_.particles, 1);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    change.data()[i] = -0.01 * sheet_.rest(0, i) * mass_.data()[i];
+    mass_.data()[i] += change.data()[i];
+  }
+  Field temperature = uniform(500);
+  const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
+  const double heat = sum_over_ranks(release_burning_heat(temperature, sheet_, change, mass_, options));
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    EXPECT_NEAR(temperature.data()[i], 500 + 3 * sheet_.rest(0, i), 1e-10);
+  }
+  EXPECT_GT(heat, 0);
+  EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
+              1e-12 * before);
+}
+
+}  // namespace
+}  // namespace pellicle

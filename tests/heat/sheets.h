@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <string>
+
+#include "mesh/field.h"
+#include "mesh/shell.h"
+#include "tests/support/grid_mesh.h"
+
+namespace pellicle {
+
+inline constexpr double test_density = 0.08;  // [kg/m^2]
+
+inline Sheet shell_of(const SurfaceMesh& mesh, double thickness) {
+  SheetOptions options;
+  options.thickness = thickness;
+  options.areal_density = test_density;
+  return make_sheet(PETSC_COMM_WORLD, mesh, options);
+}
+
+/// A grid of the unit square's kind whose points are moved by up to a fifth of a cell, out of the plane too.
+inline SurfaceMesh irregular_mesh(int nx, int ny, double edge) {
+  SurfaceMesh mesh = grid_mesh(nx, ny, edge);
+  for (Eigen::Vector3d& point : mesh.points) {
+    const Eigen::Vector3d phase = 40 * point / edge;
+    point += 0.2 * edge *
+             Eigen::Vector3d(std::sin(phase.x() + 2 * phase.y()), std::cos(3 * phase.x() - phase.y()),
+                             std::sin(phase.y() - phase.x()));
+  }
+  return mesh;
+}
+
+inline double sum_over_ranks(double value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return value;
+}
+
+inline double max_over_ranks(double value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  return value;
+}
+
+inline Field rest_positions(const Sheet& sheet) {
+  Field positions(sheet.particles, 3);
+  positions.values() = sheet.rest;
+  return positions;
+}
+
+/// Rest positions of a sheet that lies in the x-y plane, with the lattice points in the plane of the corners.
+inline Field flat_positions(const Sheet& sheet) {
+  Field positions = rest_positions(sheet);
+  positions.values().row(2).setZero();
+  return positions;
+}
+
+inline Field initial_masses(const Sheet& sheet) {
+  Field mass(sheet.particles, 1);
+  mass.values() = Eigen::Map<const Eigen::RowVectorXd>(sheet.initial_mass.data(), mass.values().cols());
+  return mass;
+}
+
+/// A function of the rest position on the local particles.
+inline Field field_of(const Sheet& sheet, const std::function<double(const Eigen::Vector3d&)>& function) {
+  Field field(sheet.particles, 1);
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    field.data()[i] = function(sheet.rest.col(i));
+  }
+  return field;
+}
+
+/// Folder `shared` beside the repository, or where the environment says it is.
+inline std::string shared_folder() {
+  const char* folder = std::getenv("PELLICLE_SHARED");
+  return folder != nullptr ? folder : std::string(PELLICLE_SOURCE_DIR) + "/../shared";
+}
+
+}  // namespace pellicle
