@@ -164,7 +164,7 @@ void FrameWriter::build_surface() {
   for (std::size_t cell = 0; cell < owned_cells; ++cell) {
     const auto centre = static_cast<vtkIdType>(particles.size());
     particles.push_back(sheet_.lattice[cell]);
-    const PetscInt id = sheet_.persistent_id[static_cast<std::size_t>(sheet_.lattice[cell])] - sheet_.global_corners;
+    const PetscInt id = sheet_.persistent_id[static_cast<std::size_t>(sheet_.lattice[cell])] - sheet_.first_lattice_id;
     for (std::size_t edge = 0; edge < 4; ++edge) {
       const vtkIdType triangle[] = {number(sheet_.cells[cell][edge]), number(sheet_.cells[cell][(edge + 1) % 4]), centre};
       triangles->InsertNextCell(3, triangle);

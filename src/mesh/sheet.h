@@ -41,7 +41,8 @@ struct Sheet {
   PetscInt owned_corners = 0;          ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
   PetscInt global_corners = 0;         ///< vertices of the whole mesh
   PetscInt global_cells = 0;           ///< cells of the whole mesh
-  std::vector<PetscInt> persistent_id; ///< of each local particle: vertex number, or global_corners + cell number, in the file
+  PetscInt first_lattice_id = 0;       ///< persistent id of the lattice point of the file's first cell
+  std::vector<PetscInt> persistent_id; ///< of each local particle: vertex number, or first_lattice_id + cell number, in the file
   std::vector<bool> is_lattice;        ///< of each local particle
   Eigen::Matrix3Xd rest;               ///< undeformed positions of the local particles [m], (3 x local)
   Eigen::Matrix2Xd uv;                 ///< texture coordinates of the local particles, (2 x local), or no columns

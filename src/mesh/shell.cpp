@@ -27,7 +27,7 @@ struct PointData {
   double uv[2];
   double mass;
   double id;            ///< number in the file
-  double vertices[4];   ///< of a cell
+  double vertices[4];   ///< numbers in the mesh: of a cell its corners, of a vertex [0] itself
 };
 constexpr int point_data_doubles = sizeof(PointData) / sizeof(double);
 
@@ -74,7 +74,8 @@ std::vector<PointData> point_data(const SurfaceMesh& mesh, const SheetOptions& o
   for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
     PointData& point = data[cells + vertex];
     Eigen::Map<Eigen::Vector3d>(point.position) = mesh.points[vertex];
-    point.id = static_cast<double>(vertex);
+    point.id = mesh.id_of_point(static_cast<int>(vertex));
+    point.vertices[0] = static_cast<double>(vertex);
   }
   std::vector<bool> has_uv(mesh.points.size(), false);
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -89,7 +90,7 @@ std::vector<PointData> point_data(const SurfaceMesh& mesh, const SheetOptions& o
     PointData& lattice = data[cell];
     Eigen::Map<Eigen::Vector3d>(lattice.position) = centre + options.thickness * normal;
     lattice.mass = mass / 2;
-    lattice.id = static_cast<double>(cell);
+    lattice.id = mesh.id_of_face(static_cast<int>(cell));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto vertex = static_cast<std::size_t>(face[k]);
       lattice.vertices[k] = face[k];
@@ -338,11 +339,13 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   Sheet sheet;
-  std::array<PetscInt, 3> sizes{static_cast<PetscInt>(mesh.points.size()), static_cast<PetscInt>(mesh.faces.size()),
-                                mesh.uv.empty() ? 0 : 1};
-  MPI_Bcast(sizes.data(), 3, MPIU_INT, 0, comm);
+  const auto points = static_cast<PetscInt>(mesh.points.size());
+  std::array<PetscInt, 4> sizes{points, static_cast<PetscInt>(mesh.faces.size()), mesh.uv.empty() ? 0 : 1,
+                                points > 0 ? mesh.id_of_point(points - 1) + 1 : 0};
+  MPI_Bcast(sizes.data(), 4, MPIU_INT, 0, comm);
   sheet.global_corners = sizes[0];
   sheet.global_cells = sizes[1];
+  sheet.first_lattice_id = sizes[3];
   std::vector<std::string> groups;
   for (const auto& [name, members] : mesh.groups) {
     groups.push_back(name);
@@ -386,7 +389,7 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
 
   sheet.rest.resize(3, static_cast<Eigen::Index>(particles));
   sheet.uv.resize(2, sizes[2] != 0 ? static_cast<Eigen::Index>(particles) : 0);
-  std::unordered_map<PetscInt, PetscInt> particle_of_vertex;  // by persistent id
+  std::unordered_map<PetscInt, PetscInt> particle_of_vertex;  // by number in the mesh
   for (std::size_t i = 0; i < particles; ++i) {
     const auto point = static_cast<std::size_t>(point_of_particle[i]);
     const PointData& data = local.data[point];
@@ -399,9 +402,9 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
     }
     sheet.initial_mass.push_back(data.mass);
     sheet.is_lattice.push_back(is_lattice);
-    sheet.persistent_id.push_back(is_lattice ? sheet.global_corners + id : id);
+    sheet.persistent_id.push_back(is_lattice ? sheet.first_lattice_id + id : id);
     if (!is_lattice) {
-      particle_of_vertex[id] = static_cast<PetscInt>(i);
+      particle_of_vertex[static_cast<PetscInt>(data.vertices[0])] = static_cast<PetscInt>(i);
     }
   }
   for (std::size_t g = 0; g < groups.size(); ++g) {

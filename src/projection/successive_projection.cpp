@@ -130,15 +130,24 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   set_inverse_masses(input);
   monitored_.clear();
   iterations_ = {};
-  const auto monitor = [&](int step, const char* after) {
+  const auto after_step = [&] {
+    if (input.after_step) {
+      input.after_step(x);
+    }
+    result.error = errors(x, input).total;
+  };
+  const auto monitor = [&](int step, std::optional<Colour> projected) {
     if (options_.monitor) {
       monitored_.push_back(errors(x, input));
       monitored_.back().step = step;
-      monitored_.back().after = after;
+      monitored_.back().projected = projected;
     }
   };
-  monitor(0, "start");
+  monitor(0, std::nullopt);
   result.error = errors(x, input).total;
+  if (result.error < options_.threshold) {
+    after_step();  // A sheet that keeps its lengths may still have run into a body.
+  }
   for (int step = 1; step <= options_.max_steps && result.error >= options_.threshold; ++step) {
     for (const Colour colour : order_) {
       const StageResult solved = project_colour(x, colour, input);
@@ -149,12 +158,9 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
         result.reason = solved.reason;
         return result;
       }
-      monitor(step, colour_names[static_cast<std::size_t>(colour)]);
+      monitor(step, colour);
     }
-    if (input.after_step) {
-      input.after_step(x);
-    }
-    result.error = errors(x, input).total;
+    after_step();
     if (!(result.error <= options_.error_limit * length_norm_)) {  // also when it is not a number
       result.converged = false;
       result.reason = "the projection diverged: ||C|| / ||l|| = " + std::to_string(result.error / length_norm_) +

@@ -3,7 +3,7 @@
 #include <array>
 #include <functional>
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "base/ksp.h"
@@ -15,8 +15,8 @@ namespace pellicle {
 /// ||C|| of each colour and of all springs together [m], before the first step (step 0, no colour) and after each
 /// colour's projection: the curves of Fig. 8.
 struct ProjectionError {
-  int step = 0;                 ///< full projection step, from 1
-  std::string after;            ///< colour just projected, or "start"
+  int step = 0;                    ///< full projection step, from 1
+  std::optional<Colour> projected;  ///< colour just projected, none before the first step
   std::array<double, 4> colour{};
   double total = 0;
 };

@@ -39,6 +39,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   sheet.particles.comm = comm;
   sheet.global_cells = cells;
   sheet.global_corners = 2 * (cells + 1);
+  sheet.first_lattice_id = sheet.global_corners;
   const bool has_cells = end_cell > first_cell;
   std::vector<PetscInt> corners;  // persistent ids of the owned ones
   if (has_cells) {

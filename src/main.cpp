@@ -1,0 +1,74 @@
+#include <mpi.h>
+#include <petscsys.h>
+
+#include <cstdio>
+#include <iostream>
+
+#include "base/arguments.h"
+#include "base/error.h"
+#include "base/manual.h"
+#include "base/revision.h"
+#include "simulation/run.h"
+
+using namespace pellicle;
+
+namespace {
+
+/// Reads the options and runs what they ask for. @returns the exit code. Collective.
+int run_program(int argc, char** argv, bool is_root) {
+  Options options;
+  OptionTable table;
+  describe(table, options);
+  const ProgramArguments arguments = read_arguments(MPI_COMM_WORLD, argc, argv, table);
+  const std::string program = std::string("pellicle ") + version();
+  if (arguments.help || arguments.options_table || arguments.version) {
+    if (is_root) {
+      std::cout << (arguments.help            ? help_text(table)
+                    : arguments.options_table ? options_markdown(table)
+                                              : program + " (" + git_revision() + ")\n");
+    }
+    return 0;
+  }
+  options.output.name_after(arguments.decks.empty() ? "pellicle.yaml" : arguments.decks.front().path);
+  options.output.validate();
+
+  RunRecord record;
+  record.program = program;
+  record.revision = git_revision();
+  record.arguments.assign(argv, argv + argc);
+  for (const Deck& deck : arguments.decks) {
+    record.decks.push_back(deck.path);
+  }
+  record.options = written_deck(table, arguments.petsc);
+  initialize_petsc(argv[0], arguments.petsc, table);
+  run(PETSC_COMM_WORLD, options, record);
+  warn_unused(PETSC_COMM_WORLD, arguments.petsc, table);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  MPI_Init(&argc, &argv);
+  int rank = 0;
+  int status = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  try {
+    status = run_program(argc, argv, rank == 0);
+  } catch (const Error& error) {  // The same on every rank.
+    if (rank == 0) {
+      std::cout << std::flush;
+      std::cerr << "pellicle: " << error.what() << std::endl;
+    }
+  } catch (const std::exception& failure) {  // Perhaps on this rank alone: the others must not wait for it.
+    std::cerr << "pellicle: rank " << rank << ": " << failure.what() << std::endl;
+    MPI_Abort(MPI_COMM_WORLD, 2);
+  }
+  PetscBool initialized = PETSC_FALSE;
+  PetscInitialized(&initialized);
+  if (initialized == PETSC_TRUE) {
+    PetscFinalize();
+  }
+  MPI_Finalize();
+  return status;
+}

@@ -1,0 +1,132 @@
+#include "simulation/ledger.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "heat/heat_balance.h"
+
+namespace pellicle {
+
+std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour) {
+  const std::vector<double>& target = state.target_length[static_cast<std::size_t>(colour)];
+  std::vector<double> result(springs.ends.size());
+  for (std::size_t s = 0; s < springs.ends.size(); ++s) {
+    const auto& [a, b] = springs.ends[s];
+    result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / target[s] - 1;
+  }
+  return result;
+}
+
+Ledger::Ledger(const Sheet& sheet, const Options& options, const StageClock& clock)
+    : sheet_(sheet), options_(options), clock_(clock) {
+  std::vector<History::Column> columns{{"time", "s"},
+                                       {"step", ""},
+                                       {"time_step", "s"},
+                                       {"retries", ""},
+                                       {"mass_left", "kg"},
+                                       {"mass_burnt", "kg"},
+                                       {"heat_content", "J"},
+                                       {"heat_in", "J"},
+                                       {"heat_out", "J"},
+                                       {"temperature_max", "K"},
+                                       {"kinetic_energy", "J"},
+                                       {"momentum_x", "kg m/s"},
+                                       {"momentum_y", "kg m/s"},
+                                       {"momentum_z", "kg m/s"},
+                                       {"constraint_error", "m"},
+                                       {"contacts", ""},
+                                       {"heat_iterations", ""},
+                                       {"projection_iterations", ""}};
+  for (const char* colour : colour_names) {
+    columns.push_back({std::string("strain_max_") + colour, ""});
+    columns.push_back({std::string("strain_rms_") + colour, ""});
+  }
+  for (const StageTime& stage : clock.stages()) {
+    std::string name = "seconds_" + stage.name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    columns.push_back({name, "s"});
+  }
+  history_ = std::make_unique<History>(sheet.comm(), options.output.directory + "/history.csv", columns);
+  if (options.project.monitor) {
+    projection_ = std::make_unique<History>(
+        sheet.comm(), options.output.directory + "/projection.csv",
+        std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"projection_step", ""}, {"projected_colour", ""},
+                                     {"error_red", "m"}, {"error_green", "m"}, {"error_blue", "m"},
+                                     {"error_yellow", "m"}, {"error_total", "m"}});
+  }
+}
+
+void Ledger::add(const State& state, const BurnStep& step, double h, int retries) {
+  // Sums over the owned particles and springs, then over the ranks.
+  enum Sum { mass, burnt, heat, heat_in, heat_out, kinetic, momentum, contacts = momentum + 3, strain, count = strain + 4 };
+  std::array<double, count> sums{};
+  std::array<double, 5> maxima{};  // strain of each colour, temperature
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    const double m = state.mass.values()(0, i);
+    const Eigen::Vector3d v = state.velocity.vector(i);
+    sums[mass] += m;
+    sums[kinetic] += m * v.squaredNorm() / 2;
+    Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
+    maxima[4] = std::max(maxima[4], state.temperature.values()(0, i));
+  }
+  sums[burnt] = state.mass_burnt;
+  sums[heat] = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
+  sums[heat_in] = state.heat_in;
+  sums[heat_out] = state.heat_out;
+  sums[contacts] = static_cast<double>(step.contacts);
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    const std::vector<double> all = strains(sheet_.of(colour), state, colour);
+    for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
+      const double value = std::abs(all[static_cast<std::size_t>(s)]);
+      sums[strain + index] += value * value;
+      maxima[index] = std::max(maxima[index], value);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 5, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+
+  std::vector<double> row{state.time,
+                          static_cast<double>(state.step),
+                          h,
+                          static_cast<double>(retries),
+                          sums[mass],
+                          sums[burnt],
+                          sums[heat],
+                          sums[heat_in],
+                          sums[heat_out],
+                          maxima[4],
+                          sums[kinetic],
+                          sums[momentum],
+                          sums[momentum + 1],
+                          sums[momentum + 2],
+                          step.constraint_error,
+                          sums[contacts],
+                          static_cast<double>(step.heat_iterations),
+                          static_cast<double>(step.dynamics_iterations)};
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    const auto springs = static_cast<double>(std::max<PetscInt>(1, sheet_.of(colour).layout.global));
+    row.push_back(maxima[index]);
+    row.push_back(std::sqrt(sums[strain + index] / springs));
+  }
+  for (const StageTime& stage : clock_.stages()) {
+    row.push_back(stage.lap_seconds);
+  }
+  history_->add(row);
+}
+
+void Ledger::add(double time, int step, const std::vector<ProjectionError>& errors) {
+  if (projection_ == nullptr) {
+    return;
+  }
+  for (const ProjectionError& error : errors) {
+    std::vector<double> row{time, static_cast<double>(step), static_cast<double>(error.step),
+                            error.projected ? static_cast<double>(*error.projected) : -1.0};
+    row.insert(row.end(), error.colour.begin(), error.colour.end());
+    row.push_back(error.total);
+    projection_->add(row);
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,47 @@
+#include "simulation/options.h"
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, TimeOptions& options) {
+  table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
+  table.add("time.end", options.end).unit("s").at_least(0).help("the run ends at this time");
+  table.add("time.max_steps", options.max_steps).at_least(0).help("or after so many steps; 0: no such limit");
+  table.add("time.max_retries", options.max_retries)
+      .range(0, 30)
+      .help("a step that fails is tried again with half its length, up to so many times in succession");
+}
+
+void describe(OptionTable& table, ForceOptions& options) {
+  table.add("force.gravity", options.gravity)
+      .unit("m/s^2")
+      .help("acceleration of every particle")
+      .source("burning paper, eq. 8");
+  table.add("force.damping", options.damping)
+      .unit("1/s")
+      .at_least(0)
+      .help("rate c at which velocities fade: v exp(-c h)")
+      .source("errata: stability");
+}
+
+void describe(OptionTable& table, Options& options) {
+  describe(table, options.mesh);
+  describe(table, options.sheet);
+  describe(table, options.time);
+  table.add("dynamics", options.dynamics)
+      .choices({"projection", "spring"})
+      .help("what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
+            "baseline)")
+      .source("burning paper, section 7 and Fig. 7");
+  describe(table, options.heat);
+  describe(table, options.combustion);
+  describe(table, options.force);
+  describe(table, options.project);
+  describe(table, options.spring);
+  table.add_objects("pins", options.pins, "particles that are held, or led along a path");
+  table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
+  describe(table, options.output);
+}
+
+}  // namespace pellicle
