@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <limits>
 
 #include "base/error.h"
 #include "base/handle.h"
@@ -98,10 +97,12 @@ SurfaceMesh extract(DM dm, const std::string& path) {
   for (PetscInt i = 0; i < labels; ++i) {
     const char* name = nullptr;
     check(DMGetLabelName(dm, i, &name));
-    const std::string group = name;
-    if (group == "celltype" || group == "depth") {
+    const std::string label_name = name;
+    if (label_name == "celltype" || label_name == "depth") {
       continue;  // PETSc's own
     }
+    // Groups without names are gathered by PETSc in "Cell Sets", "Face Sets" and "Vertex Sets", and known by their tags.
+    const bool unnamed = label_name.size() > 5 && label_name.substr(label_name.size() - 5) == " Sets";
     DMLabel label = nullptr;  // belongs to the DM
     check(DMGetLabel(dm, name, &label));
     IsHandle tags;
@@ -110,8 +111,8 @@ SurfaceMesh extract(DM dm, const std::string& path) {
     check(ISGetLocalSize(tags, &tag_count));
     const PetscInt* tag = nullptr;
     check(ISGetIndices(tags, &tag));
-    std::vector<int>& members = mesh.groups[group];
     for (PetscInt t = 0; t < tag_count; ++t) {
+      std::vector<int>& members = mesh.groups[unnamed ? std::to_string(tag[t]) : label_name];
       IsHandle items;
       check(DMLabelGetStratumIS(label, tag[t], items.create()));
       PetscInt item_count = 0;
@@ -125,6 +126,9 @@ SurfaceMesh extract(DM dm, const std::string& path) {
       check(ISRestoreIndices(items, &item));
     }
     check(ISRestoreIndices(tags, &tag));
+  }
+  for (auto& entry : mesh.groups) {
+    std::vector<int>& members = entry.second;
     std::sort(members.begin(), members.end());
     members.erase(std::unique(members.begin(), members.end()), members.end());
   }

@@ -3,6 +3,7 @@
 #include <vtkDataArray.h>
 #include <vtkDataSetReader.h>
 #include <vtkIdList.h>
+#include <vtkLogger.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
@@ -99,8 +100,11 @@ SurfaceMesh read_with(Reader* reader, const std::string& path) {
   vtkSmartPointer<vtkOutputWindow> usual = vtkOutputWindow::GetInstance();
   vtkNew<MessageCatcher> catcher;
   vtkOutputWindow::SetInstance(catcher);
+  const vtkLogger::Verbosity verbosity = vtkLogger::GetCurrentVerbosityCutoff();
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
   reader->SetFileName(path.c_str());
   reader->Update();
+  vtkLogger::SetStderrVerbosity(verbosity);
   vtkOutputWindow::SetInstance(usual);
   if (!catcher->messages.empty()) {
     throw Error(path + ": VTK cannot read it: " + sentence(catcher->messages));

@@ -3,6 +3,7 @@
 #include <vtkCellArray.h>
 #include <vtkDataSetWriter.h>
 #include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPLYWriter.h>
 #include <vtkPointData.h>
@@ -155,25 +156,27 @@ vtkSmartPointer<vtkCellArray> vtk_polygons(const SurfaceMesh& mesh) {
   return polygons;
 }
 
+template <class Array>
 void add_uv(const SurfaceMesh& mesh, vtkPointSet* data) {
   const std::vector<Eigen::Vector2d> uv = uv_of_points(mesh);
   if (uv.empty()) {
     return;
   }
-  vtkNew<vtkDoubleArray> array;
+  vtkNew<Array> array;
   array->SetName("uv");
   array->SetNumberOfComponents(2);
   for (const Eigen::Vector2d& pair : uv) {
-    array->InsertNextTuple(pair.data());
+    array->InsertNextTuple2(pair.x(), pair.y());
   }
   data->GetPointData()->SetTCoords(array);
 }
 
+template <class UvArray = vtkDoubleArray>
 vtkSmartPointer<vtkPolyData> vtk_surface(const SurfaceMesh& mesh) {
   auto data = vtkSmartPointer<vtkPolyData>::New();
   data->SetPoints(vtk_points(mesh));
   data->SetPolys(vtk_polygons(mesh));
-  add_uv(mesh, data);
+  add_uv<UvArray>(mesh, data);
   return data;
 }
 
@@ -199,7 +202,7 @@ void write_vtu(const SurfaceMesh& mesh, const std::string& path) {
     types.push_back(face.size() == 3 ? VTK_TRIANGLE : face.size() == 4 ? VTK_QUAD : VTK_POLYGON);
   }
   grid->SetCells(types.data(), vtk_polygons(mesh));
-  add_uv(mesh, grid);
+  add_uv<vtkDoubleArray>(mesh, grid);
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   write_with(writer.Get(), grid, path);
 }
@@ -213,10 +216,8 @@ void write_vtk(const SurfaceMesh& mesh, const std::string& path) {
 void write_ply(const SurfaceMesh& mesh, const std::string& path) {
   vtkNew<vtkPLYWriter> writer;
   writer->SetFileTypeToASCII();
-  if (!uv_of_points(mesh).empty()) {
-    writer->SetTextureCoordinatesNameToTextureUV();
-  }
-  write_with(writer.Get(), vtk_surface(mesh), path);
+  writer->SetTextureCoordinatesNameToTextureUV();
+  write_with(writer.Get(), vtk_surface<vtkFloatArray>(mesh), path);  // VTK writes no other texture coordinates
 }
 
 void write_stl(const SurfaceMesh& mesh, const std::string& path) {
