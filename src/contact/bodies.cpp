@@ -24,21 +24,21 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
 }  // namespace
 
 void describe(OptionTable& table, BodyOptions& options) {
-  table.add("shape", &options.shape).choices({"sphere", "plane"}).help("what the body is; a plane is solid behind it");
-  table.add("centre", &options.centre).unit("m").help("centre of a sphere at time 0");
-  table.add("radius", &options.radius).unit("m").more_than(0).help("radius of a sphere");
-  table.add("point", &options.point).unit("m").help("a point of a plane at time 0");
-  table.add("normal", &options.normal).help("normal of a plane, towards the sheet; any length");
-  table.add("velocity", &options.velocity).unit("m/s").help("constant velocity; excludes a path");
-  table.add("path", &options.path)
+  table.add("shape", options.shape).choices({"sphere", "plane"}).help("what the body is; a plane is solid behind it");
+  table.add("centre", options.centre).unit("m").help("centre of a sphere at time 0");
+  table.add("radius", options.radius).unit("m").more_than(0).help("radius of a sphere");
+  table.add("point", options.point).unit("m").help("a point of a plane at time 0");
+  table.add("normal", options.normal).help("normal of a plane, towards the sheet; any length");
+  table.add("velocity", options.velocity).unit("m/s").help("constant velocity; excludes a path");
+  table.add("path", options.path)
       .unit("s,m,m,m")
       .help("key points (time, x, y, z) of the centre or the point, which replaces them; linear between key points, at "
             "rest before and after them");
-  table.add("friction", &options.friction)
+  table.add("friction", options.friction)
       .at_least(0)
       .help("coefficient of Coulomb friction between body and sheet")
       .source("burning paper, section 7");
-  table.add("margin", &options.margin).unit("m").at_least(0).help("gap kept between the body and the particles");
+  table.add("margin", options.margin).unit("m").at_least(0).help("gap kept between the body and the particles");
 }
 
 Bodies::Bodies(const std::map<std::string, BodyOptions>& options) {

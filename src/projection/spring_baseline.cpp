@@ -2,60 +2,47 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "base/error.h"
+#include "base/ksp.h"
 #include "base/options.h"
 
 namespace pellicle {
 
 namespace {
 
+/// How often a Newton update is halved until the potential falls: beyond that it is rounding that keeps it from falling.
+constexpr int most_halvings = 20;
+
 using Block = Eigen::Matrix<PetscScalar, 3, 3, Eigen::RowMajor>;
-
-/// Force of a spring on its first end, and minus the derivative of that force by the first end.
-struct SpringForce {
-  Eigen::Vector3d force;
-  Block tangent;
-};
-
-/// @param arm x_a - x_b [m]
-/// @param moved change of the arm during the step [m]
-SpringForce spring_force(const Eigen::Vector3d& arm, const Eigen::Vector3d& moved, double target_length, double h,
-                         const SpringOptions& options) {
-  const double k = options.stiffness;
-  const double c = k * options.damping / h;
-  const double d = arm.norm();
-  if (d == 0) {  // No direction: the spring is idle.
-    return {Eigen::Vector3d::Zero(), Block::Zero()};
-  }
-  const Eigen::Vector3d n = arm / d;
-  const Block along = n * n.transpose();
-  return {-(k * (d - target_length) + c * n.dot(moved)) * n,
-          (k + c) * along + k * std::max(0.0, 1 - target_length / d) * (Block::Identity() - along)};
-}
 
 }  // namespace
 
 void describe(OptionTable& table, SpringOptions& options) {
-  table.add("spring.stiffness", &options.stiffness)
+  table.add("spring.stiffness", options.stiffness)
       .unit("N/m")
       .more_than(0)
       .help("stiffness of every spring of the mass-spring sheet; the sheet's own does not depend on the cell size then. "
             "The default stretches a metre of 1 kg/m^2 by about 10 %, of office paper by 1 %, under its weight")
       .source("burning paper, section 8, Fig. 7 b, d");
-  table.add("spring.damping", &options.damping)
+  table.add("spring.damping", options.damping)
       .unit("s")
       .at_least(0)
       .help("damping coefficient of every spring over its stiffness");
-  table.add("spring.newton_steps", &options.newton_steps)
+  table.add("spring.newton_steps", options.newton_steps)
       .range(1, 100)
-      .help("linear solves a time step; one is the usual linearised backward Euler");
+      .help("linear solves a time step, at most; one is the usual linearised backward Euler");
+  table.add("spring.newton_tolerance", options.newton_tolerance)
+      .at_least(0)
+      .help("largest update at which Newton's method ends, as a share of the mean spring length");
 }
 
-SpringBaseline::SpringBaseline(const Sheet& sheet, std::vector<bool> pinned, const SpringOptions& options)
-    : sheet_(&sheet), pinned_(std::move(pinned)), options_(options), unconstrained_(sheet.particles, 3) {
+SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
+    : sheet_(&sheet), options_(options), unconstrained_(sheet.particles, 3),
+      before_update_(sheet.particles, 3) {
   const Layout& particles = sheet.particles;
   // Ghost springs too: they fill the rows of the particles that they end at here, so that no values travel.
   std::vector<std::pair<PetscInt, PetscInt>> blocks;
@@ -75,56 +62,106 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, std::vector<bool> pinned, con
   for (const auto& [row, column] : blocks) {
     ++(column < particles.owned ? own_blocks : other_blocks)[static_cast<std::size_t>(row)];
   }
-  check(MatCreateBAIJ(particles.comm, 3, 3 * particles.owned, 3 * particles.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0,
-                      own_blocks.data(), 0, other_blocks.data(), tangent_.create()));
+  check(MatCreate(particles.comm, tangent_.create()));
+  check(MatSetSizes(tangent_, 3 * particles.owned, 3 * particles.owned, PETSC_DETERMINE, PETSC_DETERMINE));
+  check(MatSetBlockSize(tangent_, 3));
+  check(MatSetType(tangent_, MATBAIJ));
+  check(MatSetOptionsPrefix(tangent_, "spring_"));
+  check(MatSetFromOptions(tangent_));
+  check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), nullptr, nullptr));
   check(MatSetOption(tangent_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
-  check(MatSetOption(tangent_, MAT_SPD, PETSC_TRUE));
+  check(MatSetOption(tangent_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatCreateVecs(tangent_, update_.create(), residual_.create()));
 
-  check(KSPCreate(particles.comm, solver_.create()));
-  check(KSPSetOptionsPrefix(solver_, "spring_"));
-  check(KSPSetOperators(solver_, tangent_, tangent_));
-  check(KSPSetType(solver_, KSPCG));
-  check(KSPSetTolerances(solver_, 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  PC preconditioner = nullptr;
-  check(KSPGetPC(solver_, &preconditioner));
-  check(PCSetType(preconditioner, PCPBJACOBI));
-  check(KSPSetFromOptions(solver_));
+  KspDefaults defaults;
+  defaults.preconditioner = PCPBJACOBI;
+  defaults.rtol = 1e-6;
+  solver_ = make_ksp(tangent_, tangent_, "spring_", defaults);
+
+  std::array<double, 2> length_and_count{0, 0};
+  for (const SpringSet& set : sheet.springs) {
+    length_and_count[0] += std::accumulate(set.initial_length.begin(), set.initial_length.begin() + set.owned(), 0.0);
+    length_and_count[1] += static_cast<double>(set.owned());
+  }
+  MPI_Allreduce(MPI_IN_PLACE, length_and_count.data(), 2, MPI_DOUBLE, MPI_SUM, particles.comm);
+  mean_length_ = length_and_count[0] / std::max(1.0, length_and_count[1]);
 }
 
-void SpringBaseline::assemble(const Field& positions, const Field& unconstrained, const SpringStep& step) {
+void SpringBaseline::combine(const SpringInput& input) {
+  // A spring and the dashpot beside it act as one spring.
+  const double dashpot = options_.stiffness * options_.damping / input.h;
+  combined_stiffness_ = options_.stiffness + dashpot;
+  for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
+    const SpringSet& set = sheet_->springs[colour];
+    std::vector<double>& lengths = combined_length_[colour];
+    lengths.resize(set.ends.size());
+    for (std::size_t s = 0; s < lengths.size(); ++s) {
+      const auto [a, b] = set.ends[s];
+      const double start_length = (input.start.vector(a) - input.start.vector(b)).norm();
+      lengths[s] =
+          (options_.stiffness * input.target_length[colour][s] + dashpot * start_length) / combined_stiffness_;
+    }
+  }
+}
+
+double SpringBaseline::potential(const Field& positions, const SpringInput& input) const {
+  double sum = 0;
+  for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
+    sum += input.mass[static_cast<std::size_t>(i)] / (input.h * input.h) * (positions.vector(i) - unconstrained_.vector(i)).squaredNorm();
+  }
+  for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
+    const SpringSet& set = sheet_->springs[colour];
+    // Owned springs only: a ghost spring is counted by its owner.
+    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      const auto [a, b] = set.ends[s];
+      const double stretch = (positions.vector(a) - positions.vector(b)).norm() - combined_length_[colour][s];
+      sum += combined_stiffness_ * stretch * stretch;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_->comm());
+  return sum / 2;
+}
+
+void SpringBaseline::assemble(const Field& positions, const SpringInput& input) {
   const Layout& particles = sheet_->particles;
   const auto add_block = [this, &particles](PetscInt row, PetscInt column, const Block& block) {
     const PetscInt global_row = particles.to_global(row);
     const PetscInt global_column = particles.to_global(column);
     check(MatSetValuesBlocked(tangent_, 1, &global_row, 1, &global_column, block.data(), ADD_VALUES));
   };
+  const Block no_tangent = Block::Zero();
   check(MatZeroEntries(tangent_));
   PetscScalar* residual_values = nullptr;
   check(VecGetArrayWrite(residual_, &residual_values));
   Eigen::Map<Eigen::Matrix3Xd> residual(residual_values, 3, particles.owned);
   for (PetscInt i = 0; i < particles.owned; ++i) {
-    const double inertia = step.mass[i] / (step.h * step.h);
-    residual.col(i) = -inertia * (positions.vector(i) - unconstrained.vector(i));
+    const double inertia = input.mass[static_cast<std::size_t>(i)] / (input.h * input.h);
+    residual.col(i) = -inertia * (positions.vector(i) - unconstrained_.vector(i));
     add_block(i, i, inertia * Block::Identity());
   }
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];
-    for (PetscInt s = 0; s < set.local(); ++s) {
-      const auto [a, b] = set.ends[static_cast<std::size_t>(s)];
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      const auto [a, b] = set.ends[s];
       const Eigen::Vector3d arm = positions.vector(a) - positions.vector(b);
-      const Eigen::Vector3d arm_at_start = step.start.vector(a) - step.start.vector(b);
-      const SpringForce spring =
-          spring_force(arm, arm - arm_at_start, step.target_length[colour][s], step.h, options_);
+      const double d = arm.norm();
+      // Without a direction a spring is idle, but its blocks belong to the pattern.
+      const Eigen::Vector3d n = d > 0 ? Eigen::Vector3d(arm / d) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+      const double across = d > 0 ? std::max(0.0, 1 - combined_length_[colour][s] / d) : 0;
+      const Eigen::Vector3d force_on_a = -combined_stiffness_ * (d - combined_length_[colour][s]) * n;
+      const Block tangent =
+          combined_stiffness_ * ((1 - across) * n * n.transpose() + across * Eigen::Matrix3d::Identity());
       for (const auto& [row, column, sign] : {std::tuple{a, b, 1.0}, std::tuple{b, a, -1.0}}) {
-        // A pinned particle keeps its row of inertia alone, and leaves the others' rows: its update is zero.
-        if (row >= particles.owned || pinned_[static_cast<std::size_t>(row)]) {
+        if (row >= particles.owned) {
           continue;
         }
-        residual.col(row) += sign * spring.force;
-        add_block(row, row, spring.tangent);
-        if (!pinned_[static_cast<std::size_t>(column)]) {
-          add_block(row, column, -spring.tangent);
+        // A pinned particle keeps its row of inertia alone, and leaves the others' rows: its update is zero.
+        const bool row_pinned = input.pinned[static_cast<std::size_t>(row)];
+        const bool column_pinned = input.pinned[static_cast<std::size_t>(column)];
+        add_block(row, row, row_pinned ? no_tangent : tangent);
+        add_block(row, column, row_pinned || column_pinned ? no_tangent : Block(-tangent));
+        if (!row_pinned) {
+          residual.col(row) += sign * force_on_a;
         }
       }
     }
@@ -134,29 +171,48 @@ void SpringBaseline::assemble(const Field& positions, const Field& unconstrained
   check(MatAssemblyEnd(tangent_, MAT_FINAL_ASSEMBLY));
 }
 
-StageResult SpringBaseline::advance(Field& positions, const SpringStep& step) {
+StageResult SpringBaseline::advance(Field& positions, const SpringInput& input) {
   const PetscInt owned = sheet_->particles.owned;
   unconstrained_.values() = positions.values();
+  combine(input);
+  double lowest = potential(positions, input);
   StageResult result;
   for (int newton_step = 0; newton_step < options_.newton_steps; ++newton_step) {
-    assemble(positions, unconstrained_, step);
-    check(KSPSolve(solver_, residual_, update_));
-    PetscInt iterations = 0;
-    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-    check(KSPGetIterationNumber(solver_, &iterations));
-    check(KSPGetConvergedReason(solver_, &reason));
-    check(VecNorm(update_, NORM_INFINITY, &result.error));
-    result.iterations += static_cast<int>(iterations);
-    if (reason < 0) {
+    assemble(positions, input);
+    const StageResult solved = solve(solver_, residual_, update_);
+    result.iterations += solved.iterations;
+    if (!solved.converged) {
       result.converged = false;
-      result.reason = std::string("springs: the linear solver ended with ") + KSPConvergedReasons[reason];
+      result.reason = solved.reason;
       return result;
     }
-    const PetscScalar* update_values = nullptr;
-    check(VecGetArrayRead(update_, &update_values));
-    positions.values().leftCols(owned) += Eigen::Map<const Eigen::Matrix3Xd>(update_values, 3, owned);
-    check(VecRestoreArrayRead(update_, &update_values));
-    positions.update_ghosts();
+    check(VecNorm(update_, NORM_INFINITY, &result.error));
+    // An update this small cannot be judged by the potential, whose rounding it may be.
+    const bool last = result.error <= options_.newton_tolerance * mean_length_;
+    PetscScalar* update_values = nullptr;
+    check(VecGetArray(update_, &update_values));
+    Eigen::Map<Eigen::Matrix3Xd> update(update_values, 3, owned);
+    for (PetscInt i = 0; i < owned; ++i) {
+      if (input.pinned[static_cast<std::size_t>(i)]) {
+        update.col(i).setZero();  // Some solvers leave rounding here.
+      }
+    }
+    before_update_.values() = positions.values();
+    double share = 1;
+    for (int trial = 0; trial < most_halvings; ++trial) {
+      positions.values().leftCols(owned) = before_update_.values().leftCols(owned) + share * update;
+      positions.update_ghosts();
+      const double now = last ? lowest : potential(positions, input);
+      if (now <= lowest) {
+        lowest = now;
+        break;
+      }
+      share /= 2;
+    }
+    check(VecRestoreArray(update_, &update_values));
+    if (last) {
+      break;
+    }
   }
   return result;
 }

@@ -13,19 +13,21 @@ namespace pellicle {
 class OptionTable;
 
 struct SpringOptions {
-  double stiffness = 100;  ///< k of every spring [N/m]
-  double damping = 0;      ///< c/k of the dashpot beside every spring [s]
-  int newton_steps = 1;    ///< linear solves a time step
+  double stiffness = 100;          ///< k of every spring [N/m]
+  double damping = 0;              ///< c/k of the dashpot beside every spring [s]
+  int newton_steps = 10;           ///< linear solves a time step, at most
+  double newton_tolerance = 1e-4;  ///< update at which Newton's method ends, as a share of the mean spring length
 };
 
 void describe(OptionTable& table, SpringOptions& options);
 
-/// What one step of the mass-spring sheet starts from.
-struct SpringStep {
-  const Field& start;                             ///< positions at the beginning of the step [m], ghosts up to date
-  const double* mass = nullptr;                   ///< of the local particles [kg], positive
-  std::array<const double*, 4> target_length{};   ///< l of the local springs of each colour [m]
-  double h = 0;                                   ///< [s]
+/// What one step of the mass-spring sheet reads besides the positions that it moves.
+struct SpringInput {
+  const std::array<std::vector<double>, 4>& target_length;  ///< l of the local springs of each colour [m]
+  const std::vector<double>& mass;                          ///< of the local particles, positive [kg]
+  const std::vector<bool>& pinned;                          ///< local particles that the springs must not move
+  const Field& start;                                       ///< positions at the beginning of the step [m]
+  double h = 0;                                             ///< [s]
 };
 
 /// The mass-spring sheet that successive fast projection is compared with (burning paper, section 8, Fig. 7 b, d): Hooke
@@ -33,33 +35,40 @@ struct SpringStep {
 ///
 /// It takes the place of the projection: from the unconstrained positions x~ (eq. 9) it finds
 ///
-///     y = argmin  sum_i m_i |y_i - x~_i|^2 / (2 h^2) + sum_s k (d_s(y) - l_s)^2 / 2,
+///     y = argmin P(y),  P = sum_i m_i |y_i - x~_i|^2 / (2 h^2)
+///                         + sum_s k (d_s(y) - l_s)^2 / 2 + c (d_s(y) - d_s(x))^2 / (2 h),
 ///
-/// plus the dashpots, by Newton steps from x~; the velocities follow from the displacement (eq. 13). The tangent of a
-/// spring is k [n n^T + max(0, 1 - l/d) (I - n n^T)]: without the negative part of a compressed spring every step is
-/// solvable. n is the direction of the spring, d its length.
+/// x the positions at the beginning of the step, d the length of a spring, c its dashpot; the velocities follow from the
+/// displacement (eq. 13). Newton's method from x~ with the step halved until P falls, so that the springs cannot gain
+/// energy from a large step; the tangent of a spring, whose negative part is left out when it is compressed, is
+/// K [n n^T + max(0, 1 - L/d) (I - n n^T)] with direction n, K = k + c/h and L = (k l + c d(x)/h) / K.
 ///
 /// One 3x3-blocked matrix whose pattern is made once; a rank assembles the rows of its own particles alone. KSP prefix
-/// `spring_`: conjugate gradients with 3x3 block Jacobi unless told otherwise.
+/// `spring_`: conjugate gradients with 3x3 block Jacobi unless told otherwise; `-spring_mat_type aij` for the
+/// preconditioners that want it (gamg, hypre).
 class SpringBaseline {
  public:
   /// Collective. The sheet must outlive this object.
-  /// @param pinned of each local particle: these do not move
-  SpringBaseline(const Sheet& sheet, std::vector<bool> pinned, const SpringOptions& options);
+  SpringBaseline(const Sheet& sheet, const SpringOptions& options);
 
   /// Collective.
   /// @param positions in: unconstrained positions x~ [m], pinned particles in their place; out: positions at the end of
   /// the step. Ghosts up to date before and after.
-  /// @returns the linear iterations, and as error the largest component of the last Newton update [m]
-  StageResult advance(Field& positions, const SpringStep& step);
+  /// @returns the linear iterations of all Newton steps, and as error the largest component of the last update [m]
+  StageResult advance(Field& positions, const SpringInput& input);
 
  private:
-  void assemble(const Field& positions, const Field& unconstrained, const SpringStep& step);
+  void combine(const SpringInput& input);
+  double potential(const Field& positions, const SpringInput& input) const;
+  void assemble(const Field& positions, const SpringInput& input);
 
   const Sheet* sheet_;
-  std::vector<bool> pinned_;
   SpringOptions options_;
-  Field unconstrained_;
+  double mean_length_ = 0;  ///< of the springs [m]
+  Field unconstrained_;     ///< x~
+  Field before_update_;
+  double combined_stiffness_ = 0;                       ///< K [N/m]
+  std::array<std::vector<double>, 4> combined_length_;  ///< L of the local springs of each colour [m]
   MatHandle tangent_;
   VecHandle residual_;
   VecHandle update_;

@@ -1,0 +1,212 @@
+#include "contact/bodies.h"
+
+#include <gtest/gtest.h>
+#include <petscsys.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double g = 9.81;
+
+/// Free particles, as many on every rank, that bodies act on without a sheet between them.
+class BodiesTest : public ::testing::Test {
+ protected:
+  explicit BodiesTest(PetscInt count = 3) : pinned(static_cast<std::size_t>(count), false) {
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    particles.comm = PETSC_COMM_WORLD;
+    particles.owned = count;
+    MPI_Allreduce(&count, &particles.global, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
+    particles.first = rank * count;
+    start = Field(particles, 3);
+    positions = Field(particles, 3);
+    velocities = Field(particles, 3);
+  }
+
+  /// One step of section 7 for particles without springs.
+  void advance(const Bodies& bodies, double h, const Eigen::Vector3d& gravity = {0, 0, -g}) {
+    start.values() = positions.values();
+    velocities.values().colwise() += h * gravity;
+    positions.values() += h * velocities.values();
+    time += h;
+    const ContactStep step{particles, start, pinned, time, h};
+    bodies.correct_positions(positions, step);
+    velocities.values() = (positions.values() - start.values()) / h;
+    bodies.correct_velocities(velocities, positions, step);
+  }
+
+  static Bodies one(const BodyOptions& options) { return Bodies({{"body", options}}); }
+  static BodyOptions plane(const Eigen::Vector3d& normal, double friction) {
+    BodyOptions options;
+    options.shape = "plane";
+    options.normal = normal;
+    options.friction = friction;
+    return options;
+  }
+
+  int rank = 0;
+  Layout particles;
+  Field start;
+  Field positions;
+  Field velocities;
+  std::vector<bool> pinned;
+  double time = 0;
+};
+
+TEST_F(BodiesTest, sphere_pushes_out_to_its_radius_and_margin) {
+  BodyOptions ball;
+  ball.centre = {1, 2, 3};
+  ball.radius = 0.5;
+  ball.margin = 0.01;
+  const Eigen::Vector3d direction = Eigen::Vector3d(2, -1, 2) / 3;
+  positions.vector(0) = ball.centre + 0.2 * direction;
+  positions.vector(1) = ball.centre + 0.505 * direction;
+  positions.vector(2) = ball.centre + 0.52 * direction;
+  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1}), 2);
+  EXPECT_LT((positions.vector(0) - ball.centre - 0.51 * direction).norm(), 1e-12);
+  EXPECT_LT((positions.vector(1) - ball.centre - 0.51 * direction).norm(), 1e-12);
+  EXPECT_EQ(positions.vector(2), ball.centre + 0.52 * direction) << "left alone";
+}
+
+TEST_F(BodiesTest, friction_on_a_sphere_leaves_points_on_it) {
+  BodyOptions ball;
+  ball.radius = 0.5;
+  ball.friction = 0.3;
+  for (PetscInt i = 0; i < 3; ++i) {
+    start.vector(i) = Eigen::Vector3d(0, 0, 0.5);
+    positions.vector(i) = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 0.45);
+  }
+  const Eigen::Matrix3Xd before = positions.values();
+  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1}), 3);
+  for (PetscInt i = 0; i < 3; ++i) {
+    const Eigen::Vector3d normal = before.col(i).normalized();
+    const Eigen::Vector3d pushed = 0.5 * normal;
+    Eigen::Vector3d slip = pushed - start.vector(i);
+    slip -= normal * normal.dot(slip);
+    const double kept = i == 0 ? 0 : std::max(0.0, 1 - 0.3 * (0.5 - before.col(i).norm()) / slip.norm());
+    EXPECT_LT((positions.vector(i) - 0.5 * (pushed - (1 - kept) * slip).normalized()).norm(), 1e-12);
+  }
+  EXPECT_LT(positions.vector(2).x(), 0.5 * before.col(2).normalized().x() - 0.002) << "the slip is less by mu d";
+}
+
+TEST_F(BodiesTest, block_on_a_slope_sticks_below_the_angle_of_friction) {
+  const Bodies slope = one(plane({0.5, 0, 1}, 0.51));  // tan = 0.5
+  for (int n = 0; n < 200; ++n) {
+    advance(slope, 0.01);
+  }
+  EXPECT_LT(positions.values().cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT(velocities.values().cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST_F(BodiesTest, block_on_a_slope_slides_with_gravity_less_friction) {
+  const double angle = std::atan(0.5);
+  const Eigen::Vector3d downhill(std::cos(angle), 0, -std::sin(angle));
+  for (const double friction : {0.0, 0.3}) {
+    positions.values().setZero();
+    velocities.values().setZero();
+    const Bodies slope = one(plane({0.5, 0, 1}, friction));
+    for (int n = 0; n < 200; ++n) {
+      advance(slope, 0.01);
+    }
+    const double acceleration = g * (std::sin(angle) - friction * std::cos(angle));
+    EXPECT_LT((velocities.vector(0) - 2 * acceleration * downhill).norm(), 1e-10);
+    // Symplectic Euler: h^2 a (1 + 2 + ... + n).
+    EXPECT_LT((positions.vector(0) - 1e-4 * acceleration * 200 * 201 / 2 * downhill).norm(), 1e-10);
+  }
+}
+
+TEST_F(BodiesTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
+  const Bodies floor = one(plane({0, 0, 1}, 0.2));
+  positions.vector(0) = Eigen::Vector3d(0, 0, 0.004);
+  velocities.vector(0) = Eigen::Vector3d(1, 0, -2);  // slides on: 1 - 0.2 * 2
+  positions.vector(1) = Eigen::Vector3d(0, 0, 0.004);
+  velocities.vector(1) = Eigen::Vector3d(0.3, 0, -2);  // sticks: 0.3 < 0.2 * 2
+  positions.vector(2) = Eigen::Vector3d(0, 0, 0.004);
+  velocities.vector(2) = Eigen::Vector3d(1, 0, 0.5);  // flies off
+  advance(floor, 0.01, Eigen::Vector3d::Zero());
+  EXPECT_NEAR(positions.vector(0).z(), 0, 1e-15);
+  EXPECT_LT((velocities.vector(0) - Eigen::Vector3d(0.6, 0, 0)).norm(), 1e-12);
+  EXPECT_LT(velocities.vector(1).norm(), 1e-12);
+  EXPECT_LT((velocities.vector(2) - Eigen::Vector3d(1, 0, 0.5)).norm(), 1e-12);
+}
+
+TEST_F(BodiesTest, moving_floor_carries_points_along) {
+  BodyOptions options = plane({0, 0, 1}, 0.5);
+  options.velocity = {1, 0, 0};
+  const Bodies floor = one(options);
+  const double time_to_stick = 1 / (0.5 * g);
+  for (int n = 0; n < 10; ++n) {
+    advance(floor, 0.01);
+  }
+  ASSERT_LT(time, time_to_stick);
+  EXPECT_NEAR(velocities.vector(0).x(), 0.5 * g * time, 1e-12) << "pulled by mu m g";
+  for (int n = 0; n < 90; ++n) {
+    advance(floor, 0.01);
+  }
+  EXPECT_NEAR(velocities.vector(0).x(), 1, 1e-12);
+  EXPECT_NEAR(positions.vector(0).x(), 1 - time_to_stick / 2, 0.01) << "it slips while it is accelerated";
+  EXPECT_NEAR(positions.vector(0).z(), 0, 1e-12);
+}
+
+TEST_F(BodiesTest, body_follows_its_key_points) {
+  BodyOptions options = plane({0, 0, 1}, 0);
+  options.path = {{0, 0, 0, -1}, {1, 0, 0, 0.5}, {2, 0, 0, 0.5}};
+  const Bodies lift = one(options);
+  positions.values().setZero();
+  for (int n = 0; n < 150; ++n) {
+    advance(lift, 0.01, Eigen::Vector3d::Zero());
+    if (n == 49) {
+      EXPECT_EQ(positions.vector(0).z(), 0) << "the floor is still below";
+    }
+    if (n == 90) {
+      EXPECT_NEAR(positions.vector(0).z(), 1.5 * time - 1, 1e-12);
+      EXPECT_NEAR(velocities.vector(0).z(), 1.5, 1e-10);
+    }
+  }
+  EXPECT_NEAR(velocities.vector(0).z(), 1.5, 1e-10) << "thrown off where the floor stops";
+  EXPECT_NEAR(positions.vector(0).z(), 0.5 + 1.5 * 0.5, 1e-10);
+}
+
+TEST_F(BodiesTest, pinned_particles_are_left_alone) {
+  pinned[1] = true;
+  positions.values().row(2).setConstant(-0.1);
+  velocities.values().row(2).setConstant(-1);
+  const ContactStep step{particles, start, pinned, 1, 1};
+  const Bodies floor = one(plane({0, 0, 1}, 0.5));
+  EXPECT_EQ(floor.correct_positions(positions, step), 2);
+  EXPECT_EQ(positions.vector(0).z(), 0);
+  EXPECT_EQ(positions.vector(1).z(), -0.1);
+  EXPECT_EQ(floor.correct_velocities(velocities, positions, step), 2);
+  EXPECT_EQ(velocities.vector(0).z(), 0);
+  EXPECT_EQ(velocities.vector(1).z(), -1);
+}
+
+std::string message(const BodyOptions& options) {
+  try {
+    Bodies bodies({{"ball", options}});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(BodiesErrors, name_the_body_and_the_key) {
+  BodyOptions flat;
+  flat.shape = "plane";
+  flat.normal.setZero();
+  EXPECT_EQ(message(flat).rfind("bodies.ball.normal:", 0), 0U);
+  BodyOptions twice;
+  twice.velocity = {1, 0, 0};
+  twice.path = {{0, 0, 0, 0}};
+  EXPECT_EQ(message(twice).rfind("bodies.ball: both", 0), 0U);
+  BodyOptions backwards;
+  backwards.path = {{1, 0, 0, 0}, {0, 0, 0, 0}};
+  EXPECT_EQ(message(backwards).rfind("bodies.ball.path: key point 2", 0), 0U);
+}
+
+}  // namespace
+}  // namespace pellicle

@@ -1,0 +1,27 @@
+#include "geometry/key_points.h"
+
+#include <gtest/gtest.h>
+
+namespace pellicle {
+namespace {
+
+const std::vector<std::vector<double>> path{{1, 0, 0, 0}, {2, 4, 0, -2}, {4, 4, 8, -2}};
+
+TEST(KeyPoints, path_is_linear_between_rows_and_at_rest_outside) {
+  EXPECT_EQ(place_on_key_points(path, 0), Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(place_on_key_points(path, 1), Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(place_on_key_points(path, 1.25), Eigen::Vector3d(1, 0, -0.5));
+  EXPECT_EQ(place_on_key_points(path, 2), Eigen::Vector3d(4, 0, -2));
+  EXPECT_EQ(place_on_key_points(path, 3), Eigen::Vector3d(4, 4, -2));
+  EXPECT_EQ(place_on_key_points(path, 9), Eigen::Vector3d(4, 8, -2));
+}
+
+TEST(KeyPoints, faults_name_the_key_point) {
+  EXPECT_EQ(fault_of_key_points(path), "");
+  EXPECT_EQ(fault_of_key_points({}), "");
+  EXPECT_NE(fault_of_key_points({{0, 1, 2, 3}, {1, 2, 3}}).find("key point 2 has 3 numbers"), std::string::npos);
+  EXPECT_NE(fault_of_key_points({{0, 1, 2, 3}, {0, 1, 2, 4}}).find("key point 2 is at"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pellicle
