@@ -1,0 +1,397 @@
+// Compares with the cases of an independent implementation: every case in the folder that the environment variable
+// PELLICLE_REFERENCE names, else in ../shared/reference. NAME.obj is the mesh, NAME.params.json the input,
+// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps. Other kinds are passed over.
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "heat/diffusion_graph.h"
+#include "mesh/readers.h"
+#include "mesh/shell.h"
+#include "simulation/burn.h"
+#include "tests/support/shared_folder.h"
+
+namespace pellicle {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double tolerance = 1e-9;  // relative to the largest expected value
+
+fs::path reference_folder() {
+  const char* named = std::getenv("PELLICLE_REFERENCE");
+  return named != nullptr ? fs::path(named) : shared_folder() / "reference";
+}
+
+std::vector<std::string> cases_of(const std::string& kind) {
+  std::vector<std::string> names;
+  std::error_code no_folder;
+  for (const auto& entry : fs::directory_iterator(reference_folder(), no_folder)) {
+    const std::string file = entry.path().filename().string();
+    const std::string ending = ".params.json";
+    if (file.rfind(kind, 0) == 0 && file.size() > ending.size() &&
+        file.compare(file.size() - ending.size(), ending.size(), ending) == 0) {
+      names.push_back(file.substr(0, file.size() - ending.size()));
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST(Reference, folder_is_there) {
+  if (!fs::exists(reference_folder())) {
+    GTEST_SKIP() << "no reference cases at " << reference_folder();
+  }
+  EXPECT_FALSE(cases_of("A").empty() && cases_of("B").empty()) << "no cases in " << reference_folder();
+}
+
+constexpr const char* letters = "RGBY";
+
+/// One case: mesh, sheet and the reference's own order of springs.
+class Case {
+ public:
+  explicit Case(const std::string& name) {
+    const std::string base = (reference_folder() / name).string();
+    params = YAML::LoadFile(base + ".params.json");
+    expected = YAML::LoadFile(base + ".expected.json");
+    mesh_ = read_mesh(base + ".obj");
+    SheetOptions options;
+    options.thickness = params["thickness"].as<double>();
+    options.areal_density = params["areal_density"].as<double>();
+    sheet = make_sheet(PETSC_COMM_WORLD, mesh_, options);
+    number_springs();
+  }
+
+  YAML::Node params;
+  YAML::Node expected;
+  Sheet sheet;
+  std::array<std::vector<std::size_t>, 4> number;  ///< in the reference of each local spring
+
+  std::vector<double> particle_masses() const { return sheet.initial_mass; }
+
+  /// Values of a list by the reference's number of a local spring.
+  std::array<std::vector<double>, 4> spring_values(const YAML::Node& by_letter) const {
+    std::array<std::vector<double>, 4> result;
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      const auto all = by_letter[std::string(1, letters[colour])].as<std::vector<double>>();
+      for (const std::size_t index : number[colour]) {
+        result[colour].push_back(all.at(index));
+      }
+    }
+    return result;
+  }
+
+  /// Sets a field on all local particles from a list in the order of persistent ids.
+  void set(Field& field, const YAML::Node& list) const {
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      const YAML::Node row = list[sheet.persistent_id[static_cast<std::size_t>(i)]];
+      for (int c = 0; c < field.components(); ++c) {
+        field.values()(c, i) = field.components() == 1 ? row.as<double>() : row[c].as<double>();
+      }
+    }
+  }
+
+  /// Expects a field, ghosts too, to equal a list in the order of persistent ids.
+  void expect(const Field& field, const YAML::Node& list, const std::string& what) const {
+    Field wanted(sheet.particles, field.components());
+    set(wanted, list);
+    double scale = wanted.values().size() > 0 ? wanted.values().cwiseAbs().maxCoeff() : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &scale, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+    const double difference =
+        wanted.values().size() > 0 ? (field.values() - wanted.values()).cwiseAbs().maxCoeff() : 0;
+    EXPECT_LE(difference, tolerance * scale) << what;
+  }
+
+ private:
+  void number_springs() {
+    using Pair = std::pair<int, int>;
+    const auto pair = [](int a, int b) { return Pair(std::min(a, b), std::max(a, b)); };
+    const auto corners = static_cast<int>(mesh_.points.size());
+    std::array<std::vector<Pair>, 4> order;
+    std::vector<Pair> edges;
+    std::map<Pair, std::vector<int>> cells_of_edge;
+    for (int cell = 0; cell < static_cast<int>(mesh_.faces.size()); ++cell) {
+      const auto& q = mesh_.faces[static_cast<std::size_t>(cell)];
+      for (std::size_t k = 0; k < 4; ++k) {
+        order[0].push_back(pair(q[k], corners + cell));
+        auto& cells = cells_of_edge[pair(q[k], q[(k + 1) % 4])];
+        if (cells.empty()) {
+          edges.push_back(pair(q[k], q[(k + 1) % 4]));
+        }
+        cells.push_back(cell);
+      }
+      order[3].push_back(pair(q[0], q[2]));
+      order[3].push_back(pair(q[1], q[3]));
+    }
+    for (const Pair& edge : edges) {
+      order[2].push_back(edge);
+      const auto& cells = cells_of_edge[edge];
+      if (cells.size() == 2) {
+        order[1].push_back(pair(corners + cells[0], corners + cells[1]));
+      }
+    }
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      std::map<Pair, std::size_t> index;
+      for (std::size_t s = 0; s < order[colour].size(); ++s) {
+        index[order[colour][s]] = s;
+      }
+      ASSERT_EQ(static_cast<std::size_t>(sheet.springs[colour].layout.global), order[colour].size());
+      for (const auto& [a, b] : sheet.springs[colour].ends) {
+        number[colour].push_back(index.at(pair(sheet.persistent_id[static_cast<std::size_t>(a)],
+                                               sheet.persistent_id[static_cast<std::size_t>(b)])));
+      }
+    }
+  }
+
+  SurfaceMesh mesh_;
+};
+
+ProjectOptions direct_solves() {
+  ProjectOptions options;
+  options.ksp_rtol = 1e-13;
+  options.shift = 0;
+  options.threshold = 0;
+  return options;
+}
+
+class ReferenceProjection : public ::testing::TestWithParam<std::string> {};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ReferenceProjection);
+INSTANTIATE_TEST_SUITE_P(A0, ReferenceProjection, ::testing::ValuesIn(cases_of("A0")));
+
+TEST_P(ReferenceProjection, agrees) {
+  const Case c(GetParam());
+  const auto lengths = c.spring_values(c.params["target_lengths"]);
+  const std::vector<double> mass = c.particle_masses();
+  const std::vector<bool> free(static_cast<std::size_t>(c.sheet.particles.local()), false);
+  const ProjectionInput input{lengths, mass, free, {}};
+  Field x(c.sheet.particles, 3);
+  SuccessiveProjection plain(c.sheet, direct_solves());
+
+  c.set(x, c.params["x0"]);
+  const ProjectionError before = plain.errors(x, input);
+  const double all = c.expected["errors_before"]["all"].as<double>();
+  EXPECT_NEAR(before.total, all, tolerance * all);
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    const std::string letter(1, letters[index]);
+    const auto error = c.expected["errors_before"][letter].as<double>();
+    EXPECT_NEAR(before.colour[index], error, tolerance * error);
+
+    c.set(x, c.params["x0"]);
+    const YAML::Node single = c.expected["single_" + letter];
+    Linearisation constraint;
+    linearise(c.sheet.of(colour), x.data(), lengths[index], constraint);
+    const auto errors = single["C"].as<std::vector<double>>();
+    for (PetscInt s = 0; s < c.sheet.of(colour).owned(); ++s) {
+      EXPECT_NEAR(constraint.error[s], errors.at(c.number[index][static_cast<std::size_t>(s)]), tolerance * error);
+    }
+    EXPECT_TRUE(plain.project(x, colour, input).converged);
+    c.expect(x, single["x"], "single_" + letter);
+  }
+
+  // successiveN[_wDD][_regDD][_pins_exact|paper_ID...]: N full steps; 05 stands for 0.5.
+  for (const auto& entry : c.expected) {
+    const auto name = entry.first.as<std::string>();
+    if (name.rfind("successive", 0) != 0) {
+      continue;
+    }
+    ProjectOptions options = direct_solves();
+    options.monitor = true;
+    options.max_steps = std::stoi(name.substr(10));
+    std::vector<bool> pinned = free;
+    bool in_pins = false;
+    std::stringstream words(name.substr(name.find_first_not_of("0123456789", 10) == std::string::npos
+                                            ? name.size()
+                                            : name.find('_') + 1));
+    for (std::string word; std::getline(words, word, '_');) {
+      const auto fraction = [&word](std::size_t skip) { return std::stod("0." + word.substr(skip + 1)); };
+      if (word == "pins") {
+        in_pins = true;
+      } else if (word == "exact" || word == "paper") {
+        options.pins = word;
+      } else if (word.rfind("reg", 0) == 0) {
+        options.shift = fraction(3);
+      } else if (word.rfind('w', 0) == 0) {
+        options.weight.fill(fraction(1));
+      } else if (in_pins) {
+        for (PetscInt i = 0; i < c.sheet.particles.local(); ++i) {
+          if (c.sheet.persistent_id[static_cast<std::size_t>(i)] == std::stoi(word)) {
+            pinned[static_cast<std::size_t>(i)] = true;
+          }
+        }
+      } else {
+        FAIL() << "what does '" << word << "' mean in " << name << "?";
+      }
+    }
+    SuccessiveProjection projection(c.sheet, options);
+    c.set(x, c.params["x0"]);
+    EXPECT_TRUE(projection.advance(x, {lengths, mass, pinned, {}}).converged);
+    c.expect(x, entry.second["x"], name);
+    if (const YAML::Node totals = entry.second["substep_total_error"]) {
+      ASSERT_EQ(projection.monitored().size(), totals.size() + 1);
+      for (std::size_t step = 0; step < totals.size(); ++step) {
+        EXPECT_NEAR(projection.monitored()[step + 1].total, totals[step].as<double>(), tolerance * all) << name;
+      }
+    }
+  }
+}
+
+Eigen::Vector3d vector_of(const YAML::Node& node) {
+  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
+}
+
+/// Spheres and planes of a case. A key that this test does not know fails.
+void add_bodies(const YAML::Node& list, const std::string& shape, std::map<std::string, BodyOptions>& bodies) {
+  for (const YAML::Node& node : list) {
+    BodyOptions body;
+    body.shape = shape;
+    for (const auto& entry : node) {
+      const auto key = entry.first.as<std::string>();
+      const YAML::Node value = entry.second;
+      if (key == "centre" || key == "center") {
+        body.centre = vector_of(value);
+      } else if (key == "radius") {
+        body.radius = value.as<double>();
+      } else if (key == "point") {
+        body.point = vector_of(value);
+      } else if (key == "normal") {
+        body.normal = vector_of(value);
+      } else if (key == "velocity") {
+        body.velocity = vector_of(value);
+      } else if (key == "friction") {
+        body.friction = value.as<double>();
+      } else {
+        FAIL() << shape << ": unknown key " << key;
+      }
+    }
+    bodies[shape + std::to_string(bodies.size())] = body;
+  }
+}
+
+Options options_of(const YAML::Node& params) {
+  Options options;
+  options.project = direct_solves();
+  options.force.gravity = vector_of(params["gravity"]);
+  options.force.damping = params["damping"].as<double>();
+  options.heat.operator_name = "umbrella";
+  options.heat.ksp_rtol = 1e-14;
+  options.heat.diffusivity = params["alpha"].as<double>();
+  options.heat.burning_heat = params["eta"].as<double>();
+  int balls = 0;
+  for (const YAML::Node& ball : params["balls"]) {
+    HeatSource source;
+    source.centre = vector_of(ball["centre"]);
+    source.velocity = vector_of(ball["velocity"]);
+    source.radius = ball["radius"].as<double>();
+    source.temperature = ball["T"].as<double>();
+    source.rate = ball["rate"].as<double>();
+    options.heat.sources["ball" + std::to_string(balls++)] = source;
+  }
+  options.combustion.ignition_temperature = params["T_ignition"].as<double>();
+  options.combustion.mass_loss_rate = params["mu"].as<double>();
+  options.combustion.min_mass = params["m_min"].as<double>();
+  options.combustion.burnt_density = params["rho_ratio"].as<double>() * options.combustion.initial_density;
+  options.combustion.corner_factor = params["layer_mu"][0].as<double>();
+  options.combustion.lattice_factor = params["layer_mu"][1].as<double>();
+  options.project.max_steps = params["max_iter"].as<int>();
+  options.project.threshold = params["threshold"].as<double>();
+  options.project.order = params["order"].as<std::string>();
+  options.project.pins = params["pins"].as<std::string>();
+  options.project.masses = params["mass_weighted"].as<bool>() ? "true" : "equal";
+  options.project.shift = params["reg"].as<double>();
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    if (const YAML::Node weight = params["weights"][std::string(1, letters[colour])]) {
+      options.project.weight[colour] = weight.as<double>();
+    }
+  }
+  for (const YAML::Node& id : params["fixed"]) {
+    options.pins["fixed"].vertices.push_back(id.as<int>());
+  }
+  add_bodies(params["spheres"], "sphere", options.bodies);
+  add_bodies(params["planes"], "plane", options.bodies);
+  return options;
+}
+
+class ReferenceBurning : public ::testing::TestWithParam<std::string> {};
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ReferenceBurning);
+INSTANTIATE_TEST_SUITE_P(A1, ReferenceBurning, ::testing::ValuesIn(cases_of("A1")));
+
+TEST_P(ReferenceBurning, agrees) {
+  Case c(GetParam());
+  Sheet& sheet = c.sheet;
+  const Options options = options_of(c.params["params"]);
+
+  // Figures of the shell itself.
+  EXPECT_EQ(sheet.particles.global, c.expected["n_particles"].as<int>());
+  for (const Colour colour : all_colours) {
+    const std::string letter(1, letters[static_cast<std::size_t>(colour)]);
+    const SpringSet& springs = sheet.of(colour);
+    EXPECT_EQ(springs.layout.global, c.expected["n_springs"][letter].as<int>());
+    double sum = 0;
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
+      sum += springs.initial_length[static_cast<std::size_t>(s)];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    EXPECT_NEAR(sum, c.expected["l0_sum"][letter].as<double>(), tolerance * sum);
+  }
+  Field initial_mass(sheet.particles, 1);
+  initial_mass.values() = Eigen::Map<const Eigen::RowVectorXd>(sheet.initial_mass.data(), sheet.particles.local());
+  c.expect(initial_mass, c.expected["m0"], "m0");
+
+  // The umbrella (eq. 3) at x0: E and L of (T/1000)^2.
+  Field x0(sheet.particles, 3);
+  Field temperature(sheet.particles, 1);
+  c.set(x0, c.params["x0"]);
+  c.set(temperature, c.params["T0"]);
+  DiffusionGraph graph;
+  graph.pairs = umbrella_pairs(sheet);
+  set_umbrella(graph, sheet, std::vector<double>(static_cast<std::size_t>(sheet.particles.local()), 1.0), x0);
+  Field squared(sheet.particles, 1);
+  squared.values() = (temperature.values() / 1000).array().square();
+  const Eigen::VectorXd inflow = graph.inflow(squared);
+  Field lengths(sheet.particles, 1);
+  Field laplacian(sheet.particles, 1);
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    lengths.values()(0, i) = 2 * graph.capacity[i];
+    laplacian.values()(0, i) = inflow[i] / graph.capacity[i];
+  }
+  lengths.update_ghosts();
+  laplacian.update_ghosts();
+  c.expect(lengths, c.expected["umbrella_E"], "umbrella_E");
+  c.expect(laplacian, c.expected["umbrella_L_of_T2"], "umbrella_L_of_T2");
+
+  // Pins hold particles where the case has them at the start.
+  sheet.rest = x0.values();
+  StageClock clock(Burn::stage_names());
+  Burn burn(sheet, options, clock);
+  State state = burn.initial_state();
+  c.set(state.position, c.params["x0"]);
+  c.set(state.velocity, c.params["v0"]);
+  c.set(state.temperature, c.params["T0"]);
+  const double h = c.params["params"]["h"].as<double>();
+  for (const YAML::Node& figures : c.expected["per_step"]) {
+    const BurnStep step = burn.advance(state, h);
+    ASSERT_TRUE(step.converged) << step.reason;
+    const auto error = figures["err"].as<double>();
+    EXPECT_NEAR(step.constraint_error, error, tolerance * std::max(error, 1e-3)) << "step " << state.step;
+  }
+  EXPECT_EQ(state.step, c.params["steps"].as<int>());
+  c.expect(state.position, c.expected["x"], "x");
+  c.expect(state.velocity, c.expected["v"], "v");
+  c.expect(state.temperature, c.expected["T"], "T");
+  c.expect(state.mass, c.expected["m"], "m");
+  const auto target = c.spring_values(c.expected["target_lengths"]);
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    for (std::size_t s = 0; s < target[colour].size(); ++s) {
+      EXPECT_NEAR(state.target_length[colour][s], target[colour][s], tolerance);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pellicle
