@@ -1,0 +1,224 @@
+"""Pictures of a run: tools/pvbatch postproc/render.py OUTPUT_FOLDER [options]
+
+Opens the .pvd of the folder and writes a few frames as PNG beside it: NAME_0000.png and so on, by number of the frame.
+Spheres and planes that the run's options.yaml names under `bodies` are drawn where they were at the time.
+"""
+
+import argparse
+import glob
+import math
+import os
+import sys
+
+import yaml
+from paraview import simple
+
+DIRECTIONS = {  # from the sheet towards the camera
+    "oblique": (0.35, -0.85, 0.75),
+    "top": (0.0, -0.02, 1.0),
+    "front": (0.0, -1.0, 0.12),
+    "side": (1.0, -0.25, 0.3),
+}
+PAPER = (0.93, 0.89, 0.80)
+# Share of the way from char (0) to paper (1), red, green, blue.
+CHAR_TO_PAPER = [0.0, 0.20, 0.185, 0.18, 0.25, 0.27, 0.20, 0.16, 0.5, 0.46, 0.29, 0.16, 0.75, 0.74, 0.56, 0.36, 0.92,
+                 0.91, 0.83, 0.69, 1.0, *PAPER]
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder")
+    parser.add_argument("--frames", type=int, default=5, help="how many, spread evenly from the first to the last (5)")
+    parser.add_argument("--field", help="colour by this point field; default: mass_ratio where it varies, else plain paper")
+    parser.add_argument("--range", type=float, nargs=2, help="of the colours; default: that of the field over all frames")
+    parser.add_argument("--size", default="1200x900", help="WIDTHxHEIGHT in pixels (1200x900)")
+    parser.add_argument("--view", default="oblique", help=f"{', '.join(DIRECTIONS)} or X,Y,Z towards the camera (oblique)")
+    parser.add_argument("--zoom", type=float, default=1.0, help="above 1: closer (1)")
+    parser.add_argument("--edges", action="store_true", help="draw the mesh too")
+    return parser.parse_args()
+
+
+def open_sheet(folder):
+    """Returns the name of the run and its reader."""
+    files = [name for name in sorted(glob.glob(os.path.join(folder, "*.pvd"))) if not name.endswith("_springs.pvd")]
+    if len(files) != 1:
+        sys.exit(f"render.py: {folder}: {len(files)} .pvd files of a sheet; expected one")
+    return os.path.basename(files[0])[:-4], simple.PVDReader(FileName=files[0])
+
+
+def chosen(times, count):
+    """`count` of the frames' numbers, evenly spread, the first and the last among them."""
+    last = len(times) - 1
+    count = max(1, min(count, len(times)))
+    return sorted({round(i * last / max(1, count - 1)) for i in range(count)})
+
+
+def survey(sheet, times, numbers, field):
+    """Returns the bounds of the sheet and the range of `field` over the given frames; no range if there is no such field."""
+    low, high = [math.inf] * 3, [-math.inf] * 3
+    field_range = None
+    for number in numbers:
+        simple.UpdatePipeline(time=times[number], proxy=sheet)
+        bounds = sheet.GetDataInformation().GetBounds()
+        low = [min(low[i], bounds[2 * i]) for i in range(3)]
+        high = [max(high[i], bounds[2 * i + 1]) for i in range(3)]
+        array = sheet.PointData.GetArray(field)
+        if array:
+            now = array.GetRange(-1 if array.GetNumberOfComponents() > 1 else 0)
+            field_range = now if not field_range else (min(now[0], field_range[0]), max(now[1], field_range[1]))
+    return low, high, field_range
+
+
+def place_camera(view, low, high, direction, zoom):
+    """Looks along `direction` at the middle of the box, from where all of it is just in sight."""
+    length = math.sqrt(sum(c * c for c in direction))
+    towards = [c / length for c in direction]
+    right = (-towards[1], towards[0], 0.0)
+    length = math.hypot(right[0], right[1]) or 1.0
+    right = [c / length for c in right]
+    up = [towards[1] * right[2] - towards[2] * right[1], towards[2] * right[0] - towards[0] * right[2],
+          towards[0] * right[1] - towards[1] * right[0]]
+    centre = [(low[i] + high[i]) / 2 for i in range(3)]
+    view_angle = 25.0
+    tangent_up = math.tan(math.radians(view_angle / 2))
+    tangent_right = tangent_up * view.ViewSize[0] / view.ViewSize[1]
+    distance = 0.0
+    for corner in range(8):
+        offset = [(high if corner >> i & 1 else low)[i] - centre[i] for i in range(3)]
+        along, across, above = (sum(o * a for o, a in zip(offset, axis)) for axis in (towards, right, up))
+        distance = max(distance, along + abs(across) / tangent_right, along + abs(above) / tangent_up)
+    distance *= 1.06 / zoom
+    view.CameraViewAngle = view_angle
+    view.CameraFocalPoint = centre
+    view.CameraPosition = [centre[i] + distance * towards[i] for i in range(3)]
+    view.CameraViewUp = up
+    return towards, right, up
+
+
+def add_lights(view, towards, right, up):
+    """A key light from the upper left that grazes the wrinkles, and a soft one from the camera."""
+    view.UseLight = 0
+    for weights, intensity in (((-0.9, 0.7, 0.55), 0.85), ((0.6, 0.2, 1.0), 0.42)):
+        light = simple.AddLight(view=view)
+        light.Coords = "Scene"
+        light.Type = "Directional"
+        light.FocalPoint = view.CameraFocalPoint
+        light.Position = [view.CameraFocalPoint[i] + weights[0] * right[i] + weights[1] * up[i] + weights[2] * towards[i]
+                          for i in range(3)]
+        light.Intensity = intensity
+
+
+def number(value):
+    return float(str(value).split()[0])
+
+
+def numbers(values):
+    return [number(value) for value in values]
+
+
+def read_bodies(folder):
+    path = os.path.join(folder, "options.yaml")
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8") as deck:
+        return list((yaml.safe_load(deck).get("bodies") or {}).values())
+
+
+def body_shift(body, time):
+    """How far the body has moved from where it was at time 0: by its path, or else by its velocity."""
+    path = [numbers(row) for row in body.get("path") or []]
+    if not path:
+        return [time * component for component in numbers(body.get("velocity") or (0, 0, 0))]
+
+    def at(moment):
+        before = max((row for row in path if row[0] <= moment), default=path[0])
+        after = min((row for row in path if row[0] >= moment), default=path[-1])
+        share = 0.0 if after[0] <= before[0] else (moment - before[0]) / (after[0] - before[0])
+        return [before[i] + share * (after[i] - before[i]) for i in (1, 2, 3)]
+
+    return [now - start for now, start in zip(at(time), at(0.0))]
+
+
+def show_bodies(bodies, view, size):
+    """Draws every body at time 0; returns the representations, to be moved."""
+    shown = []
+    for body in bodies:
+        if body.get("shape") == "plane":
+            point, normal = numbers(body["point"]), numbers(body["normal"])
+            solid = simple.Plane(Origin=[-size, -size, 0], Point1=[size, -size, 0], Point2=[-size, size, 0])
+            solid.Normal = normal
+            solid.Center = point
+            colour = (0.80, 0.82, 0.84)
+        else:
+            solid = simple.Sphere(Center=numbers(body["centre"]), Radius=number(body["radius"]) * 0.995,
+                                  ThetaResolution=96, PhiResolution=64)
+            colour = (0.55, 0.63, 0.72)
+        display = simple.Show(solid, view)
+        simple.ColorBy(display, None)
+        display.DiffuseColor = display.AmbientColor = colour
+        display.Specular = 0.1
+        shown.append(display)
+    return shown
+
+
+def main():
+    options = arguments()
+    simple._DisableFirstRenderCameraReset()
+    name, reader = open_sheet(options.folder)
+    times = list(reader.TimestepValues)
+    pictures = chosen(times, options.frames)
+
+    # One point for each vertex, also where the pieces of two ranks meet, so that the shading is smooth.
+    sheet = simple.GenerateSurfaceNormals(Input=simple.Clean(Input=reader), FeatureAngle=180, Splitting=0)
+    field = options.field or "mass_ratio"
+    low, high, field_range = survey(reader, times, pictures, field)
+    if options.field and not field_range:
+        sys.exit(f"render.py: {options.folder}: no point field {options.field}; there are {reader.PointData.keys()}")
+
+    view = simple.CreateRenderView()
+    view.ViewSize = [int(pixels) for pixels in options.size.split("x")]
+    view.OrientationAxesVisibility = 0
+    view.UseColorPaletteForBackground = 0
+    view.Background = (1.0, 1.0, 1.0)
+    view.UseFXAA = 1
+    direction = DIRECTIONS.get(options.view) or [float(c) for c in options.view.split(",")]
+    axes = place_camera(view, low, high, direction, options.zoom)
+    add_lights(view, *axes)
+
+    display = simple.Show(sheet, view)
+    display.Representation = "Surface With Edges" if options.edges else "Surface"
+    display.Interpolation = "Gouraud"
+    display.Ambient = 0.12
+    display.Diffuse = 0.95
+    display.Specular = 0.07
+    display.SpecularPower = 20
+    coloured = options.field or (field_range and field_range[1] - field_range[0] > 1e-3)
+    if coloured:
+        simple.ColorBy(display, ("POINTS", field))
+        table = simple.GetColorTransferFunction(field)
+        if field == "mass_ratio":
+            table.RGBPoints = CHAR_TO_PAPER
+            table.ColorSpace = "RGB"
+        else:
+            table.ApplyPreset("Inferno (matplotlib)", True)
+        bounds = options.range or field_range
+        table.RescaleTransferFunction(bounds[0], max(bounds[1], bounds[0] + 1e-12))
+        bar = simple.GetScalarBar(table, view)
+        bar.Visibility = 1 if options.field else 0
+        bar.TitleColor = bar.LabelColor = (0.1, 0.1, 0.1)
+    else:
+        simple.ColorBy(display, None)
+        display.DiffuseColor = display.AmbientColor = PAPER
+
+    bodies = read_bodies(options.folder)
+    solids = show_bodies(bodies, view, 2 * max(high[i] - low[i] for i in range(3)))
+    for frame in pictures:
+        view.ViewTime = times[frame]
+        for body, solid in zip(bodies, solids):
+            solid.Position = body_shift(body, times[frame])
+        path = os.path.join(options.folder, f"{name}_{frame:04d}.png")
+        simple.SaveScreenshot(path, view)
+        print(path)
+
+
+main()

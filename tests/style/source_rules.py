@@ -1,0 +1,89 @@
+"""The rules that src/ and tests/ keep, checked by ctest (label style): source_rules.py SOURCE_FOLDER
+
+Who may include whom, names of files, namespaces, and where a test lies. Prints every fault as file:line: text.
+"""
+
+import pathlib
+import re
+import sys
+
+# The folders of src/ that each may include, and itself: the table of the design.
+MAY_INCLUDE = {
+    "base": set(),
+    "geometry": set(),
+    "mesh": {"base", "geometry"},
+    "io": {"base", "mesh"},
+    "heat": {"base", "geometry", "mesh"},
+    "combustion": {"base", "geometry", "mesh"},
+    "ablation": {"base", "geometry", "mesh"},
+    "projection": {"base", "geometry", "mesh"},
+    "prism": {"base", "geometry", "mesh"},
+    "gas": {"base", "geometry", "mesh"},
+    "contact": {"base", "geometry", "mesh"},
+    "simulation": {"base", "geometry", "mesh", "io", "heat", "combustion", "ablation", "projection", "prism", "gas",
+                   "contact"},
+    "main.cpp": {"simulation", "base", "io"},
+}
+GENERATED = {"revision_text.h"}
+OWN_TESTS = {"program", "reference", "style", "benchmark", "support"}  # folders of tests/ that mirror none of src/
+INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def faults_of_source(src, path):
+    folder = path.relative_to(src).parts[0]
+    lines = path.read_text(encoding="utf-8").splitlines()
+    if folder not in MAY_INCLUDE:
+        yield 1, f"src/{folder} is not in the table of who may include whom"
+        return
+    allowed = MAY_INCLUDE[folder] | {folder}
+    for number, line in enumerate(lines, 1):
+        include = INCLUDE.match(line)
+        if not include:
+            continue
+        bracket, name = include.groups()
+        if bracket == '"' and name not in GENERATED:
+            if not (src / name).is_file():
+                yield number, f'"{name}" is not a file of src/; expected a path relative to src/'
+            elif name.split("/")[0] not in allowed:
+                yield number, f"{folder} may not include {name}; allowed: {', '.join(sorted(allowed))}"
+        if bracket == "<" and folder == "geometry" and re.match(r"petsc|mpi\.h|vtk", name):
+            yield number, f"geometry may not include {name}: it knows neither PETSc nor MPI"
+    if path.suffix == ".h" and (not lines or lines[0] != "#pragma once"):
+        yield 1, "a header begins with #pragma once"
+    if path.name != "main.cpp" and "namespace pellicle {" not in lines:
+        yield 1, "no namespace pellicle"
+
+
+def faults_of_any(path):
+    if not re.fullmatch(r"[a-z][a-z0-9_]*\.(cpp|h|py|txt|cmake)|CMakeLists\.txt", path.name):
+        yield 1, f"{path.name}: a file's name is snake_case"
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        if line != line.rstrip():
+            yield number, "blanks at the end of the line"
+        if len(line) > 120 and path.suffix in {".cpp", ".h", ".py"}:
+            yield number, f"{len(line)} columns; at most 120"
+        if "../shared" in line and path.suffix in {".cpp", ".h"} and "tests" not in path.parts:
+            yield number, "src/ may not know ../shared"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    src, tests = root / "src", root / "tests"
+    faults = []
+    count = 0
+    files = (path for folder in (src, tests) for path in folder.rglob("*"))
+    for path in sorted(path for path in files if path.suffix in {".cpp", ".h", ".py", ".txt"}):
+        count += 1
+        faults += [(path, *fault) for fault in faults_of_any(path)]
+        if src in path.parents:
+            faults += [(path, *fault) for fault in faults_of_source(src, path)]
+    for folder in sorted(p for p in tests.iterdir() if p.is_dir() and p.name != "__pycache__"):
+        if folder.name not in OWN_TESTS and not (src / folder.name).is_dir():
+            faults.append((folder, 1, f"tests/ mirrors src/, where there is no {folder.name}"))
+    for path, number, text in faults:
+        print(f"{path.relative_to(root)}:{number}: {text}")
+    print(f"{count} files, {len(faults)} faults")
+    sys.exit(1 if faults else 0)
+
+
+main()
