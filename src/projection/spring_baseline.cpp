@@ -17,6 +17,9 @@ namespace {
 /// How often a Newton update is halved until the potential falls: beyond that it is rounding that keeps it from falling.
 constexpr int most_halvings = 20;
 
+/// Relative rounding of the potential, a sum of squares: a rise by less is none.
+constexpr double rounding = 1e-13;
+
 using Block = Eigen::Matrix<PetscScalar, 3, 3, Eigen::RowMajor>;
 
 }  // namespace
@@ -71,6 +74,7 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), nullptr, nullptr));
   check(MatSetOption(tangent_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
   check(MatSetOption(tangent_, MAT_SYMMETRIC, PETSC_TRUE));
+  check(MatSetOption(tangent_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
   check(MatCreateVecs(tangent_, update_.create(), residual_.create()));
 
   KspDefaults defaults;
@@ -203,7 +207,7 @@ StageResult SpringBaseline::advance(Field& positions, const SpringInput& input) 
       positions.values().leftCols(owned) = before_update_.values().leftCols(owned) + share * update;
       positions.update_ghosts();
       const double now = last ? lowest : potential(positions, input);
-      if (now <= lowest) {
+      if (now <= lowest * (1 + rounding)) {
         lowest = now;
         break;
       }
