@@ -47,6 +47,13 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
     throw Error("-" + prefix + "pc_type " + type +
                 ": a matrix-free operator has only its diagonal, expected none or jacobi");
   }
+  if (is(type, PCASM)) {  // The restricted kind, PETSc's default, is not symmetric as conjugate gradients need it.
+    PetscBool is_set = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, prefix.c_str(), "-pc_asm_type", &is_set));
+    if (is_set == PETSC_FALSE) {
+      check(PCASMSetType(pc, PC_ASM_BASIC));
+    }
+  }
   if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
     make_parallel(pc, prefix, type);
   }
