@@ -115,7 +115,9 @@ void set_option(const TypedOption& typed, OptionTable& table, std::vector<PetscO
       fail(written, "no value; expected " + option->expected());
     }
     try {
-      option->assign(option->from_command_line(typed.value.value_or("true")));
+      WrittenValue value = option->from_command_line(typed.value.value_or("true"));
+      option->resolve(value, "");
+      option->assign(value);
     } catch (const Error& error) {
       fail(written, error.what());
     }

@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <filesystem>
 #include <map>
 
 #include "base/error.h"
@@ -42,7 +43,9 @@ class DeckReader {
     const bool in_petsc = key.compare(0, 6, "petsc.") == 0;
     if (Option* option = table_.find_key(key)) {
       try {
-        option->assign(written_value(*option, node));
+        WrittenValue written = written_value(*option, node);
+        option->resolve(written, std::filesystem::path(path_).parent_path().string());
+        option->assign(written);
       } catch (const Error& error) {
         fail(key, error.what());
       }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <filesystem>
 #include <set>
 #include <stdexcept>
 #include <type_traits>
@@ -138,6 +139,11 @@ Option& Option::length(int count) {
   return *this;
 }
 
+Option& Option::file() {
+  is_file_ = true;
+  return *this;
+}
+
 Option& Option::help(std::string text) {
   help_ = std::move(text);
   return *this;
@@ -256,6 +262,14 @@ WrittenValue Option::from_command_line(const std::string& text) const {
         return written;
       },
       variable_);
+}
+
+void Option::resolve(WrittenValue& written, const std::string& folder) const {
+  if (!is_file_ || written.kind != WrittenValue::Kind::scalar || written.rows.front().front().empty()) {
+    return;
+  }
+  std::string& name = written.rows.front().front();
+  name = std::filesystem::absolute(std::filesystem::path(folder) / name).lexically_normal().string();
 }
 
 void Option::assign(const WrittenValue& written) {

@@ -43,6 +43,9 @@ class Option {
   Option& choices(std::vector<std::string> names);
   /// How many entries a list (of Rows: a row) must have; any number unless said.
   Option& length(int count);
+  /// The value names a file: a relative path in a deck starts at the deck's folder, on the command line at the present
+  /// one; the variable gets an absolute path.
+  Option& file();
   Option& help(std::string text);
   /// Paper and equation, or where the default comes from.
   Option& source(std::string text);
@@ -65,6 +68,9 @@ class Option {
 
   /// Splits a value of the command line: lists at commas, Rows at semicolons too.
   WrittenValue from_command_line(const std::string& text) const;
+
+  /// Makes the name of a file absolute, see `file`; leaves other values alone.
+  void resolve(WrittenValue& written, const std::string& folder) const;
 
   /// Checks a value and stores it. @throws Error saying what is wrong and what was expected, without naming the key.
   void assign(const WrittenValue& written);
@@ -90,6 +96,7 @@ class Option {
   std::optional<double> bound_;  ///< itself not allowed
   std::vector<std::string> choices_;
   std::optional<std::size_t> length_;
+  bool is_file_ = false;
   std::string help_;
   std::string source_;
   std::string default_text_;

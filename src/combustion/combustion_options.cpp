@@ -16,6 +16,7 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .help("mu: the fraction of the initial mass lost per second and kelvin above ignition; 0: nothing burns")
       .source("burning paper, eq. 4; errata, hot ball");
   table.add("combustion.mass_loss_texture", options.mass_loss_texture)
+      .file()
       .help("image whose brightness at the uv coordinates weights the mass-loss rate of each particle")
       .source("burning paper, section 8");
   table.add("combustion.mass_loss_range", options.mass_loss_range)

@@ -21,6 +21,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .help("thermal diffusivity alpha")
       .source("burning paper, eq. 2; errata, hot ball");
   table.add("heat.diffusivity_texture", options.diffusivity_texture)
+      .file()
       .help("image whose brightness at the uv coordinates weights the diffusivity of each particle")
       .source("burning paper, section 8");
   table.add("heat.diffusivity_range", options.diffusivity_range)

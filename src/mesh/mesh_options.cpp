@@ -15,6 +15,7 @@ void describe(OptionTable& table, MeshOptions& options) {
       .help("mesh to generate: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand on their "
             "points, so that its boundary is a zigzag); a file, when mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
+      .file()
       .help("mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; empty: generate one");
   table.add("mesh.cells", options.cells)
       .length(2)

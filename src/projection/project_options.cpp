@@ -42,6 +42,7 @@ void describe(OptionTable& table, ProjectOptions& options) {
         .source("burning paper, eq. 19; errata");
   }
   table.add("project.weight_texture", options.weight_texture)
+      .file()
       .help("PNG whose brightness at the uv coordinates multiplies the weight of each spring")
       .source("burning paper, section 7.2");
   table.add("project.mat_type", options.mat_type)

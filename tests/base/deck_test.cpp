@@ -172,6 +172,21 @@ TEST(Deck, EveryMistakeIsOneLine) {
   }
 }
 
+TEST(Deck, FilesStartAtTheFolderOfTheDeck) {
+  std::string texture;
+  OptionTable table;
+  std::vector<PetscOption> petsc;
+  table.add("combustion.texture", texture).file();
+  read_deck({"/scenes/input/paper.yaml", "combustion: {texture: textures/clouds.png}"}, table, petsc);
+  EXPECT_EQ(texture, "/scenes/input/textures/clouds.png");
+  read_deck({"/scenes/input/paper.yaml", "combustion: {texture: ../clouds.png}"}, table, petsc);
+  EXPECT_EQ(texture, "/scenes/clouds.png");
+  read_deck({"/scenes/input/paper.yaml", "combustion: {texture: /clouds.png}"}, table, petsc);
+  EXPECT_EQ(texture, "/clouds.png");
+  read_deck({"/scenes/input/paper.yaml", "combustion: {texture: ''}"}, table, petsc);
+  EXPECT_EQ(texture, "");
+}
+
 TEST(Deck, ObjectsThatWouldShareANameAreRefused) {
   SampleOptions options;
   EXPECT_EQ(
