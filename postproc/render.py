@@ -139,22 +139,31 @@ def body_shift(body, time):
     return [now - start for now, start in zip(at(time), at(0.0))]
 
 
+def cross(a, b):
+    """The unit vector across a and b."""
+    product = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    length = math.hypot(*product)
+    return [component / length for component in product]
+
+
 def show_bodies(bodies, view, size):
     """Draws every body at time 0; returns the representations, to be moved."""
     shown = []
     for body in bodies:
         if body.get("shape") == "plane":
             point, normal = numbers(body["point"]), numbers(body["normal"])
-            solid = simple.Plane(Origin=[-size, -size, 0], Point1=[size, -size, 0], Point2=[-size, size, 0])
-            solid.Normal = normal
-            solid.Center = point
+            first = cross(normal, (0, 1, 0) if abs(normal[1]) < max(map(abs, normal)) else (1, 0, 0))
+            second = cross(normal, first)
+            corner = [point[i] - size * (first[i] + second[i]) for i in range(3)]
+            solid = simple.Plane(Origin=corner, Point1=[corner[i] + 2 * size * first[i] for i in range(3)],
+                                 Point2=[corner[i] + 2 * size * second[i] for i in range(3)])
             colour = (0.80, 0.82, 0.84)
         else:
             solid = simple.Sphere(Center=numbers(body["centre"]), Radius=number(body["radius"]) * 0.995,
                                   ThetaResolution=96, PhiResolution=64)
             colour = (0.55, 0.63, 0.72)
         display = simple.Show(solid, view)
-        simple.ColorBy(display, None)
+        display.ColorArrayName = ["POINTS", ""]
         display.DiffuseColor = display.AmbientColor = colour
         display.Specular = 0.1
         shown.append(display)
@@ -207,7 +216,7 @@ def main():
         bar.Visibility = 1 if options.field else 0
         bar.TitleColor = bar.LabelColor = (0.1, 0.1, 0.1)
     else:
-        simple.ColorBy(display, None)
+        display.ColorArrayName = ["POINTS", ""]
         display.DiffuseColor = display.AmbientColor = PAPER
 
     bodies = read_bodies(options.folder)
