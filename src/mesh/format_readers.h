@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "mesh/surface_mesh.h"
 
@@ -15,5 +17,9 @@ SurfaceMesh read_stl(const std::string& path);
 SurfaceMesh read_vtp(const std::string& path);
 SurfaceMesh read_vtu(const std::string& path);
 SurfaceMesh read_vtk(const std::string& path);
+
+/// Texture coordinates of the points, given to the corners of the faces; corners that name no point get none.
+std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
+                                                        const std::vector<Eigen::Vector2d>& uv_of_points);
 
 }  // namespace pellicle

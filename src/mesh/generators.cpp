@@ -120,7 +120,9 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   std::vector<Eigen::Vector2d> uv;
   const int columns = 2 * n + 1;
   std::vector<int> number(static_cast<std::size_t>(columns * (2 * m + 1)), -1);
-  const auto at = [&number, columns](int a, int b) -> int& { return number[static_cast<std::size_t>(a + columns * b)]; };
+  const auto at = [&number, columns](int a, int b) -> int& {
+    return number[static_cast<std::size_t>(a + columns * b)];
+  };
   for (int b = 0; b <= 2 * m; ++b) {
     for (int a = 1 - b % 2; a <= 2 * n; a += 2) {
       // The outer points of the four corner quads, which are left out.

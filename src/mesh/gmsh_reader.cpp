@@ -1,167 +1,225 @@
-#include <petscdmplex.h>
-
 #include <algorithm>
-#include <fstream>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
 
 #include "base/error.h"
-#include "base/handle.h"
 #include "mesh/format_readers.h"
+#include "mesh/text_file.h"
 
 namespace pellicle {
 namespace {
 
-using DmHandle = Handle<DM, DMDestroy>;
-using ViewerHandle = Handle<PetscViewer, PetscViewerDestroy>;
-using OptionsHandle = Handle<PetscOptions, PetscOptionsDestroy>;
+/// What Gmsh knows by a number in each dimension: a physical group or a part of the model.
+using Key = std::pair<int, int>;
 
-/// While it lives PETSc prints no errors; the message of the first is kept.
-class QuietErrors {
+/// Reads the sections of a Gmsh file one after the other.
+class GmshReader {
  public:
-  QuietErrors() { PetscPushErrorHandler(&QuietErrors::keep, this); }
-  ~QuietErrors() { PetscPopErrorHandler(); }
-  QuietErrors(const QuietErrors&) = delete;
-  QuietErrors& operator=(const QuietErrors&) = delete;
+  explicit GmshReader(const std::string& path) : file_(path) {}
 
-  const std::string& message() const { return message_; }
+  SurfaceMesh read() {
+    read_format();
+    while (file_.next_line()) {
+      const std::string section(file_.words().front());
+      file_.skip_line();
+      if (section == "$PhysicalNames") {
+        read_names();
+      } else if (section == "$Entities") {
+        read_entities();
+      } else if (section == "$Nodes") {
+        read_nodes();
+      } else if (section == "$Elements") {
+        read_elements();
+      } else if (section.front() == '$') {
+        while (file_.next_line() && file_.words().front() != "$End" + section.substr(1)) {
+        }
+        continue;
+      } else {
+        file_.fail("'" + section + "', expected a section such as $Nodes");
+      }
+      expect("$End" + section.substr(1));
+    }
+    for (auto& entry : mesh_.groups) {
+      std::vector<int>& members = entry.second;
+      std::sort(members.begin(), members.end());
+      members.erase(std::unique(members.begin(), members.end()), members.end());
+    }
+    return std::move(mesh_);
+  }
 
  private:
-  static PetscErrorCode keep(MPI_Comm /*comm*/, int /*line*/, const char* /*function*/, const char* /*file*/,
-                             PetscErrorCode code, PetscErrorType type, const char* message, void* self) {
-    if (type == PETSC_ERROR_INITIAL && message != nullptr) {
-      static_cast<QuietErrors*>(self)->message_ = message;
-    }
-    return code;
-  }
+  int integer(const char* expected) { return file_.integer(file_.next_word(expected), expected); }
+  double number(const char* expected) { return file_.number(file_.next_word(expected), expected); }
 
-  std::string message_;
-};
-
-/// Text or binary: the second number of the header.
-PetscViewerType viewer_type(const std::string& path) {
-  std::ifstream stream(path);
-  std::string word;
-  double version = 0;
-  int binary = 0;
-  if (!(stream >> word) || word != "$MeshFormat" || !(stream >> version >> binary)) {
-    throw Error(path + ":1: '" + word.substr(0, 40) + "', expected $MeshFormat of a Gmsh mesh of version 2.2 to 4.1");
-  }
-  return binary != 0 ? PETSCVIEWERBINARY : PETSCVIEWERASCII;
-}
-
-/// Vertices of the closure of a plex point, in order round it for a cell.
-std::vector<int> vertices_of(DM dm, PetscInt point, PetscInt first_vertex, PetscInt end_vertex) {
-  PetscInt size = 0;
-  PetscInt* closure = nullptr;
-  check(DMPlexGetTransitiveClosure(dm, point, PETSC_TRUE, &size, &closure));
-  std::vector<int> vertices;
-  for (PetscInt i = 0; i < size; ++i) {
-    if (closure[2 * i] >= first_vertex && closure[2 * i] < end_vertex) {
-      vertices.push_back(static_cast<int>(closure[2 * i] - first_vertex));
+  void expect(const std::string& word) {
+    const std::string_view found = file_.next_word(word.c_str());
+    if (found != word) {
+      file_.fail("'" + std::string(found) + "', expected " + word);
     }
   }
-  check(DMPlexRestoreTransitiveClosure(dm, point, PETSC_TRUE, &size, &closure));
-  return vertices;
-}
 
-SurfaceMesh extract(DM dm, const std::string& path) {
-  PetscInt dimension = 0;
-  check(DMGetDimension(dm, &dimension));
-  if (dimension != 2) {
-    throw Error(path + ": elements of dimension " + std::to_string(dimension) + ", expected triangles and quads");
-  }
-  SurfaceMesh mesh;
-  PetscInt first_vertex = 0;
-  PetscInt end_vertex = 0;
-  check(DMPlexGetDepthStratum(dm, 0, &first_vertex, &end_vertex));
-  PetscInt coordinate_dimension = 0;
-  check(DMGetCoordinateDim(dm, &coordinate_dimension));
-  Vec coordinates = nullptr;  // belongs to the DM
-  check(DMGetCoordinatesLocal(dm, &coordinates));
-  const PetscScalar* values = nullptr;
-  check(VecGetArrayRead(coordinates, &values));
-  for (PetscInt i = 0; i < end_vertex - first_vertex; ++i) {
-    Eigen::Vector3d& point = mesh.points.emplace_back(Eigen::Vector3d::Zero());
-    std::copy_n(values + i * coordinate_dimension, coordinate_dimension, point.data());
-  }
-  check(VecRestoreArrayRead(coordinates, &values));
-
-  PetscInt first_cell = 0;
-  PetscInt end_cell = 0;
-  check(DMPlexGetHeightStratum(dm, 0, &first_cell, &end_cell));
-  for (PetscInt cell = first_cell; cell < end_cell; ++cell) {
-    mesh.faces.push_back(vertices_of(dm, cell, first_vertex, end_vertex));
-  }
-
-  PetscInt labels = 0;
-  check(DMGetNumLabels(dm, &labels));
-  for (PetscInt i = 0; i < labels; ++i) {
-    const char* name = nullptr;
-    check(DMGetLabelName(dm, i, &name));
-    const std::string label_name = name;
-    if (label_name == "celltype" || label_name == "depth") {
-      continue;  // PETSc's own
+  void read_format() {
+    expect("$MeshFormat");
+    const double version = number("the version");
+    blocks_ = std::abs(version - 4.1) < 0.01;
+    const bool is_text = integer("0 for a text file") == 0;
+    if (!is_text || (!blocks_ && std::abs(version - 2.2) > 0.01)) {
+      file_.fail("a " + std::string(is_text ? "text" : "binary") + " file of version " + std::to_string(version) +
+                 ", expected text of version 2.2 or 4.1, as written by gmsh -format msh41");
     }
-    // Groups without names are gathered by PETSc in "Cell Sets", "Face Sets" and "Vertex Sets", and known by their tags.
-    const bool unnamed = label_name.size() > 5 && label_name.substr(label_name.size() - 5) == " Sets";
-    DMLabel label = nullptr;  // belongs to the DM
-    check(DMGetLabel(dm, name, &label));
-    IsHandle tags;
-    check(DMLabelGetValueIS(label, tags.create()));
-    PetscInt tag_count = 0;
-    check(ISGetLocalSize(tags, &tag_count));
-    const PetscInt* tag = nullptr;
-    check(ISGetIndices(tags, &tag));
-    for (PetscInt t = 0; t < tag_count; ++t) {
-      std::vector<int>& members = mesh.groups[unnamed ? std::to_string(tag[t]) : label_name];
-      IsHandle items;
-      check(DMLabelGetStratumIS(label, tag[t], items.create()));
-      PetscInt item_count = 0;
-      check(ISGetLocalSize(items, &item_count));
-      const PetscInt* item = nullptr;
-      check(ISGetIndices(items, &item));
-      for (PetscInt k = 0; k < item_count; ++k) {
-        const std::vector<int> vertices = vertices_of(dm, item[k], first_vertex, end_vertex);
-        members.insert(members.end(), vertices.begin(), vertices.end());
+    file_.skip_line();
+    expect("$EndMeshFormat");
+  }
+
+  /// Lines: dimension, number and "name", which may have blanks.
+  void read_names() {
+    const int count = integer("the number of names");
+    for (int i = 0; i < count; ++i) {
+      const int dimension = integer("a dimension");
+      const int group = integer("a group number");
+      const std::string_view first = file_.next_word("a name in quotes");
+      const std::string_view last = file_.words().back();
+      const std::string_view quoted(first.data(), static_cast<std::size_t>(last.data() + last.size() - first.data()));
+      if (quoted.size() < 3 || quoted.front() != '"' || quoted.back() != '"') {
+        file_.fail("'" + std::string(quoted) + "', expected a name in quotes");
       }
-      check(ISRestoreIndices(items, &item));
+      names_[{dimension, group}] = quoted.substr(1, quoted.size() - 2);
+      file_.skip_line();
     }
-    check(ISRestoreIndices(tags, &tag));
   }
-  for (auto& entry : mesh.groups) {
-    std::vector<int>& members = entry.second;
-    std::sort(members.begin(), members.end());
-    members.erase(std::unique(members.begin(), members.end()), members.end());
+
+  /// Version 4.1: which physical groups each part of the model is in.
+  void read_entities() {
+    int counts[4];
+    for (int& count : counts) {
+      count = integer("the number of entities");
+    }
+    for (int dimension = 0; dimension < 4; ++dimension) {
+      for (int i = 0; i < counts[dimension]; ++i) {
+        const int entity = integer("an entity number");
+        for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) {
+          number("a bound of an entity");
+        }
+        const int groups = integer("the number of groups");
+        for (int k = 0; k < groups; ++k) {
+          groups_of_entity_[{dimension, entity}].push_back(integer("a group number"));
+        }
+        file_.skip_line();  // its boundary
+      }
+    }
   }
-  return mesh;
-}
+
+  void read_nodes() {
+    const int blocks = blocks_ ? integer("the number of blocks") : 1;
+    if (blocks_) {
+      file_.skip_line();
+    }
+    for (int block = 0; block < blocks; ++block) {
+      if (blocks_) {
+        integer("a dimension");
+        integer("an entity number");
+        if (integer("0: no parameters") != 0) {
+          file_.fail("nodes with parameters, expected coordinates only");
+        }
+      }
+      const int count = integer("the number of nodes");
+      if (blocks_) {
+        for (int i = 0; i < count; ++i) {
+          add_node(integer("a node number"));
+        }
+      }
+      for (int i = 0; i < count; ++i) {
+        if (!blocks_) {
+          add_node(integer("a node number"));
+        }
+        Eigen::Vector3d& point = mesh_.points.emplace_back();
+        for (double& coordinate : point) {
+          coordinate = number("a coordinate");
+        }
+      }
+    }
+  }
+
+  void add_node(int node) {
+    if (!number_of_node_.emplace(node, static_cast<int>(number_of_node_.size())).second) {
+      file_.fail("node " + std::to_string(node) + " a second time");
+    }
+  }
+
+  void read_elements() {
+    const int blocks = blocks_ ? integer("the number of blocks") : 1;
+    if (blocks_) {
+      file_.skip_line();
+    }
+    for (int block = 0; block < blocks; ++block) {
+      int type = 0;
+      std::vector<int> groups;
+      if (blocks_) {
+        const int dimension = integer("a dimension");
+        groups = groups_of_entity_[{dimension, integer("an entity number")}];
+        type = integer("an element type");
+      }
+      const int count = integer("the number of elements");
+      for (int i = 0; i < count; ++i) {
+        const int element = integer("an element number");
+        if (!blocks_) {
+          type = integer("an element type");
+          const int tags = integer("the number of tags");
+          // The first tag is the physical group, 0 for none; the second the part of the model.
+          groups.clear();
+          for (int k = 0; k < tags; ++k) {
+            const int tag = integer("a tag");
+            if (k == 0 && tag != 0) {
+              groups.push_back(tag);
+            }
+          }
+        }
+        read_element(element, type, groups);
+      }
+    }
+  }
+
+  void read_element(int element, int type, const std::vector<int>& groups) {
+    static const std::unordered_map<int, int> node_counts{{15, 1}, {1, 2}, {2, 3}, {3, 4}};
+    const auto nodes = node_counts.find(type);
+    if (nodes == node_counts.end()) {
+      file_.fail("element " + std::to_string(element) + " has type " + std::to_string(type) +
+                 ", expected points, lines, triangles and quads (types 15, 1, 2, 3)");
+    }
+    std::vector<int> points;
+    for (int k = 0; k < nodes->second; ++k) {
+      const int node = integer("a node number");
+      const auto point = number_of_node_.find(node);
+      if (point == number_of_node_.end()) {
+        file_.fail("node " + std::to_string(node) + " in element " + std::to_string(element) +
+                   ", expected one of the " + std::to_string(mesh_.points.size()) + " nodes of the file");
+      }
+      points.push_back(point->second);
+    }
+    const int dimension = std::min(nodes->second - 1, 2);
+    for (const int group : groups) {
+      const auto name = names_.find({dimension, group});
+      std::vector<int>& members = mesh_.groups[name == names_.end() ? std::to_string(group) : name->second];
+      members.insert(members.end(), points.begin(), points.end());
+    }
+    if (dimension == 2) {
+      mesh_.faces.push_back(std::move(points));
+    }
+  }
+
+  TextFile file_;
+  bool blocks_ = false;  ///< version 4.1: nodes and elements in blocks, one for each part of the model
+  std::map<Key, std::string> names_;
+  std::map<Key, std::vector<int>> groups_of_entity_;
+  std::unordered_map<int, int> number_of_node_;
+  SurfaceMesh mesh_;
+};
 
 }  // namespace
 
-SurfaceMesh read_gmsh(const std::string& path) {
-  const PetscViewerType type = viewer_type(path);
-  // Options of the reader's own, so that the user's database stays as it is: named groups, also of points, in space.
-  OptionsHandle options;
-  check(PetscOptionsCreate(options.create()));
-  check(PetscOptionsSetValue(options, "-dm_plex_gmsh_use_regions", "true"));
-  check(PetscOptionsSetValue(options, "-dm_plex_gmsh_mark_vertices", "true"));
-  check(PetscOptionsSetValue(options, "-dm_plex_gmsh_spacedim", "3"));
-  ViewerHandle viewer;
-  check(PetscViewerCreate(PETSC_COMM_SELF, viewer.create()));
-  check(PetscObjectSetOptions(reinterpret_cast<PetscObject>(static_cast<PetscViewer>(viewer)), options));
-  check(PetscViewerSetType(viewer, type));
-  check(PetscViewerFileSetMode(viewer, FILE_MODE_READ));
-
-  DmHandle dm;
-  {
-    QuietErrors quiet;
-    try {
-      check(PetscViewerFileSetName(viewer, path.c_str()));
-      check(DMPlexCreateGmsh(PETSC_COMM_SELF, viewer, PETSC_TRUE, dm.create()));
-    } catch (const PetscFailure&) {
-      throw Error(path + ": PETSc cannot read it as a Gmsh mesh: " + quiet.message());
-    }
-  }
-  return extract(dm, path);
-}
+// PETSc's reader of 3.18 dies on a node number that the file does not have, mixes up groups of different dimensions
+// that have one number, takes parts of the model for groups (version 2.2), and puts triangles before quads.
+SurfaceMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
 
 }  // namespace pellicle

@@ -37,7 +37,7 @@ class DisjointSets {
 
 /// One side of a face.
 struct Side {
-  int low;   ///< its points, the lower number first
+  int low;  ///< its points, the lower number first
   int high;
   int face;
   int corner;    ///< where it begins, round the face
@@ -69,9 +69,8 @@ std::vector<Side> sorted_sides(const SurfaceMesh& mesh) {
 std::vector<Edge> edges_of(const std::vector<Side>& sides) {
   std::vector<Edge> edges;
   for (auto begin = sides.begin(); begin != sides.end();) {
-    const auto end = std::find_if(begin, sides.end(), [&begin](const Side& side) {
-      return side.low != begin->low || side.high != begin->high;
-    });
+    const auto end = std::find_if(
+        begin, sides.end(), [&begin](const Side& side) { return side.low != begin->low || side.high != begin->high; });
     edges.push_back({begin, end});
     begin = end;
   }

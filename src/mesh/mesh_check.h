@@ -16,10 +16,10 @@ struct MeshReport {
   int triangles = 0;
   int quads = 0;
   int edges = 0;
-  int components = 0;      ///< pieces joined by common edges
+  int components = 0;  ///< pieces joined by common edges
   int boundary_edges = 0;
   int boundary_loops = 0;
-  int intersections = 0;   ///< pairs of triangles that cut through each other (quads split in two)
+  int intersections = 0;  ///< pairs of triangles that cut through each other (quads split in two)
   int euler_characteristic() const { return points - edges + faces; }
 
   double area = 0;             ///< [m^2]

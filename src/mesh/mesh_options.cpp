@@ -12,8 +12,9 @@ namespace pellicle {
 void describe(OptionTable& table, MeshOptions& options) {
   table.add("mesh.shape", options.shape)
       .choices({"rectangle", "torus", "roof", "file"})
-      .help("mesh to generate: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand on their "
-            "points, so that its boundary is a zigzag); a file, when mesh.file names one, takes its place");
+      .help(
+          "mesh to generate: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand on their "
+          "points, so that its boundary is a zigzag); a file, when mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
       .file()
       .help("mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; empty: generate one");

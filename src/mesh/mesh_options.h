@@ -12,16 +12,16 @@ class OptionTable;
 
 /// Where the mesh comes from and where it is put.
 struct MeshOptions {
-  std::string shape = "rectangle";      ///< rectangle, torus or roof; file needs `file`
-  std::string file;                     ///< mesh to read instead of generating one, if not empty
-  std::vector<int> cells{40, 40};       ///< of the generated mesh, each way
-  std::vector<double> size{1, 1};       ///< rectangle and roof: length and width, for the roof along its arc [m]
-  double major_radius = 0.5;            ///< torus: of the circle in the middle of the tube [m]
-  double tube_radius = 0.2;             ///< torus: of the tube [m]
-  double arch = 2.0943951023931953;     ///< roof: angle of its arc [rad]
-  double scale = 1;                     ///< of file or shape, about the origin
-  Eigen::Vector3d rotation{0, 0, 0};    ///< then turned about the axes x, y, z through the origin, in this order [rad]
-  Eigen::Vector3d shift{0, 0, 0};       ///< then moved [m]
+  std::string shape = "rectangle";    ///< rectangle, torus or roof; file needs `file`
+  std::string file;                   ///< mesh to read instead of generating one, if not empty
+  std::vector<int> cells{40, 40};     ///< of the generated mesh, each way
+  std::vector<double> size{1, 1};     ///< rectangle and roof: length and width, for the roof along its arc [m]
+  double major_radius = 0.5;          ///< torus: of the circle in the middle of the tube [m]
+  double tube_radius = 0.2;           ///< torus: of the tube [m]
+  double arch = 2.0943951023931953;   ///< roof: angle of its arc [rad]
+  double scale = 1;                   ///< of file or shape, about the origin
+  Eigen::Vector3d rotation{0, 0, 0};  ///< then turned about the axes x, y, z through the origin, in this order [rad]
+  Eigen::Vector3d shift{0, 0, 0};     ///< then moved [m]
 
   /// What messages call the mesh: the file, or the shape.
   const std::string& name() const { return file.empty() ? shape : file; }

@@ -25,8 +25,8 @@ int resolve(const TextFile& file, std::string_view word, std::size_t count, cons
 // Point and texture numbers of a face may only name what stands above it.
 SurfaceMesh read_obj(const std::string& path) {
   // Normals, materials, smoothing and whatever is no surface is not for us.
-  static const std::set<std::string_view> ignored{"vn",     "o",     "s",    "mtllib", "usemtl", "usemap",
-                                                  "maplib", "bevel", "lod",  "mg",     "l",      "p",
+  static const std::set<std::string_view> ignored{"vn",       "o",        "s",          "mtllib",   "usemtl", "usemap",
+                                                  "maplib",   "bevel",    "lod",        "mg",       "l",      "p",
                                                   "c_interp", "d_interp", "shadow_obj", "trace_obj"};
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> textures;

@@ -1,6 +1,7 @@
 #include "mesh/readers.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -37,7 +38,16 @@ void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
       }
     }
   }
+  if (!mesh.uv.empty() && mesh.uv.size() != mesh.faces.size()) {
+    throw Error(path + ": " + std::to_string(mesh.uv.size()) + " faces have texture coordinates, expected all " +
+                std::to_string(mesh.faces.size()) + " or none");
+  }
   for (std::size_t f = 0; f < mesh.uv.size(); ++f) {
+    if (mesh.uv[f].size() != mesh.faces[f].size()) {
+      throw Error(path + ": face " + std::to_string(f) + " has " + std::to_string(mesh.uv[f].size()) +
+                  " texture coordinates, expected one for each of its " + std::to_string(mesh.faces[f].size()) +
+                  " corners");
+    }
     for (const Eigen::Vector2d& uv : mesh.uv[f]) {
       if (!uv.allFinite()) {
         throw Error(path + ": face " + std::to_string(f) + " has a texture coordinate that is not finite");
@@ -47,6 +57,20 @@ void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
 }
 
 }  // namespace
+
+std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
+                                                        const std::vector<Eigen::Vector2d>& uv_of_points) {
+  std::vector<std::vector<Eigen::Vector2d>> uv;
+  for (const std::vector<int>& face : mesh.faces) {
+    std::vector<Eigen::Vector2d>& corners = uv.emplace_back();
+    for (const int point : face) {
+      if (point >= 0 && static_cast<std::size_t>(point) < uv_of_points.size()) {
+        corners.push_back(uv_of_points[static_cast<std::size_t>(point)]);
+      }
+    }
+  }
+  return uv;
+}
 
 SurfaceMesh read_mesh(const std::string& path) {
   static const std::map<std::string, SurfaceMesh (*)(const std::string&)> readers{

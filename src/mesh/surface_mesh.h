@@ -10,9 +10,10 @@ namespace pellicle {
 /// A whole polygon mesh in the memory of one rank, as it was read or generated: before checks and distribution.
 /// Point and face numbers are those of the file; they stay the persistent ids of the run.
 struct SurfaceMesh {
-  std::vector<Eigen::Vector3d> points;    ///< [m]
-  std::vector<std::vector<int>> faces;    ///< point numbers of each polygon, in order round it
-  std::vector<std::vector<Eigen::Vector2d>> uv;  ///< texture coordinate of each corner of each face, empty if the mesh has none
+  std::vector<Eigen::Vector3d> points;  ///< [m]
+  std::vector<std::vector<int>> faces;  ///< point numbers of each polygon, in order round it
+  std::vector<std::vector<Eigen::Vector2d>>
+      uv;  ///< texture coordinate of each corner of each face, empty if the mesh has none
   std::map<std::string, std::vector<int>> groups;  ///< named sets of points (Gmsh physical groups, OBJ groups)
 
   /// Numbers in the file of the points and faces that a repair kept (check_and_repair); empty while all are there.

@@ -7,7 +7,6 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
-#include <vtkPLYReader.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
@@ -16,6 +15,10 @@
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include "base/error.h"
@@ -36,13 +39,16 @@ class MessageCatcher : public vtkOutputWindow {
 };
 vtkStandardNewMacro(MessageCatcher);
 
-/// The sentence in VTK's message, without the name and address of the C++ object before it.
-std::string sentence(const std::string& message) {
-  const std::size_t object = message.find("): ");
-  std::string text = message.substr(object == std::string::npos ? 0 : object + 3);
-  text = text.substr(0, text.find_first_of("\r\n", text.find_first_not_of("\r\n ")));
+/// The first sentence of VTK's messages, without the source line or the C++ object before it.
+std::string sentence(std::string text) {
+  constexpr const char* generic = "Generic Warning: In ";
+  if (text.compare(0, std::strlen(generic), generic) == 0) {
+    text.erase(0, text.find('\n'));
+  }
+  const std::size_t object = text.find("): ");
+  text.erase(0, object == std::string::npos ? 0 : object + 3);
   text.erase(0, text.find_first_not_of("\r\n "));
-  return text;
+  return text.substr(0, text.find_first_of("\r\n"));
 }
 
 /// The polygons of a VTK data set. @throws Error if a cell is no polygon.
@@ -54,8 +60,8 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
   }
   vtkDataArray* uv = data->GetPointData()->GetTCoords();
   if (uv != nullptr && (uv->GetNumberOfComponents() < 2 || uv->GetNumberOfTuples() != data->GetNumberOfPoints())) {
-    throw Error(path + ": texture coordinates of " + std::to_string(uv->GetNumberOfComponents()) +
-                " components at " + std::to_string(uv->GetNumberOfTuples()) + " points, expected 2 at each point");
+    throw Error(path + ": texture coordinates of " + std::to_string(uv->GetNumberOfComponents()) + " components at " +
+                std::to_string(uv->GetNumberOfTuples()) + " points, expected 2 at each point");
   }
   vtkNew<vtkIdList> corners;
   for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
@@ -81,17 +87,33 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     if (type == VTK_PIXEL) {
       std::swap(face[2], face[3]);
     }
-    if (uv != nullptr) {
-      std::vector<Eigen::Vector2d>& face_uv = mesh.uv.emplace_back();
-      for (const int point : face) {
-        if (point < 0 || point >= data->GetNumberOfPoints()) {
-          break;  // read_mesh names it
-        }
-        face_uv.emplace_back(uv->GetComponent(point, 0), uv->GetComponent(point, 1));
-      }
+  }
+  if (uv != nullptr) {
+    std::vector<Eigen::Vector2d> uv_of_points;
+    for (vtkIdType i = 0; i < uv->GetNumberOfTuples(); ++i) {
+      uv_of_points.emplace_back(uv->GetComponent(i, 0), uv->GetComponent(i, 1));
     }
+    mesh.uv = uv_of_corners(mesh, uv_of_points);
   }
   return mesh;
+}
+
+/// A binary STL file is 80 bytes of text, the number of facets, and 50 bytes each. VTK takes what is there.
+void check_stl_size(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(stream), {}};
+  if (content.find('\0') == std::string::npos) {
+    return;  // text, which VTK checks
+  }
+  std::uint32_t facets = 0;
+  if (content.size() >= 84) {
+    std::memcpy(&facets, content.data() + 80, sizeof facets);
+  }
+  const std::size_t expected = 84 + 50 * static_cast<std::size_t>(facets);
+  if (content.size() < expected) {
+    throw Error(path + ": " + std::to_string(content.size()) + " bytes, expected " + std::to_string(expected) +
+                " for " + std::to_string(facets) + " facets");
+  }
 }
 
 /// Runs a VTK reader; whatever it complains of is an error.
@@ -118,12 +140,8 @@ SurfaceMesh read_with(Reader* reader, const std::string& path) {
 
 }  // namespace
 
-SurfaceMesh read_ply(const std::string& path) {
-  vtkNew<vtkPLYReader> reader;
-  return read_with(reader.Get(), path);
-}
-
 SurfaceMesh read_stl(const std::string& path) {
+  check_stl_size(path);
   vtkNew<vtkSTLReader> reader;
   reader->MergingOff();  // it would also drop facets in silence
   SurfaceMesh mesh = read_with(reader.Get(), path);

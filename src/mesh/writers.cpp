@@ -92,7 +92,7 @@ void write_obj(const SurfaceMesh& mesh, const std::string& path) {
 
 // Gmsh 2.2: elements are a number, a type (15 point, 2 triangle, 3 quad), the count of tags, the tags (physical group
 // and model entity, numbered alike) and the points. Groups of points are physical groups of dimension 0; the surface is
-// a group without a name.
+// in none, which is 0.
 void write_msh(const SurfaceMesh& mesh, const std::string& path) {
   write_text(path, [&mesh, &path](std::ostream& out) {
     out << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
@@ -126,7 +126,7 @@ void write_msh(const SurfaceMesh& mesh, const std::string& path) {
       if (face.size() > 4) {
         throw Error(path + ": a face of " + std::to_string(face.size()) + " corners, expected triangles and quads");
       }
-      out << ++element << " " << face.size() - 1 << " 2 1 1";
+      out << ++element << " " << face.size() - 1 << " 2 0 1";
       for (const int point : face) {
         out << " " << point + 1;
       }
@@ -184,7 +184,9 @@ template <class Writer>
 void write_with(Writer* writer, vtkDataObject* data, const std::string& path) {
   writer->SetFileName(path.c_str());
   writer->SetInputData(data);
-  if (writer->Write() != 1) {
+  writer->Write();  // says nothing of a folder that is not there
+  std::error_code no_file;
+  if (std::filesystem::file_size(path, no_file) == 0 || no_file) {
     throw Error(path + ": VTK cannot write it");
   }
 }

@@ -1,0 +1,151 @@
+#include "mesh/generators.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "base/error.h"
+#include "mesh/mesh_check.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+Eigen::Vector3d normal(const SurfaceMesh& mesh, std::size_t face) {
+  const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.faces[face][k])]; };
+  return (at(2) - at(0)).cross(at(3) - at(1));
+}
+
+/// A generated mesh needs no repair.
+MeshReport report_of(SurfaceMesh mesh) {
+  const MeshReport report = check_and_repair(mesh, "generated");
+  EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
+  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(report.components, 1);
+  EXPECT_EQ(report.quads, report.faces);
+  EXPECT_TRUE(mesh.point_id.empty());
+  EXPECT_TRUE(mesh.face_id.empty());
+  return report;
+}
+
+void expect_uv_of_unit_square(const SurfaceMesh& mesh) {
+  ASSERT_EQ(mesh.uv.size(), mesh.faces.size());
+  double area = 0;
+  for (const auto& corners : mesh.uv) {
+    ASSERT_EQ(corners.size(), 4U);
+    for (const Eigen::Vector2d& uv : corners) {
+      EXPECT_GE(uv.minCoeff(), 0);
+      EXPECT_LE(uv.maxCoeff(), 1);
+    }
+    const Eigen::Vector2d a = corners[2] - corners[0];
+    const Eigen::Vector2d b = corners[3] - corners[1];
+    EXPECT_GT(a.x() * b.y() - a.y() * b.x(), 0);  // no corner wraps round the seam
+    area += 0.5 * (a.x() * b.y() - a.y() * b.x());
+  }
+  EXPECT_LE(area, 1 + 1e-12);
+}
+
+TEST(Rectangle, CountsAreaAndNumbers) {
+  const SurfaceMesh mesh = rectangle_mesh({5, 3}, {2.5, 0.75});
+  const MeshReport report = report_of(mesh);
+  EXPECT_EQ(report.points, 6 * 4);
+  EXPECT_EQ(report.faces, 5 * 3);
+  EXPECT_EQ(report.euler_characteristic(), 1);
+  EXPECT_EQ(report.boundary_edges, 2 * (5 + 3));
+  EXPECT_EQ(report.boundary_loops, 1);
+  EXPECT_NEAR(report.area, 2.5 * 0.75, 1e-14);
+  EXPECT_NEAR(report.smallest_angle, pi / 2, 1e-12);
+  EXPECT_EQ(report.valence, (std::map<int, int>{{2, 4}, {3, 2 * (4 + 2)}, {4, 4 * 2}}));
+  EXPECT_EQ(mesh.faces[0], (std::vector<int>{0, 1, 7, 6}));
+  EXPECT_TRUE(mesh.points[0].isApprox(Eigen::Vector3d(-1.25, -0.375, 0)));
+  EXPECT_TRUE(mesh.points[1].isApprox(Eigen::Vector3d(-0.75, -0.375, 0)));  // x first
+  EXPECT_EQ(mesh.groups.at("left"), (std::vector<int>{0, 6, 12, 18}));
+  EXPECT_EQ(mesh.groups.at("top").size(), 6U);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    EXPECT_GT(normal(mesh, f).z(), 0);
+  }
+  expect_uv_of_unit_square(mesh);
+  EXPECT_EQ(mesh.uv.back()[2], Eigen::Vector2d(1, 1));
+}
+
+TEST(Torus, CountsAndOutwardNormals) {
+  const int n = 24;
+  const int m = 12;
+  const SurfaceMesh mesh = torus_mesh({n, m}, 0.5, 0.2);
+  const MeshReport report = report_of(mesh);
+  EXPECT_EQ(report.points, n * m);
+  EXPECT_EQ(report.faces, n * m);
+  EXPECT_EQ(report.euler_characteristic(), 0);
+  EXPECT_EQ(report.boundary_edges, 0);
+  EXPECT_EQ(report.boundary_loops, 0);
+  EXPECT_EQ(report.valence, (std::map<int, int>{{4, n * m}}));
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const int point : mesh.faces[f]) {
+      centre += 0.25 * mesh.points[static_cast<std::size_t>(point)];
+    }
+    const Eigen::Vector3d ring = 0.5 * Eigen::Vector3d(centre.x(), centre.y(), 0).normalized();
+    EXPECT_GT(normal(mesh, f).dot(centre - ring), 0);
+  }
+  expect_uv_of_unit_square(mesh);
+  EXPECT_EQ(mesh.uv[n - 1][1], Eigen::Vector2d(1, 0));  // the seam: point 0 is at u = 0 and 1
+  EXPECT_EQ(mesh.faces[n - 1][1], 0);
+}
+
+TEST(Torus, AreaConvergesQuadratically) {
+  const double exact = 4 * pi * pi * 0.5 * 0.2;
+  const auto error = [exact](int n) { return exact - report_of(torus_mesh({2 * n, n}, 0.5, 0.2)).area; };
+  EXPECT_LT(error(48) / exact, 5e-3);
+  EXPECT_NEAR(std::log2(error(24) / error(48)), 2, 0.02);
+}
+
+TEST(Roof, CountsZigzagAndArc) {
+  const int n = 38;
+  const int m = 25;
+  const double arch = 2;
+  const SurfaceMesh mesh = roof_mesh({n, m}, {0.4, 0.3}, arch);
+  const MeshReport report = report_of(mesh);
+  EXPECT_EQ(report.faces, 2 * n * m - n - m - 3);
+  EXPECT_EQ(report.euler_characteristic(), 1);
+  EXPECT_EQ(report.boundary_loops, 1);
+  // Two free edges for each tooth but the corners, and one of the quad behind each of those.
+  EXPECT_EQ(report.boundary_edges, 2 * (2 * (n + m) - 8) + 4);
+  EXPECT_EQ(report.valence.at(2), 2 * (n + m) - 8);
+  EXPECT_EQ(report.valence.at(3), 8);
+  EXPECT_EQ(report.valence.size(), 3U);
+  const double radius = 0.3 / arch;
+  double lowest = radius;
+  for (const Eigen::Vector3d& point : mesh.points) {
+    EXPECT_NEAR(std::hypot(point.y(), point.z()), radius, 1e-14);
+    lowest = std::min(lowest, point.z());
+  }
+  EXPECT_NEAR(lowest, radius * std::cos(arch / 2), 1e-14);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    EXPECT_GT(normal(mesh, f).dot(Eigen::Vector3d(0, mesh.points[static_cast<std::size_t>(mesh.faces[f][1])].y(),
+                                                  mesh.points[static_cast<std::size_t>(mesh.faces[f][1])].z())),
+              0);
+  }
+  expect_uv_of_unit_square(mesh);
+  EXPECT_EQ(mesh.groups.at("left").size(), static_cast<std::size_t>(m - 2));
+  EXPECT_EQ(mesh.groups.at("bottom").size(), static_cast<std::size_t>(n - 2));
+}
+
+TEST(Roof, FlatLimitHasTheAreaOfItsQuads) {
+  // A quad has half the area of its cell of the lattice.
+  const MeshReport report = report_of(roof_mesh({8, 6}, {0.8, 0.6}, 1e-6));
+  EXPECT_NEAR(report.area, report.faces * 0.5 * 0.1 * 0.1, 1e-12);
+}
+
+TEST(Generators, RefuseWhatIsNoMesh) {
+  EXPECT_THROW(rectangle_mesh({0, 3}, {1, 1}), Error);
+  EXPECT_THROW(rectangle_mesh({1, 3}, {1, -1}), Error);
+  EXPECT_THROW(torus_mesh({2, 3}, 1, 0.5), Error);
+  EXPECT_THROW(torus_mesh({3, 3}, 1, 1), Error);
+  EXPECT_THROW(roof_mesh({2, 1}, {1, 1}, 1), Error);
+  EXPECT_THROW(roof_mesh({2, 2}, {1, 1}, 7), Error);
+}
+
+}  // namespace
+}  // namespace pellicle

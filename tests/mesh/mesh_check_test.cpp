@@ -1,0 +1,225 @@
+#include "mesh/mesh_check.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "mesh/generators.h"
+#include "tests/mesh/scratch_file.h"
+
+namespace pellicle {
+namespace {
+
+using testing::PrintToString;
+
+std::string fault_of(SurfaceMesh mesh) {
+  return message_of<Error>([&mesh] { check_and_repair(mesh, "it.obj"); });
+}
+
+void expect_in(const std::string& message, const std::string& part) {
+  EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in '" << message << "'";
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+}
+
+SurfaceMesh grid() { return rectangle_mesh({4, 3}, {4, 3}); }  // 5 x 4 points, 12 faces of side 1
+
+TEST(MeshCheck, MergesDuplicatePoints) {
+  // The last column of cells gets points of its own on the seam.
+  SurfaceMesh mesh = grid();
+  const SurfaceMesh whole = mesh;
+  for (int row = 0; row < 4; ++row) {
+    mesh.points.push_back(mesh.points[static_cast<std::size_t>(3 + 5 * row)]);
+    const int copy = static_cast<int>(mesh.points.size()) - 1;
+    for (const int f : {4 * row + 3, 4 * row - 1}) {
+      if (f >= 0 && f < 12) {
+        std::replace(mesh.faces[static_cast<std::size_t>(f)].begin(), mesh.faces[static_cast<std::size_t>(f)].end(),
+                     3 + 5 * row, copy);
+      }
+    }
+  }
+  mesh.groups["seam"] = {20, 21, 22, 23, 3};
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.merged_points, 4);
+  EXPECT_EQ(report.components, 1);
+  EXPECT_EQ(mesh.faces, whole.faces);
+  EXPECT_EQ(mesh.points, whole.points);
+  EXPECT_EQ(mesh.groups.at("seam"), (std::vector<int>{3, 8, 13, 18}));
+  EXPECT_EQ(mesh.groups.at("left"), whole.groups.at("left"));
+  expect_in(PrintToString(report.lines()), "4 duplicate points merged");
+}
+
+TEST(MeshCheck, RemovesUnusedPointsAndKeepsTheirNumbers) {
+  SurfaceMesh mesh = grid();
+  mesh.points.insert(mesh.points.begin() + 2, Eigen::Vector3d(9, 9, 9));
+  for (std::vector<int>& face : mesh.faces) {
+    for (int& point : face) {
+      point += point >= 2 ? 1 : 0;
+    }
+  }
+  mesh.groups = {{"odd", {2, 3}}};
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.removed_points, 1);
+  EXPECT_EQ(mesh.points, grid().points);
+  EXPECT_EQ(mesh.faces, grid().faces);
+  EXPECT_EQ(mesh.id_of_point(1), 1);
+  EXPECT_EQ(mesh.id_of_point(2), 3);
+  EXPECT_EQ(mesh.id_of_face(2), 2);
+  EXPECT_EQ(mesh.groups.at("odd"), (std::vector<int>{2}));
+}
+
+TEST(MeshCheck, RemovesRepeatedAndCollapsedFaces) {
+  SurfaceMesh mesh = grid();
+  // Face 3 again, turned and from another corner; a triangle that names one point twice; faces after them count on.
+  mesh.faces.insert(mesh.faces.begin() + 5, {mesh.faces[3][2], mesh.faces[3][1], mesh.faces[3][0], mesh.faces[3][3]});
+  mesh.uv.insert(mesh.uv.begin() + 5, mesh.uv[3]);
+  mesh.faces.insert(mesh.faces.begin(), {0, 0, 1});
+  mesh.uv.insert(mesh.uv.begin(), {{0, 0}, {0, 0}, {0, 1}});
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.removed_faces, 2);
+  EXPECT_EQ(mesh.faces, grid().faces);
+  EXPECT_EQ(mesh.uv, grid().uv);
+  EXPECT_EQ(mesh.id_of_face(0), 1);
+  EXPECT_EQ(mesh.id_of_face(5), 7);
+}
+
+TEST(MeshCheck, FlipsTheMinority) {
+  SurfaceMesh mesh = grid();
+  for (const std::size_t f : {0U, 1U, 2U, 7U, 11U}) {
+    std::reverse(mesh.faces[f].begin() + 1, mesh.faces[f].end());
+    std::reverse(mesh.uv[f].begin() + 1, mesh.uv[f].end());
+  }
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.flipped_faces, 5);
+  EXPECT_EQ(mesh.faces, grid().faces);
+  EXPECT_EQ(mesh.uv, grid().uv);
+  EXPECT_EQ(check_and_repair(mesh, "it").flipped_faces, 0);
+}
+
+TEST(MeshCheck, RefusesAMoebiusBand) {
+  SurfaceMesh mesh;
+  const int n = 12;
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2 * 3.14159265358979323846 * i / n;
+    const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
+    const Eigen::Vector3d across =
+        0.3 * (std::cos(angle / 2) * outward + std::sin(angle / 2) * Eigen::Vector3d::UnitZ());
+    mesh.points.push_back(outward - across);
+    mesh.points.push_back(outward + across);
+  }
+  for (int i = 0; i < n; ++i) {
+    const int a = 2 * i;
+    const int b = i + 1 < n ? a + 2 : 1;  // half a turn: the far end meets the near one crosswise
+    mesh.faces.push_back({a, b, i + 1 < n ? b + 1 : 0, a + 1});
+  }
+  expect_in(fault_of(mesh), "it.obj: 1 one-sided piece that cannot be oriented");
+}
+
+TEST(MeshCheck, RefusesAnEdgeOfThreeFaces) {
+  SurfaceMesh mesh = grid();
+  mesh.points.emplace_back(-1, 0, 1);
+  mesh.points.emplace_back(0, 0, 1);
+  mesh.faces.push_back({6, 7, 21, 20});
+  mesh.uv.push_back({{0, 0}, {0, 0}, {0, 0}, {0, 0}});
+  expect_in(fault_of(mesh), "it.obj: 1 non-manifold edge (6-7)");
+}
+
+TEST(MeshCheck, RefusesTwoFansAtAPoint) {
+  // Two squares that meet at a corner.
+  SurfaceMesh mesh;
+  mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 1, 0}, {2, 2, 0}, {1, 2, 0}};
+  mesh.faces = {{0, 1, 2, 3}, {2, 4, 5, 6}};
+  expect_in(fault_of(mesh), "it.obj: 1 non-manifold vertex (2)");
+}
+
+TEST(MeshCheck, RefusesFacesWithoutArea) {
+  SurfaceMesh line = grid();
+  line.points.emplace_back(-1, -1.5, 0);  // between points 1 and 2 on the boundary, no face ends there
+  line.points.back() = 0.5 * (line.points[0] + line.points[1]);
+  line.faces.push_back({0, 20, 1});
+  line.uv.push_back({{0, 0}, {0, 0}, {0, 0}});
+  expect_in(fault_of(line), "1 degenerate face (12)");
+  SurfaceMesh repeated = grid();
+  repeated.faces[4] = {5, 6, 5, 10};
+  expect_in(fault_of(repeated), "1 degenerate face (4)");
+}
+
+TEST(MeshCheck, RefusesInvertedQuads) {
+  SurfaceMesh crossed = grid();
+  std::swap(crossed.faces[5][2], crossed.faces[5][3]);
+  expect_in(fault_of(crossed), "1 inverted or folded quad (5)");
+  SurfaceMesh pulled = grid();
+  pulled.points[6] += Eigen::Vector3d(0.7, 0.7, 0);  // over the diagonal of face 5
+  expect_in(fault_of(pulled), "1 inverted or folded quad (5)");
+  SurfaceMesh sheared = grid();
+  sheared.points[6] += Eigen::Vector3d(0.4, 0.4, 0);
+  EXPECT_EQ(fault_of(sheared), "");
+}
+
+TEST(MeshCheck, CountsFaultsAndNamesTheFirst) {
+  SurfaceMesh mesh = grid();
+  for (std::size_t f = 0; f < 12; f += 2) {
+    std::swap(mesh.faces[f][2], mesh.faces[f][3]);
+  }
+  expect_in(fault_of(mesh), "6 inverted or folded quads (0, 2, 4, 6, 8, ...)");
+}
+
+TEST(MeshCheck, CountsPiecesAndLoops) {
+  SurfaceMesh mesh = rectangle_mesh({5, 5}, {1, 1});
+  mesh.faces.erase(mesh.faces.begin() + 12);  // a hole in the middle
+  mesh.uv.clear();
+  const int offset = static_cast<int>(mesh.points.size());
+  const SurfaceMesh torus = torus_mesh({8, 6}, 3, 1);
+  mesh.points.insert(mesh.points.end(), torus.points.begin(), torus.points.end());
+  for (std::vector<int> face : torus.faces) {
+    for (int& point : face) {
+      point += offset;
+    }
+    mesh.faces.push_back(face);
+  }
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.components, 2);
+  EXPECT_EQ(report.boundary_loops, 2);
+  EXPECT_EQ(report.boundary_edges, 20 + 4);
+  EXPECT_EQ(report.euler_characteristic(), 0);
+}
+
+TEST(MeshCheck, CountsSelfIntersections) {
+  // A triangle that stands in the middle of a quad pierces both triangles of it, or one.
+  SurfaceMesh mesh;
+  mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.2, -1}, {0.5, 0.8, -1}, {0.5, 0.5, 1}};
+  mesh.faces = {{0, 1, 2, 3}, {4, 5, 6}};
+  EXPECT_EQ(check_and_repair(mesh, "it").intersections, 2);
+  for (std::size_t i = 4; i < 7; ++i) {
+    mesh.points[i].x() = 0.9;
+    mesh.points[i].y() = 0.3 + 0.2 * (mesh.points[i].y() - 0.5);
+  }
+  EXPECT_EQ(check_and_repair(mesh, "it").intersections, 1);
+  for (std::size_t i = 4; i < 7; ++i) {
+    mesh.points[i].x() = 1.1;
+  }
+  EXPECT_EQ(check_and_repair(mesh, "it").intersections, 0);
+}
+
+TEST(MeshCheck, MeasuresQuality) {
+  SurfaceMesh mesh;
+  mesh.points = {{0, 0, 0}, {3, 0, 0}, {3, 4, 0}};
+  mesh.faces = {{0, 1, 2}};
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_DOUBLE_EQ(report.area, 6);
+  EXPECT_NEAR(report.smallest_angle, std::atan2(3, 4), 1e-14);
+  EXPECT_DOUBLE_EQ(report.shortest_edge, 3);
+  EXPECT_DOUBLE_EQ(report.longest_edge, 5);
+}
+
+TEST(RequireQuads, NamesTheFirstOtherFace) {
+  SurfaceMesh mesh = grid();
+  EXPECT_NO_THROW(require_quads(mesh, "it"));
+  mesh.faces[7].pop_back();
+  const std::string message = message_of<Error>([&mesh] { require_quads(mesh, "it.obj"); });
+  expect_in(message, "it.obj: 1 of 12 faces are no quads (the first is face 7 with 3 corners), expected quads");
+}
+
+}  // namespace
+}  // namespace pellicle
