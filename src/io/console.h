@@ -19,8 +19,8 @@ struct Progress {
   double constraint_error = 0;  ///< ||C|| after the step [m]
 };
 
-/// Whether a person sees what this process prints. `mpirun` gives its ranks a terminal of its own making whatever its own
-/// output is, so under it mpirun's output is what counts.
+/// Whether a person sees what this process prints. `mpirun` gives its ranks a terminal of its own making whatever its
+/// own output is, so under it mpirun's output is what counts.
 bool stdout_is_terminal();
 
 /// What a run tells while it goes on; rank 0 prints. Silent unless the output is a terminal or progress lines are asked

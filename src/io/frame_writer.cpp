@@ -103,6 +103,14 @@ void add_point_identity(const Sheet& sheet, const std::vector<PetscInt>& particl
   piece->GetPointData()->AddArray(ghost);
 }
 
+[[noreturn]] void refuse_field(const std::string& name, const std::vector<DrawnField>& fields) {
+  std::string known;
+  for (const DrawnField& field : fields) {
+    known.append(known.empty() ? "" : ", ").append(field.name);
+  }
+  throw Error("output.fields: no field '" + name + "' in this run: expected some of " + known);
+}
+
 /// Local numbers 0, 1, 2, ... for particles in the order in which they are first used.
 class Numbering {
  public:
@@ -166,7 +174,8 @@ void FrameWriter::build_surface() {
     particles.push_back(sheet_.lattice[cell]);
     const PetscInt id = sheet_.persistent_id[static_cast<std::size_t>(sheet_.lattice[cell])] - sheet_.first_lattice_id;
     for (std::size_t edge = 0; edge < 4; ++edge) {
-      const vtkIdType triangle[] = {number(sheet_.cells[cell][edge]), number(sheet_.cells[cell][(edge + 1) % 4]), centre};
+      const vtkIdType triangle[] = {number(sheet_.cells[cell][edge]), number(sheet_.cells[cell][(edge + 1) % 4]),
+                                    centre};
       triangles->InsertNextCell(3, triangle);
       rank->InsertNextValue(rank_);
       cell_id->InsertNextValue(id);
@@ -244,11 +253,7 @@ std::vector<DrawnField> FrameWriter::chosen_fields(const Frame& frame) const {
     const auto found = std::find_if(frame.particle_fields.begin(), frame.particle_fields.end(),
                                     [&name](const DrawnField& field) { return field.name == name; });
     if (found == frame.particle_fields.end()) {
-      std::string known;
-      for (const DrawnField& field : frame.particle_fields) {
-        known += (known.empty() ? "" : ", ") + field.name;
-      }
-      throw Error("output.fields: no field '" + name + "' in this run: expected some of " + known);
+      refuse_field(name, frame.particle_fields);
     }
     chosen.push_back(*found);
   }
@@ -275,7 +280,7 @@ void FrameWriter::write_surface(const Frame& frame, const std::vector<DrawnField
       drawn.SetTuple(static_cast<vtkIdType>(point), values + components * corners_[point]);
     }
     for (std::size_t cell = 0; cell < owned_cells; ++cell) {
-      const auto centre = static_cast<vtkIdType>(corners_.size() + cell);
+      const vtkIdType centre = static_cast<vtkIdType>(corners_.size()) + static_cast<vtkIdType>(cell);
       if (!mean_at_centres) {
         drawn.SetTuple(centre, values + components * sheet_.lattice[cell]);
         continue;

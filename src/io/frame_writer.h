@@ -27,9 +27,9 @@ struct DrawnField {
 struct Frame {
   double time = 0;  ///< [s]
   int step = 0;
-  const double* positions = nullptr;                       ///< of the local particles [m], (3 x local), ghosts up to date
-  std::vector<DrawnField> particle_fields;                 ///< on the local particles
-  std::array<std::vector<DrawnField>, 4> spring_fields;    ///< on the local springs of each colour
+  const double* positions = nullptr;                     ///< of the local particles [m], (3 x local), ghosts up to date
+  std::vector<DrawnField> particle_fields;               ///< on the local particles
+  std::array<std::vector<DrawnField>, 4> spring_fields;  ///< on the local springs of each colour
 };
 
 /// Writes the frames of a sheet for ParaView: DIRECTORY/NAME.pvd names one .pvtp a frame, which names one .vtp a rank
@@ -37,10 +37,10 @@ struct Frame {
 ///
 /// The drawn surface (burning paper, section 3.2) has four triangles a cell, round a virtual centre at the mean of the
 /// cell's corners. Points of a rank's piece: the corners that its own cells use, then their centres. Point data: the
-/// chosen fields (a corner has its own value; a centre has that of the cell's lattice particle, or of a field with three
-/// components the mean of the corners, as its position), `vertex_id` (the persistent id), `uv` as texture coordinates
-/// if the sheet has them, and `vtkGhostType`, which marks a corner that another rank owns as a duplicate, so that
-/// statistics count it once. Cell data: `rank` and `cell_id`.
+/// chosen fields (a corner has its own value; a centre has that of the cell's lattice particle, or of a field with
+/// three components the mean of the corners, as its position), `vertex_id` (the persistent id), `uv` as texture
+/// coordinates if the sheet has them, and `vtkGhostType`, which marks a corner that another rank owns as a duplicate,
+/// so that statistics count it once. Cell data: `rank` and `cell_id`.
 ///
 /// With OutputOptions::springs NAME_springs.pvd has the owned springs as lines between the particles themselves: cell
 /// data `colour` (as Colour), `rank` and the frame's spring fields.
@@ -80,9 +80,9 @@ class FrameWriter {
   int ranks_ = 1;
   vtkSmartPointer<vtkMultiProcessController> controller_;
 
-  std::vector<PetscInt> corners_;             ///< particle of each corner point of the piece
-  vtkSmartPointer<vtkPolyData> surface_;      ///< all that does not change from frame to frame
-  std::vector<PetscInt> spring_ends_;         ///< particle of each point of the lines
+  std::vector<PetscInt> corners_;         ///< particle of each corner point of the piece
+  vtkSmartPointer<vtkPolyData> surface_;  ///< all that does not change from frame to frame
+  std::vector<PetscInt> spring_ends_;     ///< particle of each point of the lines
   vtkSmartPointer<vtkPolyData> lines_;
 
   Series surface_series_;

@@ -25,8 +25,9 @@ void OutputOptions::validate() const {
 
 void describe(OptionTable& table, OutputOptions& options) {
   table.add("output.directory", &options.directory)
-      .help("folder of all files that the run writes; output/<name of the deck> unless given; files of an earlier run "
-            "of the same name are replaced");
+      .help(
+          "folder of all files that the run writes; output/<name of the deck> unless given; files of an earlier run "
+          "of the same name are replaced");
   table.add("output.name", &options.name).help("name of the .pvd file and of its frames; the deck's unless given");
   table.add("output.interval_time", &options.interval_time)
       .unit("s")
@@ -41,8 +42,9 @@ void describe(OptionTable& table, OutputOptions& options) {
       .help("also write the springs as lines, <name>_springs.pvd: colour set, strain, target length");
   table.add("output.monitor", &options.monitor)
       .at_least(0)
-      .help("print a progress line every so many steps, also when the output is no terminal; 0: every step on a "
-            "terminal, nothing elsewhere");
+      .help(
+          "print a progress line every so many steps, also when the output is no terminal; 0: every step on a "
+          "terminal, nothing elsewhere");
 }
 
 }  // namespace pellicle

@@ -15,7 +15,7 @@ struct OutputOptions {
   int interval_steps = 1;           ///< used when interval_time is 0
   std::vector<std::string> fields;  ///< particle fields to draw; empty: all
   bool springs = false;             ///< also write the springs as lines
-  int monitor = 0;                  ///< a progress line every so many steps; 0: every step on a terminal, none elsewhere
+  int monitor = 0;  ///< a progress line every so many steps; 0: every step on a terminal, none elsewhere
 
   /// Gives name and directory the values that follow from the deck's file name, where they are empty:
   /// `input/roof.yaml` is named `roof` and goes to `output/roof`.

@@ -74,8 +74,8 @@ std::string facts(MPI_Comm comm, const RunRecord& record, const std::vector<std:
   yaml << YAML::Key << "command_line" << YAML::Value << record.arguments;
   yaml << YAML::Key << "decks" << YAML::Value << YAML::BeginSeq;
   for (std::size_t i = 0; i < deck_copies.size(); ++i) {
-    yaml << YAML::BeginMap << YAML::Key << "read" << YAML::Value << record.decks[i] << YAML::Key << "copy" << YAML::Value
-         << deck_copies[i] << YAML::EndMap;
+    yaml << YAML::BeginMap << YAML::Key << "read" << YAML::Value << record.decks[i] << YAML::Key << "copy"
+         << YAML::Value << deck_copies[i] << YAML::EndMap;
   }
   yaml << YAML::EndSeq;
   yaml << YAML::Key << "libraries" << YAML::Value << YAML::BeginMap;

@@ -9,11 +9,11 @@ namespace pellicle {
 
 /// What it takes to run again what was run.
 struct RunRecord {
-  std::string program;             ///< name and version
-  std::string revision;            ///< of git
+  std::string program;                 ///< name and version
+  std::string revision;                ///< of git
   std::vector<std::string> arguments;  ///< of the command line, the program's name first
-  std::vector<std::string> decks;  ///< paths, in the order in which they were read
-  std::string options;             ///< every option with its value, as a deck
+  std::vector<std::string> decks;      ///< paths, in the order in which they were read
+  std::string options;                 ///< every option with its value, as a deck
 };
 
 /// Writes into the folder of a run: `run.yaml` (versions of the program and its libraries, ranks, date, command line),

@@ -5,7 +5,6 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 #include <vtkPointData.h>
-
 #include <zlib.h>
 
 #include <algorithm>
@@ -39,7 +38,8 @@ bool is_intact_png(const std::string& path) {
   // A chunk: length of its data, type, data, check sum of type and data.
   for (std::size_t at = signature.size(); at + 12 <= bytes.size();) {
     const std::size_t length = number(at);
-    if (bytes.size() - at - 12 < length || crc32(0, data + at + 4, static_cast<uInt>(length + 4)) != number(at + 8 + length)) {
+    if (bytes.size() - at - 12 < length ||
+        crc32(0, data + at + 4, static_cast<uInt>(length + 4)) != number(at + 8 + length)) {
       return false;
     }
     if (bytes.compare(at + 4, 4, "IEND") == 0) {

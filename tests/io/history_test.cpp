@@ -41,9 +41,13 @@ TEST(History, FaultsEndAllRanks) {
     write_file(folder / "file", "in the way");
   }
   MPI_Barrier(MPI_COMM_WORLD);
-  EXPECT_EQ(error_text([&] { History(MPI_COMM_WORLD, folder / "file/history.csv", {{"time", "s"}}); }),
+  EXPECT_EQ(error_text([&] {
+              History(MPI_COMM_WORLD, folder / "file/history.csv", {{"time", "s"}});
+            }),
             (folder / "file/history.csv") + ": cannot be written: Not a directory");
-  EXPECT_EQ(error_text([&] { History(MPI_COMM_WORLD, "/dev/full", {{"time", "s"}}); }),
+  EXPECT_EQ(error_text([&] {
+              History(MPI_COMM_WORLD, "/dev/full", {{"time", "s"}});
+            }),
             "/dev/full: cannot be written: No space left on device");
   History history(MPI_COMM_WORLD, folder / "history.csv", {{"time", "s"}, {"step", ""}});
   EXPECT_THROW(history.add({1}), std::logic_error);

@@ -78,7 +78,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
     if (lattice) {
       sheet.rest.col(i) << static_cast<double>(id - sheet.global_corners) + 0.5, 0.5, 0.1;
     } else {
-      sheet.rest.col(i) << static_cast<double>(id / 2), static_cast<double>(id % 2), 0;
+      sheet.rest.col(i) << static_cast<double>(id - id % 2) / 2, static_cast<double>(id % 2), 0;
     }
     sheet.uv.col(i) << sheet.rest(0, i) / static_cast<double>(cells), sheet.rest(1, i);
   }
