@@ -1,8 +1,9 @@
 #include <mpi.h>
 #include <petscsys.h>
 
-#include <cstdio>
+#include <chrono>
 #include <iostream>
+#include <thread>
 
 #include "base/arguments.h"
 #include "base/error.h"
@@ -61,7 +62,10 @@ int main(int argc, char** argv) {
       std::cerr << "pellicle: " << error.what() << std::endl;
     }
   } catch (const std::exception& failure) {  // Perhaps on this rank alone: the others must not wait for it.
-    std::cerr << "pellicle: rank " << rank << ": " << failure.what() << std::endl;
+    if (rank > 0) {  // If all ranks failed, the first one's message is enough.
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+    }
+    std::cerr << ("pellicle: rank " + std::to_string(rank) + ": " + failure.what() + "\n") << std::flush;
     MPI_Abort(MPI_COMM_WORLD, 2);
   }
   PetscBool initialized = PETSC_FALSE;

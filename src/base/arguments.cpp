@@ -169,6 +169,7 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   pointers.push_back(nullptr);
   char** arguments = pointers.data();
   check(PetscInitialize(&count, &arguments, nullptr, nullptr));
+  keep_petsc_messages();
 }
 
 }  // namespace pellicle

@@ -1,22 +1,42 @@
 #include "base/error.h"
 
+#include <algorithm>
 #include <climits>
+#include <filesystem>
+#include <utility>
 
 namespace pellicle {
 
 namespace {
 
+std::string last_petsc_message;
+
+PetscErrorCode keep_message(MPI_Comm, int, const char* function, const char*, PetscErrorCode code, PetscErrorType type,
+                            const char* message, void*) {
+  if (type == PETSC_ERROR_INITIAL) {
+    last_petsc_message = std::string(message) + " (in " + function + ")";
+  }
+  return code;
+}
+
 std::string describe_failure(PetscErrorCode code, const char* file, int line) {
-  const char* text = nullptr;
-  PetscErrorMessage(code, &text, nullptr);
-  return std::string("PETSc error ") + std::to_string(code) + " (" + (text != nullptr ? text : "unknown") + ") at " +
-         file + ":" + std::to_string(line);
+  std::string message = std::exchange(last_petsc_message, "");
+  if (message.empty()) {
+    const char* text = nullptr;
+    PetscErrorMessage(code, &text, nullptr);
+    message = text != nullptr ? text : "error " + std::to_string(code);
+  }
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  return "PETSc: " + message + ", called at " + std::filesystem::path(file).filename().string() + ":" +
+         std::to_string(line);
 }
 
 }  // namespace
 
 PetscFailure::PetscFailure(PetscErrorCode code, const char* file, int line)
     : std::runtime_error(describe_failure(code, file, line)), code_(code) {}
+
+void keep_petsc_messages() { check(PetscPushErrorHandler(keep_message, nullptr)); }
 
 void together(MPI_Comm comm, const std::function<void()>& work) {
   std::string message;

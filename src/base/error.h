@@ -15,7 +15,7 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A PETSc call failed. PETSc has printed its own trace by then.
+/// A PETSc call failed. `what()` is one line with PETSc's own words, if keep_petsc_messages has been called.
 class PetscFailure : public std::runtime_error {
  public:
   PetscFailure(PetscErrorCode code, const char* file, int line);
@@ -24,6 +24,9 @@ class PetscFailure : public std::runtime_error {
  private:
   PetscErrorCode code_;
 };
+
+/// From here on PETSc's error messages go into PetscFailure instead of a trace on stderr. Not collective.
+void keep_petsc_messages();
 
 /// Turns a PETSc error code into an exception: `check(VecNorm(x, NORM_2, &norm));`
 inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
