@@ -41,6 +41,7 @@ void describe(OptionTable& table, SpringOptions& options) {
   table.add("spring.newton_tolerance", options.newton_tolerance)
       .at_least(0)
       .help("largest update at which Newton's method ends, as a share of the mean spring length");
+  table.add_solver_prefix("spring_");
 }
 
 SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
