@@ -1,6 +1,5 @@
 #include "contact/bodies.h"
 
-
 #include "base/error.h"
 #include "geometry/key_points.h"
 
@@ -32,8 +31,9 @@ void describe(OptionTable& table, BodyOptions& options) {
   table.add("velocity", options.velocity).unit("m/s").help("constant velocity; excludes a path");
   table.add("path", options.path)
       .unit("s,m,m,m")
-      .help("key points (time, x, y, z) of the centre or the point, which replaces them; linear between key points, at "
-            "rest before and after them");
+      .help(
+          "key points (time, x, y, z) of the centre or the point, which replaces them; linear between key points, at "
+          "rest before and after them");
   table.add("friction", options.friction)
       .at_least(0)
       .help("coefficient of Coulomb friction between body and sheet")
@@ -56,9 +56,8 @@ Bodies::Bodies(const std::map<std::string, BodyOptions>& options) {
     const auto start = [&path = given.path](const Eigen::Vector3d& place) {
       return path.empty() ? place : place_on_key_points(path, 0);
     };
-    const Solid solid = given.shape == "sphere"
-                            ? Solid(Sphere{start(given.centre), given.radius})
-                            : Solid(HalfSpace{start(given.point), given.normal.normalized()});
+    const Solid solid = given.shape == "sphere" ? Solid(Sphere{start(given.centre), given.radius})
+                                                : Solid(HalfSpace{start(given.point), given.normal.normalized()});
     bodies_.push_back({solid, given.velocity, given.path, given.friction, given.margin});
   }
 }

@@ -14,14 +14,14 @@ namespace pellicle {
 /// A solid that the sheet cannot enter, as a deck gives it: one of the named objects `bodies`.
 struct BodyOptions {
   std::string shape = "sphere";
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of the sphere at time 0 [m]
-  double radius = 0.1;                                ///< of the sphere [m]
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of the plane at time 0 [m]
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the plane, out of the solid, any length
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< [m/s]
-  Rows path;                                          ///< time [s], x, y, z [m] of the centre or the point
-  double friction = 0;                                ///< Coulomb's coefficient
-  double margin = 0;                                  ///< gap kept between the surface and the particles [m]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< of the sphere at time 0 [m]
+  double radius = 0.1;                                 ///< of the sphere [m]
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< of the plane at time 0 [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of the plane, out of the solid, any length
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
+  Rows path;                                           ///< time [s], x, y, z [m] of the centre or the point
+  double friction = 0;                                 ///< Coulomb's coefficient
+  double margin = 0;                                   ///< gap kept between the surface and the particles [m]
 };
 
 void describe(OptionTable& table, BodyOptions& options);

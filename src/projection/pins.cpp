@@ -128,8 +128,9 @@ std::vector<bool> select(const Sheet& sheet, const std::string& pin, const PinOp
 
 void describe(OptionTable& table, PinOptions& options) {
   table.add("corners", options.corners)
-      .help("geometric corners of the sheet (vertices of one cell only): all, or those at an end of an axis, such as "
-            "max_y or min_x_max_y");
+      .help(
+          "geometric corners of the sheet (vertices of one cell only): all, or those at an end of an axis, such as "
+          "max_y or min_x_max_y");
   table.add("box", options.box)
       .unit("m")
       .length(6)
@@ -137,13 +138,16 @@ void describe(OptionTable& table, PinOptions& options) {
   table.add("layer", options.layer).choices({"corners", "lattice", "both"}).help("which particles a box selects");
   table.add("vertices", options.vertices)
       .at_least(0)
-      .help("persistent ids: vertex numbers of the mesh, or, for lattice points, its number of vertices plus a cell number");
+      .help(
+          "persistent ids: vertex numbers of the mesh, or, for lattice points, its number of vertices plus a cell "
+          "number");
   table.add("group", options.group).help("named group of vertices in the mesh");
   table.add("velocity", options.velocity).unit("m/s").help("constant velocity; excludes a path");
   table.add("path", options.path)
       .unit("s,m,m,m")
-      .help("key points (time, x, y, z) of the displacement from the undeformed place; linear between key points, at "
-            "rest before and after them");
+      .help(
+          "key points (time, x, y, z) of the displacement from the undeformed place; linear between key points, at "
+          "rest before and after them");
 }
 
 std::vector<bool> geometric_corners(const Sheet& sheet) {

@@ -11,7 +11,8 @@
 
 namespace pellicle {
 
-/// Particles that are held, as a deck gives them: one of the named objects `pins`. What several selectors choose adds up.
+/// Particles that are held, as a deck gives them: one of the named objects `pins`. What several selectors choose adds
+/// up.
 struct PinOptions {
   std::vector<std::string> corners;  ///< "all", or names such as "max_y" or "min_x_max_y"
   std::vector<double> box;           ///< two opposite points of a box in the undeformed sheet [m], or empty

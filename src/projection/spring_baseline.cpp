@@ -14,7 +14,8 @@ namespace pellicle {
 
 namespace {
 
-/// How often a Newton update is halved until the potential falls: beyond that it is rounding that keeps it from falling.
+/// How often a Newton update is halved until the potential falls: beyond that it is rounding that keeps it from
+/// falling.
 constexpr int most_halvings = 20;
 
 /// Relative rounding of the potential, a sum of squares: a rise by less is none.
@@ -28,8 +29,9 @@ void describe(OptionTable& table, SpringOptions& options) {
   table.add("spring.stiffness", options.stiffness)
       .unit("N/m")
       .more_than(0)
-      .help("stiffness of every spring of the mass-spring sheet; the sheet's own does not depend on the cell size then. "
-            "The default stretches a metre of 1 kg/m^2 by about 10 %, of office paper by 1 %, under its weight")
+      .help(
+          "stiffness of every spring of the mass-spring sheet; the sheet's own does not depend on the cell size then. "
+          "The default stretches a metre of 1 kg/m^2 by about 10 %, of office paper by 1 %, under its weight")
       .source("burning paper, section 8, Fig. 7 b, d");
   table.add("spring.damping", options.damping)
       .unit("s")
@@ -45,8 +47,7 @@ void describe(OptionTable& table, SpringOptions& options) {
 }
 
 SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
-    : sheet_(&sheet), options_(options), unconstrained_(sheet.particles, 3),
-      before_update_(sheet.particles, 3) {
+    : sheet_(&sheet), options_(options), unconstrained_(sheet.particles, 3), before_update_(sheet.particles, 3) {
   const Layout& particles = sheet.particles;
   // Ghost springs too: they fill the rows of the particles that they end at here, so that no values travel.
   std::vector<std::pair<PetscInt, PetscInt>> blocks;
@@ -103,8 +104,7 @@ void SpringBaseline::combine(const SpringInput& input) {
     for (std::size_t s = 0; s < lengths.size(); ++s) {
       const auto [a, b] = set.ends[s];
       const double start_length = (input.start.vector(a) - input.start.vector(b)).norm();
-      lengths[s] =
-          (options_.stiffness * input.target_length[colour][s] + dashpot * start_length) / combined_stiffness_;
+      lengths[s] = (options_.stiffness * input.target_length[colour][s] + dashpot * start_length) / combined_stiffness_;
     }
   }
 }
@@ -112,7 +112,8 @@ void SpringBaseline::combine(const SpringInput& input) {
 double SpringBaseline::potential(const Field& positions, const SpringInput& input) const {
   double sum = 0;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    sum += input.mass[static_cast<std::size_t>(i)] / (input.h * input.h) * (positions.vector(i) - unconstrained_.vector(i)).squaredNorm();
+    sum += input.mass[static_cast<std::size_t>(i)] / (input.h * input.h) *
+           (positions.vector(i) - unconstrained_.vector(i)).squaredNorm();
   }
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];

@@ -30,18 +30,18 @@ struct SpringInput {
   double h = 0;                                             ///< [s]
 };
 
-/// The mass-spring sheet that successive fast projection is compared with (burning paper, section 8, Fig. 7 b, d): Hooke
-/// springs of every colour, integrated by backward Euler.
+/// The mass-spring sheet that successive fast projection is compared with (burning paper, section 8, Fig. 7 b, d):
+/// Hooke springs of every colour, integrated by backward Euler.
 ///
 /// It takes the place of the projection: from the unconstrained positions x~ (eq. 9) it finds
 ///
 ///     y = argmin P(y),  P = sum_i m_i |y_i - x~_i|^2 / (2 h^2)
 ///                         + sum_s k (d_s(y) - l_s)^2 / 2 + c (d_s(y) - d_s(x))^2 / (2 h),
 ///
-/// x the positions at the beginning of the step, d the length of a spring, c its dashpot; the velocities follow from the
-/// displacement (eq. 13). Newton's method from x~ with the step halved until P falls, so that the springs cannot gain
-/// energy from a large step; the tangent of a spring, whose negative part is left out when it is compressed, is
-/// K [n n^T + max(0, 1 - L/d) (I - n n^T)] with direction n, K = k + c/h and L = (k l + c d(x)/h) / K.
+/// x the positions at the beginning of the step, d the length of a spring, c its dashpot; the velocities follow from
+/// the displacement (eq. 13). Newton's method from x~ with the step halved until P falls, so that the springs cannot
+/// gain energy from a large step; the tangent of a spring, whose negative part is left out when it is compressed, is K
+/// [n n^T + max(0, 1 - L/d) (I - n n^T)] with direction n, K = k + c/h and L = (k l + c d(x)/h) / K.
 ///
 /// One 3x3-blocked matrix whose pattern is made once; a rank assembles the rows of its own particles alone. KSP prefix
 /// `spring_`: conjugate gradients with 3x3 block Jacobi unless told otherwise; `-spring_mat_type aij` for the
