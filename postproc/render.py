@@ -154,7 +154,8 @@ def show_bodies(bodies, view, size):
             point, normal = numbers(body["point"]), numbers(body["normal"])
             first = cross(normal, (0, 1, 0) if abs(normal[1]) < max(map(abs, normal)) else (1, 0, 0))
             second = cross(normal, first)
-            corner = [point[i] - size * (first[i] + second[i]) for i in range(3)]
+            # A little below, for the drawn surface may lie in the plane.
+            corner = [point[i] - size * (first[i] + second[i] + 3e-3 * cross(first, second)[i]) for i in range(3)]
             solid = simple.Plane(Origin=corner, Point1=[corner[i] + 2 * size * first[i] for i in range(3)],
                                  Point2=[corner[i] + 2 * size * second[i] for i in range(3)])
             colour = (0.80, 0.82, 0.84)

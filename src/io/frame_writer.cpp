@@ -238,7 +238,7 @@ void FrameWriter::write(const Frame& frame) {
   }
   write_surface(frame, fields);
   if (options_.springs) {
-    write_springs(frame);
+    write_springs(frame, fields);
   }
   last_time_ = frame.time;
   last_step_ = frame.step;
@@ -275,16 +275,12 @@ void FrameWriter::start() {
 void FrameWriter::write_surface(const Frame& frame, const std::vector<DrawnField>& fields) {
   const auto owned_cells = static_cast<std::size_t>(sheet_.owned_cells);
   const std::size_t points = corners_.size() + owned_cells;
-  const auto draw = [&](const double* values, int components, bool mean_at_centres, vtkDoubleArray& drawn) {
+  const auto draw = [&](const double* values, int components, vtkDoubleArray& drawn) {
     for (std::size_t point = 0; point < corners_.size(); ++point) {
       drawn.SetTuple(static_cast<vtkIdType>(point), values + components * corners_[point]);
     }
     for (std::size_t cell = 0; cell < owned_cells; ++cell) {
       const vtkIdType centre = static_cast<vtkIdType>(corners_.size()) + static_cast<vtkIdType>(cell);
-      if (!mean_at_centres) {
-        drawn.SetTuple(centre, values + components * sheet_.lattice[cell]);
-        continue;
-      }
       for (int component = 0; component < components; ++component) {
         double sum = 0;
         for (const PetscInt corner : sheet_.cells[cell]) {
@@ -298,19 +294,19 @@ void FrameWriter::write_surface(const Frame& frame, const std::vector<DrawnField
   vtkNew<vtkPolyData> piece;
   piece->ShallowCopy(surface_);
   const auto positions = double_array("Points", 3, points);
-  draw(frame.positions, 3, true, *positions);
+  draw(frame.positions, 3, *positions);
   vtkNew<vtkPoints> vtk_points;
   vtk_points->SetData(positions);
   piece->SetPoints(vtk_points);
   for (const DrawnField& field : fields) {
     const auto array = double_array(field.name, field.components, points);
-    draw(field.values, field.components, field.components == 3, *array);
+    draw(field.values, field.components, *array);
     piece->GetPointData()->AddArray(array);
   }
   write_piece(piece, frame.time, surface_series_);
 }
 
-void FrameWriter::write_springs(const Frame& frame) {
+void FrameWriter::write_springs(const Frame& frame, const std::vector<DrawnField>& fields) {
   vtkNew<vtkPolyData> piece;
   piece->ShallowCopy(lines_);
   const auto positions = double_array("Points", 3, spring_ends_.size());
@@ -320,6 +316,13 @@ void FrameWriter::write_springs(const Frame& frame) {
   vtkNew<vtkPoints> vtk_points;
   vtk_points->SetData(positions);
   piece->SetPoints(vtk_points);
+  for (const DrawnField& field : fields) {
+    const auto array = double_array(field.name, field.components, spring_ends_.size());
+    for (std::size_t point = 0; point < spring_ends_.size(); ++point) {
+      array->SetTuple(static_cast<vtkIdType>(point), field.values + field.components * spring_ends_[point]);
+    }
+    piece->GetPointData()->AddArray(array);
+  }
   const std::vector<DrawnField>& declared = frame.spring_fields[0];
   for (std::size_t i = 0; i < declared.size(); ++i) {
     const auto array =

@@ -37,13 +37,14 @@ struct Frame {
 ///
 /// The drawn surface (burning paper, section 3.2) has four triangles a cell, round a virtual centre at the mean of the
 /// cell's corners. Points of a rank's piece: the corners that its own cells use, then their centres. Point data: the
-/// chosen fields (a corner has its own value; a centre has that of the cell's lattice particle, or of a field with
-/// three components the mean of the corners, as its position), `vertex_id` (the persistent id), `uv` as texture
-/// coordinates if the sheet has them, and `vtkGhostType`, which marks a corner that another rank owns as a duplicate,
+/// chosen fields (at a centre the mean of its corners, as its position: the drawn surface is the corner layer),
+/// `vertex_id` (the persistent id), `uv` as texture coordinates if the sheet has them, and `vtkGhostType`, which marks a
+/// corner that another rank owns as a duplicate,
 /// so that statistics count it once. Cell data: `rank` and `cell_id`.
 ///
-/// With OutputOptions::springs NAME_springs.pvd has the owned springs as lines between the particles themselves: cell
-/// data `colour` (as Colour), `rank` and the frame's spring fields.
+/// With OutputOptions::springs NAME_springs.pvd has the owned springs as lines between the particles themselves, corners
+/// and lattice points: point data as above, each particle with its own; cell data `colour` (as Colour), `rank` and the
+/// frame's spring fields.
 class FrameWriter {
  public:
   /// Touches no file. The sheet must outlive the writer. @throws Error on a name that cannot be used.
@@ -70,7 +71,7 @@ class FrameWriter {
   std::vector<DrawnField> chosen_fields(const Frame& frame) const;
   void start();
   void write_surface(const Frame& frame, const std::vector<DrawnField>& fields);
-  void write_springs(const Frame& frame);
+  void write_springs(const Frame& frame, const std::vector<DrawnField>& fields);
   void write_piece(vtkPolyData* piece, double time, Series& series);
 
   const Sheet& sheet_;

@@ -104,7 +104,8 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[1], y);
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[2], 0)
         << "a virtual centre lies between the corners, not at the lattice point";
-    EXPECT_DOUBLE_EQ(temperature->GetComponent(point, 0), 300.0 + static_cast<double>(id));
+    EXPECT_DOUBLE_EQ(temperature->GetComponent(point, 0), centre ? 300 + 2 * x + 0.5 : 300.0 + static_cast<double>(id))
+        << "a virtual centre has the mean of its corners";
     EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 0), x);
     EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 1), 2 * y);
     EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 2), 0);
@@ -239,12 +240,14 @@ TEST(FrameWriter, WritesOwnedSpringsAsLines) {
   vtkDataArray* ids = drawn->GetPointData()->GetArray("vertex_id");
   vtkDataArray* colour = drawn->GetCellData()->GetArray("colour");
   vtkDataArray* strain = drawn->GetCellData()->GetArray("strain");
-  ASSERT_TRUE(ids && colour && strain);
+  vtkDataArray* temperature = drawn->GetPointData()->GetArray("temperature");
+  ASSERT_TRUE(ids && colour && strain && temperature);
   std::set<std::pair<int, long>> lines;  // colour and first end
   vtkNew<vtkIdList> ends;
   for (vtkIdType line = 0; line < drawn->GetNumberOfCells(); ++line) {
     drawn->GetCellPoints(line, ends);
     const long id = static_cast<long>(ids->GetComponent(ends->GetId(0), 0));
+    EXPECT_DOUBLE_EQ(temperature->GetComponent(ends->GetId(1), 0), 300 + ids->GetComponent(ends->GetId(1), 0));
     const auto colour_of_line = static_cast<Colour>(static_cast<int>(colour->GetComponent(line, 0)));
     lines.emplace(static_cast<int>(colour_of_line), id);
     EXPECT_DOUBLE_EQ(strain->GetComponent(line, 0), 0.01 * static_cast<double>(id + 1));
