@@ -1,0 +1,93 @@
+// The number of ranks, the partition and the storage of the matrices are nobody's business: the fields stay the same.
+
+#include <regex>
+
+#include "tests/support/burning_scene.h"
+#include "tests/support/frames.h"
+#include "tests/support/program.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double tolerance = 1e-6;  // of a field's range
+
+class RanksTest : public ProgramTest {
+ protected:
+  /// Runs a deck. @returns the last frame.
+  DrawnFrame run(int ranks, const std::string& deck, const Arguments& options = {}) {
+    const std::string out = "out" + std::to_string(++runs_);
+    succeed(ranks, Arguments{write("scene.yaml", deck), "-output_directory", out} + options);
+    return last_frame(folder() / out / "scene.pvd");
+  }
+
+ private:
+  int runs_ = 0;
+};
+
+/// The scene must have moved, heated, burnt and touched, or agreement would say nothing.
+void expect_something_happened(const DrawnFrame& frame) {
+  EXPECT_EQ(frame.points.at("position").size(), 21u * 21 + 20 * 20);
+  EXPECT_GT(range_of(frame.points.at("temperature")).second, 600);
+  EXPECT_LT(range_of(frame.points.at("mass_ratio")).first, 0.9);
+  EXPECT_GT(range_of(frame.points.at("position"), 2).second, 0.02) << "the ball lifts the sheet";
+}
+
+TEST_F(RanksTest, EveryNumberOfRanksAndPartitionerAgree) {
+  const DrawnFrame one = run(1, burning_scene);
+  expect_something_happened(one);
+  for (const char* partitioner : {"metis", "ptscotch", "simple"}) {
+    for (const int ranks : {2, 3, 4}) {
+      const DrawnFrame frame = run(ranks, burning_scene, {"-sheet_partitioner", partitioner});
+      EXPECT_EQ(frame.ranks.size(), static_cast<std::size_t>(ranks)) << partitioner << ": every rank owns cells";
+      expect_same_fields(one, frame, tolerance, std::string(partitioner) + " on " + std::to_string(ranks) + " ranks");
+    }
+  }
+}
+
+TEST_F(RanksTest, StorageOfTheMatricesDoesNotMatter) {
+  const DrawnFrame aij = run(1, burning_scene, {"-project_mat_type", "aij", "-heat_mat_type", "aij"});
+  expect_something_happened(aij);
+  for (const int ranks : {1, 3}) {
+    for (const char* storage : {"sell", "shell"}) {
+      const DrawnFrame other = run(ranks, burning_scene, {"-project_mat_type", storage, "-heat_mat_type", "shell"});
+      expect_same_fields(aij, other, tolerance, std::string(storage) + " on " + std::to_string(ranks) + " ranks");
+    }
+  }
+}
+
+TEST_F(RanksTest, RanksWithoutCells) {
+  // Three cells, the last of them over the ball's top; the spot heats the first.
+  const Arguments strip{"-mesh_cells", "3,1", "-mesh_size", "0.6,0.2", "-sheet_perturbation", "0"};
+  const std::string deck = std::regex_replace(burning_scene, std::regex("corners: \\[[^\\]]*\\]"), "corners: [min_x]");
+  const DrawnFrame one = run(1, deck, strip);
+  EXPECT_EQ(one.points.at("position").size(), 8u + 3);
+  EXPECT_LT(range_of(one.points.at("mass_ratio")).first, 0.99);
+  for (const char* partitioner : {"metis", "ptscotch", "simple"}) {
+    for (const char* dynamics : {"projection", "spring"}) {
+      const Arguments options =
+          strip + Arguments{"-dynamics", dynamics, "-spring_ksp_rtol", "1e-12", "-spring_newton_tolerance", "1e-9"};
+      const DrawnFrame four = run(4, deck, options + Arguments{"-sheet_partitioner", partitioner});
+      EXPECT_LE(four.ranks.size(), 3u) << partitioner;
+      const DrawnFrame reference = std::string(dynamics) == "projection" ? one : run(1, deck, options);
+      expect_same_fields(reference, four, tolerance, std::string(dynamics) + " with " + partitioner);
+    }
+  }
+}
+
+TEST_F(RanksTest, HookeSpringsAgree) {
+  const Arguments springs{"-dynamics", "spring", "-spring_newton_tolerance", "1e-9", "-spring_ksp_rtol", "1e-12"};
+  const DrawnFrame one = run(1, burning_scene, springs);
+  expect_something_happened(one);
+  for (const int ranks : {2, 3, 4}) {
+    expect_same_fields(one, run(ranks, burning_scene, springs), tolerance, std::to_string(ranks) + " ranks");
+  }
+}
+
+TEST_F(RanksTest, ConsistentHeatOperatorAgrees) {
+  const Arguments consistent{"-heat_operator", "consistent"};
+  const DrawnFrame one = run(1, burning_scene, consistent);
+  expect_same_fields(one, run(3, burning_scene, consistent), tolerance, "3 ranks");
+}
+
+}  // namespace
+}  // namespace pellicle

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+
+namespace pellicle {
+
+/// A deck with something of everything, small: a sheet of 20 x 20 cells that hangs by two corners, is lifted by a ball
+/// and burns under a hot spot for 20 steps. Inner tolerances leave no noise for buckling to amplify. Two frames.
+inline const std::string burning_scene = R"(
+mesh: {shape: rectangle, cells: [20, 20], size: [1 m, 1 m]}
+sheet: {thickness: 2.5 cm, areal_density: 1 kg/m^2, perturbation: 0.01}
+time: {step: 2 ms, end: 40 ms}
+force: {gravity: [0, 0, -1 m/s^2], damping: 2}
+pins:
+  hooks: {corners: [min_x_max_y, max_x_max_y]}
+bodies:
+  ball: {shape: sphere, centre: [0.1, 0, -0.21], radius: 0.2 m, velocity: [0, 0, 1 m/s], friction: 0.3}
+heat:
+  initial_temperature: 300 K
+  diffusivity: 2e-3
+  burning_heat: 300 K
+  ksp_rtol: 1e-12
+  sources:
+    spot: {shape: ball, centre: [-0.3, 0, 0], velocity: [1 m/s, 0, 0], radius: 0.3 m, temperature: 1000 K, rate: 100}
+combustion:
+  ignition_temperature: 500 K
+  mass_loss_rate: 0.05
+  mass_loss_texture: )" PELLICLE_SOURCE_DIR R"(/input/textures/clouds.png
+  mass_loss_range: [0.2, 1.8]
+  min_mass: 0.3
+  initial_density: 800
+  burnt_density: 320
+project:
+  weight_red: 0.5
+  weight_green: 0.5
+  weight_blue: 0.5
+  weight_yellow: 0.5
+  shift: 1e-2
+  ksp_rtol: 1e-12
+output:
+  directory: out
+  name: scene
+  interval_steps: 20
+)";
+
+}  // namespace pellicle

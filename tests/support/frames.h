@@ -1,0 +1,185 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLPPolyDataReader.h>
+#include <vtkXMLUtilities.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pellicle {
+
+/// Values of a point field by vertex_id, one entry a component.
+using PointValues = std::map<long, std::vector<double>>;
+
+/// A frame read back from its .pvtp with all its pieces. Points that a piece marks as another rank's are left out.
+struct DrawnFrame {
+  double time = 0;                            ///< as the .pvd says [s]
+  std::map<std::string, PointValues> points;  ///< by the field's name; "position" is where the points are
+  std::set<std::string> point_fields;
+  std::set<std::string> cell_fields;
+  long cells = 0;
+  std::set<int> ranks;  ///< that own a cell
+};
+
+inline vtkSmartPointer<vtkPolyData> read_pvtp(const std::filesystem::path& path) {
+  vtkNew<vtkXMLPPolyDataReader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  return reader->GetOutput();
+}
+
+/// Times and files that a .pvd names.
+inline std::vector<std::pair<double, std::filesystem::path>> read_pvd(const std::filesystem::path& path) {
+  std::vector<std::pair<double, std::filesystem::path>> frames;
+  vtkXMLDataElement* root = vtkXMLUtilities::ReadElementFromFile(path.c_str());
+  if (root == nullptr) {
+    throw std::runtime_error(path.string() + " cannot be read");
+  }
+  vtkXMLDataElement* collection = root->FindNestedElementWithName("Collection");
+  for (int i = 0; collection != nullptr && i < collection->GetNumberOfNestedElements(); ++i) {
+    vtkXMLDataElement* data = collection->GetNestedElement(i);
+    frames.emplace_back(std::stod(data->GetAttribute("timestep")), path.parent_path() / data->GetAttribute("file"));
+  }
+  root->Delete();
+  return frames;
+}
+
+inline DrawnFrame read_frame(double time, const std::filesystem::path& path) {
+  const vtkSmartPointer<vtkPolyData> data = read_pvtp(path);
+  DrawnFrame frame;
+  frame.time = time;
+  frame.cells = data->GetNumberOfCells();
+  vtkPointData* fields = data->GetPointData();
+  for (int f = 0; f < fields->GetNumberOfArrays(); ++f) {
+    frame.point_fields.insert(fields->GetArrayName(f));
+  }
+  for (int f = 0; f < data->GetCellData()->GetNumberOfArrays(); ++f) {
+    frame.cell_fields.insert(data->GetCellData()->GetArrayName(f));
+  }
+  if (vtkDataArray* owners = data->GetCellData()->GetArray("rank")) {
+    for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
+      frame.ranks.insert(static_cast<int>(owners->GetTuple1(cell)));
+    }
+  }
+  vtkDataArray* ids = fields->GetArray("vertex_id");
+  if (ids == nullptr) {
+    throw std::runtime_error(path.string() + " has no point field vertex_id");
+  }
+  vtkDataArray* ghost = fields->GetArray(vtkDataSetAttributes::GhostArrayName());
+  for (vtkIdType point = 0; point < data->GetNumberOfPoints(); ++point) {
+    if (ghost != nullptr && ghost->GetTuple1(point) != 0) {
+      continue;
+    }
+    const long id = std::lround(ids->GetTuple1(point));
+    const double* position = data->GetPoint(point);
+    frame.points["position"][id] = {position, position + 3};
+    for (const std::string& name : frame.point_fields) {
+      vtkDataArray* array = fields->GetArray(name.c_str());
+      std::vector<double>& values = frame.points[name][id];
+      for (int component = 0; component < array->GetNumberOfComponents(); ++component) {
+        values.push_back(array->GetComponent(point, component));
+      }
+    }
+  }
+  return frame;
+}
+
+inline DrawnFrame last_frame(const std::filesystem::path& pvd) {
+  const auto [time, path] = read_pvd(pvd).back();
+  return read_frame(time, path);
+}
+
+/// Smallest and largest value of one component.
+inline std::pair<double, double> range_of(const PointValues& values, std::size_t component = 0) {
+  std::pair<double, double> range{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
+  for (const auto& entry : values) {
+    range.first = std::min(range.first, entry.second.at(component));
+    range.second = std::max(range.second, entry.second.at(component));
+  }
+  return range;
+}
+
+inline double mean_of(const PointValues& values, std::size_t component = 0) {
+  double sum = 0;
+  for (const auto& entry : values) {
+    sum += entry.second.at(component);
+  }
+  return sum / static_cast<double>(values.size());
+}
+
+/// Largest difference between two fields with the same points, as a share of the largest range of a component. Fields
+/// that do not have the same points differ infinitely.
+inline double relative_difference(const PointValues& a, const PointValues& b) {
+  double difference = 0;
+  double range = 0;
+  if (a.empty() || a.size() != b.size()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  for (std::size_t component = 0; component < a.begin()->second.size(); ++component) {
+    const auto [low, high] = range_of(a, component);
+    range = std::max(range, high - low);
+  }
+  for (const auto& [id, values] : a) {
+    const auto other = b.find(id);
+    if (other == b.end() || other->second.size() != values.size()) {
+      return std::numeric_limits<double>::infinity();
+    }
+    for (std::size_t component = 0; component < values.size(); ++component) {
+      difference = std::max(difference, std::abs(values[component] - other->second[component]));
+    }
+  }
+  return difference == 0 ? 0 : difference / range;
+}
+
+/// Expects that two frames agree in position, temperature, mass ratio and velocity.
+/// @param tolerance as a share of each field's range
+inline void expect_same_fields(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
+  for (const char* field : {"position", "temperature", "mass_ratio", "velocity"}) {
+    EXPECT_LE(relative_difference(a.points.at(field), b.points.at(field)), tolerance) << what << ": " << field;
+  }
+}
+
+/// Columns of a CSV file by name, without the unit that may follow it in brackets.
+inline std::map<std::string, std::vector<double>> read_csv(const std::filesystem::path& path) {
+  std::map<std::string, std::vector<double>> columns;
+  std::ifstream file(path);
+  std::vector<std::string> names;
+  std::string line;
+  std::getline(file, line);
+  std::istringstream head(line);
+  for (std::string name; std::getline(head, name, ',');) {
+    names.push_back(name.substr(0, name.find(" [")));
+    columns[names.back()];
+  }
+  while (std::getline(file, line)) {
+    std::istringstream row(line);
+    std::size_t column = 0;
+    for (std::string word; std::getline(row, word, ','); ++column) {
+      columns.at(names.at(column)).push_back(std::stod(word));
+    }
+    if (column != names.size()) {
+      throw std::runtime_error(path.string() + ": a row of " + std::to_string(column) + " values: " + line);
+    }
+  }
+  return columns;
+}
+
+}  // namespace pellicle
