@@ -29,13 +29,18 @@ void require_size(std::array<double, 2> size, const char* shape) {
 
 /// Groups of the points with texture coordinates 0 or 1.
 void name_sides(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
-  for (std::size_t i = 0; i < uv.size(); ++i) {
-    const int point = static_cast<int>(i);
-    if (uv[i].x() == 0) mesh.groups["left"].push_back(point);
-    if (uv[i].x() == 1) mesh.groups["right"].push_back(point);
-    if (uv[i].y() == 0) mesh.groups["bottom"].push_back(point);
-    if (uv[i].y() == 1) mesh.groups["top"].push_back(point);
-  }
+  const auto name_where = [&](const char* name, int axis, double end) {
+    std::vector<int>& members = mesh.groups[name];
+    for (std::size_t i = 0; i < uv.size(); ++i) {
+      if (uv[i][axis] == end) {
+        members.push_back(static_cast<int>(i));
+      }
+    }
+  };
+  name_where("left", 0, 0);
+  name_where("right", 0, 1);
+  name_where("bottom", 1, 0);
+  name_where("top", 1, 1);
 }
 
 /// Texture coordinates of the points, given to the corners.
@@ -118,10 +123,10 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   // centres are the teeth with a and b odd and the cells between them.
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv;
-  const int columns = 2 * n + 1;
-  std::vector<int> number(static_cast<std::size_t>(columns * (2 * m + 1)), -1);
-  const auto at = [&number, columns](int a, int b) -> int& {
-    return number[static_cast<std::size_t>(a + columns * b)];
+  const auto width = static_cast<std::size_t>(2 * n + 1);
+  std::vector<int> number(width * static_cast<std::size_t>(2 * m + 1), -1);
+  const auto at = [&number, width](int a, int b) -> int& {
+    return number.at(static_cast<std::size_t>(a) + width * static_cast<std::size_t>(b));
   };
   for (int b = 0; b <= 2 * m; ++b) {
     for (int a = 1 - b % 2; a <= 2 * n; a += 2) {

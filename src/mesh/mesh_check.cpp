@@ -249,18 +249,16 @@ class Faults {
 };
 
 std::vector<std::string> face_names(const SurfaceMesh& mesh, const std::vector<int>& faces) {
-  std::vector<std::string> names;
-  for (const int face : faces) {
-    names.push_back(std::to_string(mesh.id_of_face(face)));
-  }
+  std::vector<std::string> names(faces.size());
+  std::transform(faces.begin(), faces.end(), names.begin(),
+                 [&mesh](int face) { return std::to_string(mesh.id_of_face(face)); });
   return names;
 }
 
 std::vector<std::string> point_names(const SurfaceMesh& mesh, const std::vector<int>& points) {
-  std::vector<std::string> names;
-  for (const int point : points) {
-    names.push_back(std::to_string(mesh.id_of_point(point)));
-  }
+  std::vector<std::string> names(points.size());
+  std::transform(points.begin(), points.end(), names.begin(),
+                 [&mesh](int point) { return std::to_string(mesh.id_of_point(point)); });
   return names;
 }
 

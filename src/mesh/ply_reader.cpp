@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -170,15 +171,15 @@ SurfaceMesh read_ply(const std::string& path) {
         }
         const double count = body.next(property.count_type);
         std::vector<double> values;
-        for (int k = 0; k < count; ++k) {
+        while (static_cast<double>(values.size()) < count) {
           values.push_back(body.next(property.type));
         }
         if (is_face && (property.name == "vertex_indices" || property.name == "vertex_index")) {
-          std::vector<int>& face = mesh.faces.emplace_back();
-          for (const double value : values) {
-            // A number that is no point number becomes one that read_mesh refuses.
-            face.push_back(value >= 0 && value <= std::numeric_limits<int>::max() ? static_cast<int>(value) : -1);
-          }
+          // A number that is no point number becomes one that read_mesh refuses.
+          const auto to_point = [](double value) {
+            return value >= 0 && value <= std::numeric_limits<int>::max() ? static_cast<int>(value) : -1;
+          };
+          std::transform(values.begin(), values.end(), std::back_inserter(mesh.faces.emplace_back()), to_point);
         } else if (is_face && property.name == "texcoord") {
           std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
           for (std::size_t k = 0; k + 1 < values.size(); k += 2) {

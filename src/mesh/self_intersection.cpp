@@ -12,13 +12,14 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-/// What Eigen's traversal of two box trees asks.
+/// What Eigen's traversal of two box trees asks, by its names.
 struct PairCounter {
   const std::vector<std::array<int, 3>>& triangles;
   const std::vector<Eigen::Vector3d>& points;
   const std::vector<Box>& boxes;
   int count = 0;
 
+  // NOLINTBEGIN(readability-identifier-naming)
   static bool intersectVolumeVolume(const Box& a, const Box& b) { return a.intersects(b); }
   bool intersectVolumeObject(const Box& a, int b) const { return a.intersects(boxes[static_cast<std::size_t>(b)]); }
   bool intersectObjectVolume(int a, const Box& b) const { return intersectVolumeObject(b, a); }
@@ -30,6 +31,7 @@ struct PairCounter {
     }
     return false;
   }
+  // NOLINTEND(readability-identifier-naming)
 
   bool have_common_point(int a, int b) const {
     const std::array<int, 3>& points_of_b = triangles[static_cast<std::size_t>(b)];

@@ -20,7 +20,7 @@ Eigen::Vector3d normal(const SurfaceMesh& mesh, std::size_t face) {
 
 /// A generated mesh needs no repair.
 MeshReport report_of(SurfaceMesh mesh) {
-  const MeshReport report = check_and_repair(mesh, "generated");
+  MeshReport report = check_and_repair(mesh, "generated");
   EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
   EXPECT_EQ(report.intersections, 0);
   EXPECT_EQ(report.components, 1);

@@ -30,7 +30,7 @@ TEST(MeshCheck, MergesDuplicatePoints) {
   SurfaceMesh mesh = grid();
   const SurfaceMesh whole = mesh;
   for (int row = 0; row < 4; ++row) {
-    mesh.points.push_back(mesh.points[static_cast<std::size_t>(3 + 5 * row)]);
+    mesh.points.push_back(mesh.points[3 + 5 * static_cast<std::size_t>(row)]);
     const int copy = static_cast<int>(mesh.points.size()) - 1;
     for (const int f : {4 * row + 3, 4 * row - 1}) {
       if (f >= 0 && f < 12) {
@@ -105,8 +105,8 @@ TEST(MeshCheck, RefusesAMoebiusBand) {
     const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
     const Eigen::Vector3d across =
         0.3 * (std::cos(angle / 2) * outward + std::sin(angle / 2) * Eigen::Vector3d::UnitZ());
-    mesh.points.push_back(outward - across);
-    mesh.points.push_back(outward + across);
+    mesh.points.emplace_back(outward - across);
+    mesh.points.emplace_back(outward + across);
   }
   for (int i = 0; i < n; ++i) {
     const int a = 2 * i;

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <optional>
-
 #include "base/error.h"
 #include "mesh/mesh_check.h"
 #include "mesh/readers.h"
@@ -23,8 +20,8 @@ class SharedMeshes : public testing::Test {
   }
   static std::string path_of(const std::string& name) { return (shared_folder() / "meshes" / name).string(); }
   MeshReport accept(const std::string& name) {
-    mesh = read_mesh(path_of(name));
-    const MeshReport report = check_and_repair(mesh, path_of(name));
+    mesh_ = read_mesh(path_of(name));
+    MeshReport report = check_and_repair(mesh_, path_of(name));
     EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
     EXPECT_EQ(report.components, 1);
     return report;
@@ -38,7 +35,7 @@ class SharedMeshes : public testing::Test {
   }
 
   static constexpr double degree = 3.14159265358979323846 / 180;
-  SurfaceMesh mesh;
+  SurfaceMesh mesh_;
 };
 
 TEST_F(SharedMeshes, Teddy) {
@@ -66,8 +63,8 @@ TEST_F(SharedMeshes, SpotInTriangles) {
   EXPECT_EQ(report.points, 2930);
   EXPECT_EQ(report.triangles, 5856);
   EXPECT_EQ(report.valence.rbegin()->first, 8);
-  EXPECT_EQ(mesh.uv.size(), 5856U);
-  expect_in(message_of<Error>([this] { require_quads(mesh, "spot"); }), "spot: 5856 of 5856 faces are no quads");
+  EXPECT_EQ(mesh_.uv.size(), 5856U);
+  expect_in(message_of<Error>([this] { require_quads(mesh_, "spot"); }), "spot: 5856 of 5856 faces are no quads");
 }
 
 TEST_F(SharedMeshes, SpotInQuads) {
@@ -78,8 +75,8 @@ TEST_F(SharedMeshes, SpotInQuads) {
   EXPECT_EQ(report.valence, (std::map<int, int>{{3, 56}, {4, 2830}, {5, 40}, {6, 4}}));
   EXPECT_EQ(report.euler_characteristic(), 2);
   EXPECT_NEAR(report.longest_edge / report.shortest_edge, 26, 0.5);
-  EXPECT_EQ(mesh.uv.size(), 2928U);
-  EXPECT_NO_THROW(require_quads(mesh, "spot"));
+  EXPECT_EQ(mesh_.uv.size(), 2928U);
+  EXPECT_NO_THROW(require_quads(mesh_, "spot"));
 }
 
 TEST_F(SharedMeshes, Roof) {
@@ -90,7 +87,7 @@ TEST_F(SharedMeshes, Roof) {
   EXPECT_EQ(report.boundary_loops, 1);
   EXPECT_EQ(report.valence.rbegin()->first, 4);
   EXPECT_NEAR(report.longest_edge / report.shortest_edge, 1.3, 0.05);
-  EXPECT_NO_THROW(require_quads(mesh, "roof"));
+  EXPECT_NO_THROW(require_quads(mesh_, "roof"));
 }
 
 TEST_F(SharedMeshes, CowIsRefused) {
