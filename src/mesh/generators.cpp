@@ -123,8 +123,8 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   // centres are the teeth with a and b odd and the cells between them.
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv;
-  const auto width = static_cast<std::size_t>(2 * n + 1);
-  std::vector<int> number(width * static_cast<std::size_t>(2 * m + 1), -1);
+  const std::size_t width = 2 * static_cast<std::size_t>(n) + 1;
+  std::vector<int> number(width * (2 * static_cast<std::size_t>(m) + 1), -1);
   const auto at = [&number, width](int a, int b) -> int& {
     return number.at(static_cast<std::size_t>(a) + width * static_cast<std::size_t>(b));
   };
