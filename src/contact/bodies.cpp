@@ -20,6 +20,19 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
   return vector - normal * normal.dot(vector);
 }
 
+void require_valid(const std::string& key, const BodyOptions& options) {
+  const std::string fault = fault_of_key_points(options.path);
+  if (!fault.empty()) {
+    throw Error(key + ".path: " + fault);
+  }
+  if (!options.path.empty() && !options.velocity.isZero(0)) {
+    throw Error(key + ": both path and velocity given, expected one of them");
+  }
+  if (options.normal.isZero(0)) {
+    throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
+  }
+}
+
 }  // namespace
 
 void describe(OptionTable& table, BodyOptions& options) {
@@ -43,16 +56,7 @@ void describe(OptionTable& table, BodyOptions& options) {
 
 Bodies::Bodies(const std::map<std::string, BodyOptions>& options) {
   for (const auto& [name, given] : options) {
-    const std::string fault = fault_of_key_points(given.path);
-    if (!fault.empty()) {
-      throw Error("bodies." + name + ".path: " + fault);
-    }
-    if (!given.path.empty() && !given.velocity.isZero(0)) {
-      throw Error("bodies." + name + ": both path and velocity given, expected one of them");
-    }
-    if (given.normal.isZero(0)) {
-      throw Error("bodies." + name + ".normal: 0, 0, 0 given, expected a vector that is not zero");
-    }
+    require_valid("bodies." + name, given);
     const auto start = [&path = given.path](const Eigen::Vector3d& place) {
       return path.empty() ? place : place_on_key_points(path, 0);
     };

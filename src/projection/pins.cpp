@@ -17,6 +17,10 @@ struct Ends {
   std::array<int, 3> wanted{0, 0, 0};  ///< -1 lowest, 1 highest, 0 any
 };
 
+[[noreturn]] void refuse_corner(const std::string& key, const std::string& name) {
+  throw Error(key + ": '" + name + "' names no corner, expected all, or ends such as max_y or min_x_max_y");
+}
+
 Ends parse_ends(const std::string& name, const std::string& key) {
   Ends ends;
   if (name == "all") {
@@ -28,7 +32,7 @@ Ends parse_ends(const std::string& name, const std::string& key) {
   while (std::getline(words, end, '_')) {
     if (!std::getline(words, axis, '_') || (end != "min" && end != "max") || axis.size() != 1 || axis[0] < 'x' ||
         axis[0] > 'z') {
-      throw Error(key + ": '" + name + "' names no corner, expected all, or ends such as max_y or min_x_max_y");
+      refuse_corner(key, name);
     }
     ends.wanted[static_cast<std::size_t>(axis[0] - 'x')] = end == "min" ? -1 : 1;
   }
@@ -124,6 +128,21 @@ std::vector<bool> select(const Sheet& sheet, const std::string& pin, const PinOp
   return selection.chosen();
 }
 
+[[noreturn]] void refuse_second_pin(const std::string& key, const std::string& first, PetscInt id) {
+  throw Error(key + ": particle " + std::to_string(id) + " is also held by pins." + first +
+              ", expected each particle in one pin");
+}
+
+void require_valid_motion(const std::string& key, const PinOptions& options) {
+  const std::string fault = fault_of_key_points(options.path);
+  if (!fault.empty()) {
+    throw Error(key + ".path: " + fault);
+  }
+  if (!options.path.empty() && !options.velocity.isZero(0)) {
+    throw Error(key + ": both path and velocity given, expected one of them");
+  }
+}
+
 }  // namespace
 
 void describe(OptionTable& table, PinOptions& options) {
@@ -171,13 +190,7 @@ Pins::Pins(const Sheet& sheet, const std::map<std::string, PinOptions>& options)
   std::vector<std::string> names;
   for (const auto& [name, given] : options) {
     const std::string key = "pins." + name;
-    const std::string fault = fault_of_key_points(given.path);
-    if (!fault.empty()) {
-      throw Error(key + ".path: " + fault);
-    }
-    if (!given.path.empty() && !given.velocity.isZero(0)) {
-      throw Error(key + ": both path and velocity given, expected one of them");
-    }
+    require_valid_motion(key, given);
     const std::vector<bool> chosen = select(sheet, key, given);
     names.push_back(name);
     together(sheet.comm(), [&] {
@@ -185,9 +198,8 @@ Pins::Pins(const Sheet& sheet, const std::map<std::string, PinOptions>& options)
         if (chosen[static_cast<std::size_t>(i)]) {
           double& number = pin_number.values()(0, i);
           if (number > 0) {
-            throw Error(key + ": particle " + std::to_string(sheet.persistent_id[static_cast<std::size_t>(i)]) +
-                        " is also held by pins." + names[static_cast<std::size_t>(number) - 1] +
-                        ", expected each particle in one pin");
+            refuse_second_pin(key, names[static_cast<std::size_t>(number) - 1],
+                              sheet.persistent_id[static_cast<std::size_t>(i)]);
           }
           number = static_cast<double>(names.size());
         }
