@@ -1,6 +1,8 @@
 #include "projection/gram.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "base/error.h"
 
@@ -9,33 +11,6 @@ namespace pellicle {
 namespace {
 
 using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-
-/// Springs at each local particle in compressed rows.
-struct Incidence {
-  std::vector<PetscInt> offsets;
-  std::vector<PetscInt> springs;
-};
-
-Incidence incidence(const SpringSet& set, PetscInt particles) {
-  Incidence result;
-  result.offsets.assign(static_cast<std::size_t>(particles) + 1, 0);
-  for (const auto& ends : set.ends) {
-    for (const PetscInt end : ends) {
-      ++result.offsets[static_cast<std::size_t>(end) + 1];
-    }
-  }
-  for (std::size_t i = 1; i < result.offsets.size(); ++i) {
-    result.offsets[i] += result.offsets[i - 1];
-  }
-  result.springs.resize(2 * set.ends.size());
-  std::vector<PetscInt> next(result.offsets.begin(), result.offsets.end() - 1);
-  for (std::size_t s = 0; s < set.ends.size(); ++s) {
-    for (const PetscInt end : set.ends[s]) {
-      result.springs[static_cast<std::size_t>(next[static_cast<std::size_t>(end)]++)] = static_cast<PetscInt>(s);
-    }
-  }
-  return result;
-}
 
 }  // namespace
 
@@ -67,7 +42,15 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, const std::string&
   const PetscInt owned = springs_.owned();
   diagonal_.resize(static_cast<std::size_t>(owned));
   if (mat_type_ != "shell") {
-    make_pattern();
+    std::vector<PetscInt> rows(static_cast<std::size_t>(owned));
+    std::iota(rows.begin(), rows.end(), 0);
+    std::vector<PetscInt> columns;
+    for (PetscInt s = 0; s < springs_.local(); ++s) {
+      columns.push_back(springs_.layout.to_global(s));
+    }
+    rows_ = std::make_unique<GramBlock>(springs_, particles_, std::move(rows), columns, owned);
+    check(MatSetOption(rows_->matrix(), MAT_SPD, PETSC_TRUE));
+    check(MatSetOption(rows_->matrix(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
     return;
   }
   check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
@@ -96,86 +79,6 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, const std::string&
   check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
 }
 
-void Gram::make_pattern() {
-  const PetscInt owned = springs_.owned();
-  const Incidence at = incidence(springs_, particles_.local());
-  // The columns of each row, sorted by global number as PETSc stores them, with what they are made of.
-  struct Column {
-    PetscInt global;
-    Entry entry;
-  };
-  std::vector<PetscInt> row_offsets{0};
-  std::vector<PetscInt> columns;
-  std::vector<Column> row;
-  const auto add_row = [&](PetscInt s) {
-    row.clear();
-    row.push_back({springs_.layout.to_global(s), {s, -1}});
-    for (const PetscInt particle : springs_.ends[static_cast<std::size_t>(s)]) {
-      for (PetscInt k = at.offsets[static_cast<std::size_t>(particle)];
-           k < at.offsets[static_cast<std::size_t>(particle) + 1]; ++k) {
-        const PetscInt other = at.springs[static_cast<std::size_t>(k)];
-        if (other != s) {
-          row.push_back({springs_.layout.to_global(other), {other, particle}});
-        }
-      }
-    }
-    std::sort(row.begin(), row.end(), [](const Column& a, const Column& b) { return a.global < b.global; });
-    const auto same = std::adjacent_find(row.begin(), row.end(),
-                                         [](const Column& a, const Column& b) { return a.global == b.global; });
-    if (same != row.end()) {
-      throw Error("two springs of one colour join the same two particles: the mesh has faces that share two edges");
-    }
-    for (const Column& column : row) {
-      columns.push_back(column.global);
-      const bool is_mine = column.entry.spring < owned;
-      (is_mine ? diagonal_entries_ : off_diagonal_entries_).push_back(column.entry);
-    }
-    row_offsets.push_back(static_cast<PetscInt>(columns.size()));
-  };
-  together(springs_.layout.comm, [&] {
-    for (PetscInt s = 0; s < owned; ++s) {
-      add_row(s);
-    }
-  });
-  check(MatCreate(springs_.layout.comm, rows_.create()));
-  check(MatSetSizes(rows_, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE));
-  check(MatSetType(rows_, MATAIJ));
-  check(MatSeqAIJSetPreallocationCSR(rows_, row_offsets.data(), columns.data(), nullptr));
-  check(MatMPIAIJSetPreallocationCSR(rows_, row_offsets.data(), columns.data(), nullptr));
-  check(MatSetOption(rows_, MAT_SPD, PETSC_TRUE));
-  check(MatSetOption(rows_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-}
-
-void Gram::fill(Mat block, const std::vector<Entry>& entries, const std::vector<double>& inverse_mass) {
-  const PetscInt* offsets = nullptr;
-  const PetscInt* columns = nullptr;
-  PetscInt rows = 0;
-  PetscBool done = PETSC_FALSE;
-  double* values = nullptr;
-  check(MatGetRowIJ(block, 0, PETSC_FALSE, PETSC_FALSE, &rows, &offsets, &columns, &done));
-  check(MatSeqAIJGetArrayWrite(block, &values));
-  const Eigen::Matrix3Xd& gradient = *gradient_;
-  for (PetscInt s = 0; s < rows; ++s) {
-    const auto first_end = springs_.ends[static_cast<std::size_t>(s)][0];
-    const Eigen::Vector3d own = gradient.col(s);
-    for (PetscInt k = offsets[s]; k < offsets[s + 1]; ++k) {
-      const Entry& entry = entries[static_cast<std::size_t>(k)];
-      if (entry.spring == s) {
-        values[k] = diagonal_[static_cast<std::size_t>(s)];
-        continue;
-      }
-      // The gradient by the shared particle has the sign of the end at which the spring has it.
-      const bool same_end = (springs_.ends[static_cast<std::size_t>(entry.spring)][0] == entry.particle) ==
-                            (first_end == entry.particle);
-      const double product =
-          inverse_mass[static_cast<std::size_t>(entry.particle)] * own.dot(gradient.col(entry.spring));
-      values[k] = same_end ? product : -product;
-    }
-  }
-  check(MatSeqAIJRestoreArrayWrite(block, &values));
-  check(MatRestoreRowIJ(block, 0, PETSC_FALSE, PETSC_FALSE, &rows, &offsets, &columns, &done));
-}
-
 void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift) {
   gradient_ = &gradient;
   inverse_mass_ = &inverse_mass;
@@ -197,21 +100,12 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
     check(MatAssemblyEnd(other_, MAT_FINAL_ASSEMBLY));
     return;
   }
-  Mat diagonal_block = rows_;
-  Mat off_diagonal_block = nullptr;
-  PetscBool several_ranks = PETSC_FALSE;
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<Mat>(rows_)), MATMPIAIJ, &several_ranks));
-  if (several_ranks == PETSC_TRUE) {
-    check(MatMPIAIJGetSeqAIJ(rows_, &diagonal_block, &off_diagonal_block, nullptr));
-    fill(off_diagonal_block, off_diagonal_entries_, inverse_mass);
-  }
-  fill(diagonal_block, diagonal_entries_, inverse_mass);
-  check(MatAssemblyBegin(rows_, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyEnd(rows_, MAT_FINAL_ASSEMBLY));
+  rows_->update(gradient, inverse_mass, diagonal_);
   if (mat_type_ == "sell") {
     const bool is_first = Mat(other_) == nullptr;
     Mat sell = other_;
-    check(MatConvert(rows_, MATSELL, is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, is_first ? other_.create() : &sell));
+    check(MatConvert(rows_->matrix(), MATSELL, is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX,
+                     is_first ? other_.create() : &sell));
     check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
   }
 }

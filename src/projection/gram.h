@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/handle.h"
 #include "mesh/field.h"
 #include "mesh/sheet.h"
+#include "projection/gram_block.h"
 
 namespace pellicle {
 
@@ -45,32 +47,25 @@ class Gram {
   /// @param result (3 x local)
   void apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result);
 
-  Mat operator_matrix() const { return mat_type_ == "aij" ? Mat(rows_) : Mat(other_); }
-  Mat preconditioning_matrix() const { return mat_type_ == "shell" ? Mat(other_) : Mat(rows_); }
+  /// Of the owned springs, with the shift.
+  const std::vector<double>& diagonal() const { return diagonal_; }
+
+  Mat operator_matrix() const { return mat_type_ == "aij" ? rows_->matrix() : Mat(other_); }
+  Mat preconditioning_matrix() const { return mat_type_ == "shell" ? Mat(other_) : rows_->matrix(); }
 
  private:
-  /// One stored entry: its column's local spring and the particle that both springs share.
-  struct Entry {
-    PetscInt spring;
-    PetscInt particle;
-  };
-
-  void make_pattern();
-  void fill(Mat block, const std::vector<Entry>& entries, const std::vector<double>& inverse_mass);
   void multiply(Vec in, Vec out);
 
   const SpringSet& springs_;
   const Layout& particles_;
   std::string mat_type_;
-  MatHandle rows_;   ///< the assembled rows
-  MatHandle other_;  ///< sell or shell
-  std::vector<Entry> diagonal_entries_;      ///< of the columns of this rank, in the order of the matrix
-  std::vector<Entry> off_diagonal_entries_;  ///< of the columns of other ranks
-  std::vector<double> diagonal_;             ///< of J W J^T, then with the shift
+  std::unique_ptr<GramBlock> rows_;  ///< all rows, assembled
+  MatHandle other_;                  ///< sell or shell
+  std::vector<double> diagonal_;     ///< of J W J^T, then with the shift
   const Eigen::Matrix3Xd* gradient_ = nullptr;
   const std::vector<double>* inverse_mass_ = nullptr;
-  Field lambda_;                             ///< on the local springs
-  Eigen::Matrix3Xd particle_sum_;            ///< of the shell's product
+  Field lambda_;                   ///< on the local springs
+  Eigen::Matrix3Xd particle_sum_;  ///< of the shell's product
 };
 
 }  // namespace pellicle

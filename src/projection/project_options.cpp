@@ -46,8 +46,10 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .help("PNG whose brightness at the uv coordinates multiplies the weight of each spring")
       .source("burning paper, section 7.2");
   table.add("project.mat_type", options.mat_type)
-      .choices({"aij", "sell", "shell"})
-      .help("Gram matrices: aij: rows; sell: PETSc's sliced ELLPACK; shell: matrix-free")
+      .choices({"lines", "aij", "sell", "shell"})
+      .help(
+          "Gram matrices: lines: lines of springs in one direction are eliminated, those in the other precondition; "
+          "aij: rows, which lines becomes when a pc_type is given; sell: PETSc's sliced ELLPACK; shell: matrix-free")
       .source("burning paper, section 8.1");
   table.add("project.ksp_rtol", options.ksp_rtol)
       .range(0, 1)

@@ -26,6 +26,10 @@ std::vector<Colour> parse_order(const std::string& order) {
   return colours;
 }
 
+std::string solver_prefix(Colour colour) {
+  return std::string("project_") + colour_names[static_cast<std::size_t>(colour)] + "_";
+}
+
 double global_sum(MPI_Comm comm, double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
@@ -41,16 +45,27 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     System& system = systems_[index];
-    system.gram = std::make_unique<Gram>(springs, sheet.particles, options.mat_type);
-    check(MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(),
-                        system.right_hand_side.create()));
+    // A preconditioner that the user asks for wants the entries of the Gram matrix.
+    PetscBool has_preconditioner = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, solver_prefix(colour).c_str(), "-pc_type", &has_preconditioner));
+    const bool eliminates_lines = options.mat_type == "lines" && has_preconditioner == PETSC_FALSE;
+    system.gram = std::make_unique<Gram>(springs, sheet.particles,
+                                         eliminates_lines              ? "shell"
+                                         : options.mat_type == "lines" ? "aij"
+                                                                       : options.mat_type);
+    if (eliminates_lines) {
+      system.lines = std::make_unique<LineElimination>(springs, sheet.particles);
+    }
+    check(
+        MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(), system.right_hand_side.create()));
     system.weight.assign(static_cast<std::size_t>(springs.owned()), options.weight[index]);
     if (!spring_weight[index].empty()) {
       std::transform(system.weight.begin(), system.weight.end(), spring_weight[index].begin(), system.weight.begin(),
                      std::multiplies<>());
     }
-    squared_length += std::inner_product(springs.initial_length.begin(), springs.initial_length.begin() + springs.owned(),
-                                         springs.initial_length.begin(), 0.0);
+    squared_length +=
+        std::inner_product(springs.initial_length.begin(), springs.initial_length.begin() + springs.owned(),
+                           springs.initial_length.begin(), 0.0);
   }
   length_norm_ = std::sqrt(global_sum(sheet.comm(), squared_length));
 }
@@ -88,10 +103,19 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   Linearisation& constraint = system.linearisation;
   linearise(springs, x.data(), input.target_length[index], constraint);
   system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift);
+  if (system.lines != nullptr) {
+    system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
+  }
   if (KSP(system.ksp) == nullptr) {
-    system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(),
-                          std::string("project_") + colour_names[index] + "_",
-                          {KSPCG, PCBJACOBI, options_.ksp_rtol, 10000});
+    const KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
+    if (system.lines != nullptr) {
+      system.ksp =
+          make_ksp(system.lines->schur_complement(), system.lines->schur_complement(), solver_prefix(colour), defaults);
+      system.lines->precondition(system.ksp);
+    } else {
+      system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(),
+                            solver_prefix(colour), defaults);
+    }
   }
   double* values = nullptr;
   check(VecGetArrayWrite(system.right_hand_side, &values));
@@ -99,7 +123,8 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
     values[s] = system.weight[s] * constraint.error[static_cast<Eigen::Index>(s)];
   }
   check(VecRestoreArrayWrite(system.right_hand_side, &values));
-  StageResult result = solve(system.ksp, system.right_hand_side, system.lambda);
+  StageResult result = system.lines != nullptr ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda)
+                                               : solve(system.ksp, system.right_hand_side, system.lambda);
   if (!result.converged) {
     return result;
   }
@@ -148,7 +173,8 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   if (result.error < options_.threshold) {
     after_step();  // A sheet that keeps its lengths may still have run into a body.
   }
-  for (int step = 1; step <= options_.max_steps && result.error >= options_.threshold; ++step) {
+  // Negated, so that an error that is not a number is worked on, and fails, too.
+  for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
     for (const Colour colour : order_) {
       const StageResult solved = project_colour(x, colour, input);
       result.iterations += solved.iterations;

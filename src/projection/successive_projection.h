@@ -8,6 +8,7 @@
 
 #include "base/ksp.h"
 #include "projection/gram.h"
+#include "projection/line_elimination.h"
 #include "projection/project_options.h"
 
 namespace pellicle {
@@ -15,7 +16,7 @@ namespace pellicle {
 /// ||C|| of each colour and of all springs together [m], before the first step (step 0, no colour) and after each
 /// colour's projection: the curves of Fig. 8.
 struct ProjectionError {
-  int step = 0;                    ///< full projection step, from 1
+  int step = 0;                     ///< full projection step, from 1
   std::optional<Colour> projected;  ///< colour just projected, none before the first step
   std::array<double, 4> colour{};
   double total = 0;
@@ -56,6 +57,7 @@ class SuccessiveProjection {
   /// One colour's system.
   struct System {
     std::unique_ptr<Gram> gram;
+    std::unique_ptr<LineElimination> lines;  ///< or none, then the solver works on the Gram matrix
     KspHandle ksp;
     VecHandle lambda;
     VecHandle right_hand_side;

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "base/handle.h"
+#include "mesh/sheet.h"
+#include "projection/spring_lines.h"
+
+namespace pellicle {
+
+/// Some rows and columns of J W J^T (burning paper, eq. 16) of one colour as a matrix. Its pattern is made once, from
+/// the topology; `update` fills in values and does not communicate.
+class GramBlock {
+ public:
+  /// @param rows owned spring of each row of this rank, or -1 for an empty row
+  /// @param columns global column of each local spring, or -1 for none
+  /// @param owned_columns number of columns of this rank
+  /// @param is_skipped whether the entry of a row's spring and a column's spring is left out, may be empty
+  /// @throws Error when two springs join the same two particles. Collective.
+  GramBlock(const SpringSet& springs, const Layout& particles, std::vector<PetscInt> rows,
+            const std::vector<PetscInt>& columns, PetscInt owned_columns,
+            const std::function<bool(PetscInt, PetscInt)>& is_skipped = {});
+
+  /// Collective.
+  /// @param gradient of the local springs, (3 x local)
+  /// @param inverse_mass of the local particles
+  /// @param diagonal entry of each owned spring with itself
+  void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass,
+              const std::vector<double>& diagonal);
+
+  Mat matrix() const { return matrix_; }
+
+ private:
+  /// One stored entry: its column's spring, and twice the particle that both springs share, plus one where the springs
+  /// have it at different ends, so that their gradients by it have different signs.
+  struct Entry {
+    PetscInt spring;
+    PetscInt signed_particle;
+  };
+  /// The entries of the columns of this rank, or of the columns of other ranks, in the order of the matrix.
+  struct Part {
+    std::vector<PetscInt> offsets{0};  ///< (rows + 1)
+    std::vector<Entry> entries;
+    std::vector<PetscInt> diagonal;  ///< entries of springs with themselves
+  };
+
+  static void fill(Mat matrix, const std::vector<PetscInt>& rows, const Part& part, const Eigen::Matrix3Xd& gradient,
+                   const std::vector<double>& inverse_mass, const std::vector<double>& diagonal);
+
+  std::vector<PetscInt> rows_;
+  Part own_;
+  Part foreign_;
+  MatHandle matrix_;
+};
+
+}  // namespace pellicle

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "base/handle.h"
+#include "base/stage_result.h"
+#include "mesh/sheet.h"
+#include "projection/gram_block.h"
+
+namespace pellicle {
+
+/// J W J^T along lines of springs: one tridiagonal matrix a line, with a factorisation L D L^T.
+///
+/// Several lines are worked on abreast: unknown `k * lanes + lane` is spring k of a line. Lines of about the same
+/// length lie side by side; the shorter ones are filled up with idle unknowns, which have a one on the diagonal.
+class LineMatrices {
+ public:
+  /// @param lines local spring numbers along each line
+  LineMatrices(const SpringSet& springs, std::vector<std::vector<PetscInt>> lines);
+
+  /// Spring of each unknown, or -1 where it is idle.
+  const std::vector<PetscInt>& springs() const { return springs_; }
+  PetscInt size() const { return static_cast<PetscInt>(springs_.size()); }
+  /// Spring that comes before an unknown's in its line, or -1.
+  PetscInt previous(PetscInt unknown) const { return links_[static_cast<std::size_t>(unknown)].spring; }
+
+  /// New values, factorised.
+  /// @param diagonal of the owned springs
+  void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+              const std::vector<double>& inverse_mass);
+
+  /// out = A in - subtrahend
+  void multiply_and_subtract(const double* in, const double* subtrahend, double* out) const;
+  /// out = A^-1 in, may be in place.
+  void solve(const double* in, double* out) const;
+
+ private:
+  static constexpr std::size_t lanes = 8;
+  using Lanes = Eigen::Array<double, lanes, 1>;
+  /// What joins an unknown to the one before: that spring and the common particle, as in GramBlock.
+  struct Link {
+    PetscInt spring = -1;
+    PetscInt signed_particle = 0;
+  };
+
+  std::vector<PetscInt> springs_;
+  std::vector<Link> links_;
+  // The last has one row of lanes more, of zeros, so that no loop needs to look whether a line ends.
+  std::vector<double> diagonal_;
+  std::vector<double> inverse_pivot_;
+  std::vector<double> coupling_;  ///< with the unknown before
+  std::vector<double> factor_;    ///< of L: coupling by the pivot before
+};
+
+/// Solves (J W J^T + shift) lambda = b of one colour by eliminating one family of lines exactly:
+///
+///     [A B] [x]   [a]        S y = b - B^T A^-1 a,  S = K - B^T A^-1 B
+///     [B^T K] [y] = [b]      x = A^-1 (a - B y)
+///
+/// with A the eliminated lines (tridiagonal) and K the kept springs, whose lines precondition S. PETSc solves with S.
+class LineElimination {
+ public:
+  /// Collective.
+  LineElimination(const SpringSet& springs, const Layout& particles);
+  LineElimination(const LineElimination&) = delete;
+  LineElimination& operator=(const LineElimination&) = delete;
+
+  /// @param diagonal of J W J^T + shift, of the owned springs. Collective.
+  void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+              const std::vector<double>& inverse_mass);
+
+  /// S, matrix-free.
+  Mat schur_complement() const { return schur_; }
+  /// Makes the lines of the kept springs the preconditioner of a solver for S.
+  void precondition(KSP ksp);
+
+  /// Collective.
+  /// @param ksp solver for S
+  /// @param right_hand_side,lambda of the owned springs
+  StageResult solve(KSP ksp, Vec right_hand_side, Vec lambda);
+
+ private:
+  LineElimination(const SpringSet& springs, const Layout& particles, SpringLines lines);
+  void multiply(Vec in, Vec out);
+
+  LineMatrices eliminated_;
+  LineMatrices kept_;
+  std::unique_ptr<GramBlock> coupling_;        ///< B
+  std::unique_ptr<GramBlock> kept_off_lines_;  ///< entries of K that are not along lines; none on a regular net
+  MatHandle schur_;
+  VecHandle eliminated_right_hand_side_;
+  VecHandle eliminated_values_;
+  VecHandle kept_right_hand_side_;
+  VecHandle kept_values_;
+  VecHandle product_;  ///< B^T A^-1 B y
+};
+
+}  // namespace pellicle
