@@ -96,9 +96,9 @@ def place_camera(view, low, high, direction, zoom):
 
 
 def add_lights(view, towards, right, up):
-    """A key light from the upper left that grazes the wrinkles, and a soft one from the camera."""
+    """A key light from the upper left that grazes the wrinkles, and a soft one from the lower right."""
     view.UseLight = 0
-    for weights, intensity in (((-0.9, 0.7, 0.55), 0.85), ((0.6, 0.2, 1.0), 0.42)):
+    for weights, intensity in (((-0.9, 0.5, 0.9), 0.95), ((0.7, -0.6, 0.9), 0.55)):
         light = simple.AddLight(view=view)
         light.Coords = "Scene"
         light.Type = "Directional"
