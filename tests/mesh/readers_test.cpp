@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "mesh/generators.h"
 #include "mesh/mesh_check.h"
-#include "mesh/writers.h"
+#include "tests/mesh/mesh_writers.h"
 #include "tests/mesh/scratch_file.h"
 
 namespace pellicle {

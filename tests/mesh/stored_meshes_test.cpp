@@ -8,7 +8,7 @@
 #include "mesh/generators.h"
 #include "mesh/mesh_check.h"
 #include "mesh/readers.h"
-#include "mesh/writers.h"
+#include "tests/mesh/mesh_writers.h"
 
 namespace pellicle {
 namespace {

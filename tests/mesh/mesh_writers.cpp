@@ -1,4 +1,4 @@
-#include "mesh/writers.h"
+#include "tests/mesh/mesh_writers.h"
 
 #include <vtkCellArray.h>
 #include <vtkDataSetWriter.h>
