@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <map>
 #include <set>
 #include <utility>
@@ -128,6 +129,16 @@ inline SurfaceMesh cubes_mesh(const std::set<std::array<int, 3>>& cubes, int par
 
 /// A closed surface with vertices of valence 3, 4, 5 and 6: a cube with a neighbour on three of its sides.
 inline SurfaceMesh tripod_mesh(int parts) { return cubes_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, parts); }
+
+/// Prints a figure on the first rank.
+template <class... Values>
+void print_once(const char* format, Values... values) {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  if (rank == 0) {
+    std::printf(format, values...);
+  }
+}
 
 /// Solves as exact as iterations get, nothing regularised, all steps done.
 inline ProjectOptions tight_options() {
