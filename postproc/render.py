@@ -146,19 +146,21 @@ def cross(a, b):
     return [component / length for component in product]
 
 
-def show_bodies(bodies, view, size):
-    """Draws every body at time 0; returns the representations, to be moved."""
+def show_bodies(bodies, view, centre, size):
+    """Draws every body at time 0, a plane as a square of 2 `size` below `centre`; returns the representations."""
     shown = []
     for body in bodies:
         if body.get("shape") == "plane":
             point, normal = numbers(body["point"]), numbers(body["normal"])
             first = cross(normal, (0, 1, 0) if abs(normal[1]) < max(map(abs, normal)) else (1, 0, 0))
             second = cross(normal, first)
-            # A little below, for the drawn surface may lie in the plane.
-            corner = [point[i] - size * (first[i] + second[i] + 3e-3 * cross(first, second)[i]) for i in range(3)]
+            upwards = cross(first, second)
+            # A little lower than the plane, in which the drawn surface may lie.
+            depth = sum((centre[i] - point[i]) * upwards[i] for i in range(3)) + 3e-3 * size
+            corner = [centre[i] - size * (first[i] + second[i]) - depth * upwards[i] for i in range(3)]
             solid = simple.Plane(Origin=corner, Point1=[corner[i] + 2 * size * first[i] for i in range(3)],
                                  Point2=[corner[i] + 2 * size * second[i] for i in range(3)])
-            colour = (0.80, 0.82, 0.84)
+            colour = (0.84, 0.85, 0.86)
         else:
             solid = simple.Sphere(Center=numbers(body["centre"]), Radius=number(body["radius"]) * 0.995,
                                   ThetaResolution=96, PhiResolution=64)
@@ -221,7 +223,8 @@ def main():
         display.DiffuseColor = display.AmbientColor = PAPER
 
     bodies = read_bodies(options.folder)
-    solids = show_bodies(bodies, view, 2 * max(high[i] - low[i] for i in range(3)))
+    centre = [(low[i] + high[i]) / 2 for i in range(3)]
+    solids = show_bodies(bodies, view, centre, 0.58 * max(high[i] - low[i] for i in range(3)))
     for frame in pictures:
         view.ViewTime = times[frame]
         for body, solid in zip(bodies, solids):
