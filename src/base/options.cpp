@@ -300,7 +300,8 @@ void Option::assign(const WrittenValue& written) {
                                               : "\"" + written.rows.front().front() + "\" is no list");
           }
           const auto& words = written.rows.front();
-          if (length_ && words.size() != *length_) {
+          const bool is_default = words.empty() && default_text_.empty();
+          if (length_ && words.size() != *length_ && !is_default) {
             refuse("the list has " + std::to_string(words.size()) + " entries");
           }
           T values = *variable;
