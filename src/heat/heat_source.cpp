@@ -27,10 +27,10 @@ void describe(OptionTable& table, HeatSource& source) {
       .unit("1/s")
       .at_least(0)
       .help("how fast the sheet takes on the source's temperature")
-      .source("errata, hot ball");
+      .source("README: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
-  table.add("radius", source.radius).unit("m").more_than(0).help("radius of a ball").source("errata, hot ball");
+  table.add("radius", source.radius).unit("m").more_than(0).help("radius of a ball").source("README: parameters");
   table.add("centre", source.centre).unit("m").help("centre of a ball at time 0");
   table.add("velocity", source.velocity).unit("m/s").help("velocity of a ball");
   table.add("path", source.path)

@@ -10,12 +10,12 @@ void describe(OptionTable& table, SheetOptions& options) {
       .at_least(0)
       .help("distance of the lattice points from the layer of the corner points; a quarter to a half of a cell wrinkles, "
             "more folds")
-      .source("burning paper, section 3.2; errata: stability");
+      .source("burning paper, section 3.2; README: parameters");
   table.add("sheet.areal_density", options.areal_density)
       .unit("kg/m^2")
       .more_than(0)
       .help("mass per area: half of a cell's mass goes to its lattice point, an eighth to each corner")
-      .source("errata: masses; 80 g/m^2 is office paper");
+      .source("README: readings; 80 g/m^2 is office paper");
   table.add("sheet.partitioner", options.partitioner)
       .choices({"metis", "ptscotch", "simple"})
       .help("what splits the cells over the ranks");
@@ -26,7 +26,7 @@ void describe(OptionTable& table, SheetOptions& options) {
       .range(0, 0.5)
       .help("amplitude of the noise added to the initial positions, as a share of the mean cell edge, so that a flat "
             "sheet can buckle; depends on the persistent ids only, never on ranks")
-      .source("errata: buckling needs a small perturbation");
+      .source("README: parameters");
   table.add("sheet.seed", options.seed).at_least(0).help("seed of the initial noise");
 }
 

@@ -51,6 +51,10 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, const std::string&
     rows_ = std::make_unique<GramBlock>(springs_, particles_, std::move(rows), columns, owned);
     check(MatSetOption(rows_->matrix(), MAT_SPD, PETSC_TRUE));
     check(MatSetOption(rows_->matrix(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+    if (mat_type_ == "sell") {
+      check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
+      check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
+    }
     return;
   }
   check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
@@ -102,11 +106,8 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
   }
   rows_->update(gradient, inverse_mass, diagonal_);
   if (mat_type_ == "sell") {
-    const bool is_first = Mat(other_) == nullptr;
     Mat sell = other_;
-    check(MatConvert(rows_->matrix(), MATSELL, is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX,
-                     is_first ? other_.create() : &sell));
-    check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
+    check(MatConvert(rows_->matrix(), MATSELL, MAT_REUSE_MATRIX, &sell));
   }
 }
 

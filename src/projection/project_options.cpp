@@ -24,22 +24,22 @@ void describe(OptionTable& table, ProjectOptions& options) {
   table.add("project.masses", options.masses)
       .choices({"equal", "true"})
       .help("equal: J J^T, all particles move alike; true: J M^-1 J^T, light particles give way")
-      .source("burning paper, eq. 16; errata");
+      .source("burning paper, eq. 16; README: readings");
   table.add("project.pins", options.pins)
       .choices({"exact", "paper"})
       .help("exact: a pinned particle has no inverse mass; paper: it counts in J J^T although it does not move")
-      .source("errata: pins; burning paper, Table 1");
+      .source("README: readings; burning paper, Table 1");
   table.add("project.shift", options.shift)
       .range(0, 1)
       .help("diagonal shift of the Gram matrices, relative to their largest diagonal entry")
-      .source("errata: stability");
+      .source("README: parameters");
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     table.add(std::string("project.weight_") + colour_names[index], options.weight[index])
         .range(0, 1)
         .help(std::string("share of the constraint error that a projection corrects, ") + colour_names[index] +
               " springs; less is softer")
-        .source("burning paper, eq. 19; errata");
+        .source("burning paper, eq. 19; README: readings");
   }
   table.add("project.weight_texture", options.weight_texture)
       .file()
@@ -54,7 +54,7 @@ void describe(OptionTable& table, ProjectOptions& options) {
   table.add("project.ksp_rtol", options.ksp_rtol)
       .range(0, 1)
       .help("relative tolerance of the linear solves")
-      .source("errata: 1e-3 differs from a direct solve by 6e-7 of the sheet after 5 steps");
+      .source("measured: 1e-3 differs from a direct solve by 6e-7 of the sheet after 5 steps");
   table.add("project.monitor", options.monitor)
       .help("print ||C|| of each colour and of all after each projection step, and write them to projection.csv")
       .source("burning paper, Fig. 8");

@@ -53,8 +53,15 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
                                          eliminates_lines              ? "shell"
                                          : options.mat_type == "lines" ? "aij"
                                                                        : options.mat_type);
+    const KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
     if (eliminates_lines) {
       system.lines = std::make_unique<LineElimination>(springs, sheet.particles);
+      Mat schur_complement = system.lines->schur_complement();
+      system.ksp = make_ksp(schur_complement, schur_complement, solver_prefix(colour), defaults);
+      system.lines->precondition(system.ksp);
+    } else {
+      system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(),
+                            solver_prefix(colour), defaults);
     }
     check(
         MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(), system.right_hand_side.create()));
@@ -105,17 +112,6 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift);
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
-  }
-  if (KSP(system.ksp) == nullptr) {
-    const KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
-    if (system.lines != nullptr) {
-      system.ksp =
-          make_ksp(system.lines->schur_complement(), system.lines->schur_complement(), solver_prefix(colour), defaults);
-      system.lines->precondition(system.ksp);
-    } else {
-      system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(),
-                            solver_prefix(colour), defaults);
-    }
   }
   double* values = nullptr;
   check(VecGetArrayWrite(system.right_hand_side, &values));

@@ -22,7 +22,7 @@ void describe(OptionTable& table, ForceOptions& options) {
       .unit("1/s")
       .at_least(0)
       .help("rate c at which velocities fade: v exp(-c h)")
-      .source("errata: stability");
+      .source("README: parameters");
 }
 
 void describe(OptionTable& table, Options& options) {
