@@ -1,0 +1,137 @@
+// Bad input ends on every rank with one line that names the place, the value and what was expected, before anything is
+// written.
+
+#include "tests/support/program.h"
+#include "tests/support/shared_folder.h"
+
+namespace pellicle {
+namespace {
+
+// What every rank reads alike is tried on several ranks once a test.
+const std::vector<int> one_rank{1};
+
+class BadInputTest : public ProgramTest {
+ protected:
+  /// Expects that the program refuses its input.
+  /// @param words that the message must contain
+  void expect_refused(const Arguments& arguments, const std::vector<std::string>& words,
+                      const std::vector<int>& rank_counts = {1, 3}) {
+    for (const int ranks : rank_counts) {
+      const CommandResult result = pellicle(ranks, arguments);
+      EXPECT_EQ(result.exit_code, 1) << result;
+      EXPECT_EQ(result.output, "") << result;
+      const std::vector<std::string> lines = result.error_lines();
+      ASSERT_EQ(lines.size(), 1u) << ranks << " ranks: " << result;
+      EXPECT_EQ(lines.front().find("pellicle: "), 0u) << lines.front();
+      for (const std::string& word : words) {
+        EXPECT_NE(lines.front().find(word), std::string::npos) << word << " is not in: " << lines.front();
+      }
+      EXPECT_FALSE(std::filesystem::exists(folder() / "output")) << "nothing may be written: " << lines.front();
+    }
+  }
+
+  /// Expects that a deck is refused. Its mesh is small, in case it is not.
+  void expect_deck_refused(const std::string& text, const std::vector<std::string>& words,
+                           const std::vector<int>& rank_counts = {1, 3}) {
+    expect_refused({write("bad.yaml", text), "-mesh_cells", "4,4", "-time_max_steps", "1"}, words, rank_counts);
+  }
+
+  /// Expects that a mesh is refused, by a message that names its file.
+  void expect_mesh_refused(const std::string& name, const std::string& text, std::vector<std::string> words) {
+    write(name, text);
+    words.push_back(name);
+    expect_refused({write("mesh.yaml", "mesh: {file: " + name + "}\ntime: {max_steps: 1}\n")}, words);
+  }
+};
+
+TEST_F(BadInputTest, Keys) {
+  expect_deck_refused("time:\n  step: 1 ms\n  ste: 2 ms\n", {"bad.yaml:3", "time.ste", "time.step"});
+  expect_deck_refused("heat:\n  diffusivty: 1\n", {"bad.yaml:2", "heat.diffusivty", "heat.diffusivity"}, one_rank);
+  expect_deck_refused("haet: {diffusivity: 1}\n", {"bad.yaml:1", "haet", "heat"}, one_rank);
+  expect_deck_refused("time:\n  step: 1 ms\n  step: 2 ms\n", {"bad.yaml:3", "time.step", "duplicate"}, one_rank);
+  expect_deck_refused("bodies:\n  ball: {shape: sphere, radus: 1}\n", {"bad.yaml:2", "radus", "radius"}, one_rank);
+}
+
+TEST_F(BadInputTest, Values) {
+  expect_deck_refused("sheet:\n  thickness: 3 kg\n", {"bad.yaml:2", "sheet.thickness", "3 kg", "m"});
+  expect_deck_refused("sheet:\n  thickness: -1 mm\n", {"bad.yaml:2", "sheet.thickness", "-1 mm", "at least 0"},
+                      one_rank);
+  expect_deck_refused("sheet: {thickness: thin}\n", {"bad.yaml:1", "sheet.thickness", "thin"}, one_rank);
+  expect_deck_refused("project: {weight_red: 1.5}\n", {"bad.yaml:1", "project.weight_red", "1.5", "0 to 1"}, one_rank);
+  expect_deck_refused("time: {max_steps: 2.5}\n", {"bad.yaml:1", "time.max_steps", "2.5"}, one_rank);
+  expect_deck_refused("mesh: {cells: [4, 4, 4]}\n", {"bad.yaml:1", "mesh.cells", "2"}, one_rank);
+  expect_deck_refused("dynamics: springs\n", {"bad.yaml:1", "dynamics", "springs", "spring"}, one_rank);
+  expect_deck_refused("output: {springs: maybe}\n", {"bad.yaml:1", "output.springs", "maybe"}, one_rank);
+  expect_deck_refused("project: {order: RGBB}\n", {"project.order", "RGBB"}, one_rank);
+  expect_deck_refused("output: {name: a/b}\n", {"output.name", "a/b"}, one_rank);
+}
+
+TEST_F(BadInputTest, DecksThatAreNone) {
+  expect_refused({"absent.yaml"}, {"absent.yaml"});
+  expect_deck_refused("time: {step: 1 ms\n", {"bad.yaml"});
+  expect_deck_refused("- a\n- b\n", {"bad.yaml"});
+}
+
+TEST_F(BadInputTest, CommandLine) {
+  const std::string deck = write("good.yaml", "bodies:\n  ball: {shape: sphere, centre: [0, 0, -9], radius: 1}\n");
+  expect_refused({deck, "-time_stepp", "1"}, {"-time_stepp", "-time_step"});
+  expect_refused({deck, "-heat_diffusivty", "1"}, {"-heat_diffusivty", "-heat_diffusivity"}, one_rank);
+  expect_refused({deck, "-bodies_bal_radius", "1"}, {"-bodies_bal_radius", "ball"}, one_rank);
+  expect_refused({deck, "-bodies_ball_radis", "1"}, {"-bodies_ball_radis", "-bodies_ball_radius"}, one_rank);
+  expect_refused({deck, "-time_step", "2 kg"}, {"-time_step", "2 kg"}, one_rank);
+  expect_refused({deck, "-time_step"}, {"-time_step"}, one_rank);
+  expect_refused({deck, "-mesh_cells", "4"}, {"-mesh_cells"}, one_rank);
+  expect_refused({deck, "stray"}, {"stray"}, one_rank);
+}
+
+TEST_F(BadInputTest, Objects) {
+  expect_deck_refused("bodies:\n  ball: {shape: sphere, path: [[1, 0, 0, 0], [0, 1, 0, 0]]}\n", {"ball", "path"});
+  expect_deck_refused("bodies:\n  ball: {velocity: [0, 0, 1], path: [[0, 0, 0, 0], [1, 1, 0, 0]]}\n",
+                      {"ball", "velocity", "path"});
+  expect_deck_refused("bodies:\n  wall: {shape: plane, normal: [0, 0, 0]}\n", {"wall", "normal"});
+  expect_deck_refused("pins:\n  nail: {box: [9, 9, 9, 10, 10, 10]}\n", {"nail", "box"});
+  expect_deck_refused("pins:\n  nail: {corners: [min_q]}\n", {"nail", "min_q"});
+  expect_deck_refused("pins:\n  nail: {group: nowhere}\n", {"nail", "nowhere"});
+  expect_deck_refused("pins:\n  nail: {vertices: [100000]}\n", {"nail", "100000"});
+  expect_deck_refused("heat:\n  sources:\n    glow: {shape: texture}\n", {"glow", "file"});
+}
+
+TEST_F(BadInputTest, FilesOfADeck) {
+  expect_deck_refused("combustion: {mass_loss_texture: absent.png}\n", {"absent.png"});
+  write("broken.png", "not a picture");
+  expect_deck_refused("heat: {diffusivity_texture: broken.png}\n", {"broken.png"});
+  expect_deck_refused("output: {fields: [temperatur]}\n", {"output.fields", "temperatur", "temperature"});
+}
+
+TEST_F(BadInputTest, Meshes) {
+  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+  expect_refused({write("mesh.yaml", "mesh: {file: absent.obj}\n")}, {"absent.obj"});
+  expect_mesh_refused("sheet.xyz", square, {});
+  expect_mesh_refused("triangles.obj", square + "f 1 2 3\nf 1 3 4\n", {"triangle", "quad"});
+  expect_mesh_refused("number.obj", "v 0 zero 0\n", {"zero"});
+  expect_mesh_refused("beyond.obj", square + "f 1 2 3 9\n", {"9"});
+  expect_mesh_refused("empty.obj", "", {});
+  // Three squares at one edge; its ends are the vertices 0 and 3.
+  expect_mesh_refused("fins.obj", square + "v -1 0 0\nv -1 1 0\nv 0 0 1\nv 0 1 1\nf 1 2 3 4\nf 5 1 4 6\nf 1 4 8 7\n",
+                      {"edge", "0", "3"});
+  expect_mesh_refused("bow_tie.obj", square + "v -1 0 0\nv -1 -1 0\nv 0 -1 0\nf 1 2 3 4\nf 1 5 6 7\n", {"vertex", "0"});
+  expect_mesh_refused("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3 4\n", {"degenerate", "0"});
+  expect_mesh_refused("short.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n", {});
+}
+
+TEST_F(BadInputTest, RealFaultyMeshes) {
+  const std::filesystem::path meshes = shared_folder() / "meshes";
+  if (!std::filesystem::exists(meshes)) {
+    GTEST_SKIP() << meshes << " is not there";
+  }
+  const auto deck = [&](const std::string& name) {
+    return Arguments{write("real.yaml", "mesh: {file: " + std::filesystem::canonical(meshes / name).string() + "}\n")};
+  };
+  expect_refused(deck("cow_faulty.obj"), {"cow_faulty.obj", "1 non-manifold vertex (253)", "71 pairs"});
+  // Of its 38 non-manifold vertices 37 are mended by merging the duplicates.
+  expect_refused(deck("teapot_faulty.obj"), {"teapot_faulty.obj", "403 duplicate", "1 non-manifold vertex"});
+  expect_refused(deck("spot_triangles.obj"), {"spot_triangles.obj", "triangle"});
+}
+
+}  // namespace
+}  // namespace pellicle
