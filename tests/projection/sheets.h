@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <map>
 #include <set>
 #include <utility>
@@ -11,6 +10,8 @@
 
 #include "mesh/shell.h"
 #include "projection/successive_projection.h"
+#include "tests/support/by_id.h"
+#include "tests/support/print_once.h"
 
 namespace pellicle {
 
@@ -71,16 +72,6 @@ struct Scene {
   std::vector<bool> pinned;
 };
 
-/// Values of a vector field by persistent id, of all particles of all ranks. Collective.
-inline Eigen::Matrix3Xd by_id(const Sheet& sheet, const Field& field) {
-  Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, sheet.first_lattice_id + sheet.global_cells);
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    all.col(sheet.persistent_id[static_cast<std::size_t>(i)]) = field.vector(i);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, sheet.comm());
-  return all;
-}
-
 /// Closed quad surface of the given unit cubes, each split into `parts` a side, edges 1/parts, normals outward.
 inline SurfaceMesh cubes_mesh(const std::set<std::array<int, 3>>& cubes, int parts) {
   const auto is_filled = [&](std::array<int, 3> cell) {
@@ -129,16 +120,6 @@ inline SurfaceMesh cubes_mesh(const std::set<std::array<int, 3>>& cubes, int par
 
 /// A closed surface with vertices of valence 3, 4, 5 and 6: a cube with a neighbour on three of its sides.
 inline SurfaceMesh tripod_mesh(int parts) { return cubes_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, parts); }
-
-/// Prints a figure on the first rank.
-template <class... Values>
-void print_once(const char* format, Values... values) {
-  int rank = 0;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  if (rank == 0) {
-    std::printf(format, values...);
-  }
-}
 
 /// Solves as exact as iterations get, nothing regularised, all steps done.
 inline ProjectOptions tight_options() {
