@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
       std::cerr << "pellicle: " << error.what() << std::endl;
     }
   } catch (const std::exception& failure) {  // Perhaps on this rank alone: the others must not wait for it.
-    if (rank > 0) {  // If all ranks failed, the first one's message is enough.
+    if (rank > 0) {                          // If all ranks failed, the first one's message is enough.
       std::this_thread::sleep_for(std::chrono::seconds(1));
     }
     std::cerr << ("pellicle: rank " + std::to_string(rank) + ": " + failure.what() + "\n") << std::flush;

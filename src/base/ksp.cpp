@@ -39,7 +39,11 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   check(MatGetType(preconditioning, &matrix_type));
   const bool matrix_free = is(matrix_type, MATSHELL);
   check(PCSetType(pc, matrix_free ? PCJACOBI : defaults.preconditioner));
-  check(KSPSetFromOptions(ksp));
+  try {
+    check(KSPSetFromOptions(ksp));
+  } catch (const PetscFailure& failure) {  // A value that PETSc does not know: every rank reads the same.
+    throw Error("-" + prefix + "...: " + failure.what());
+  }
 
   PCType type = nullptr;
   check(PCGetType(pc, &type));

@@ -23,11 +23,11 @@ using SfHandle = Handle<PetscSF, PetscSFDestroy>;
 
 /// All that rank 0 knows of one mesh point (cell or vertex) and sends to the ranks that hold it.
 struct PointData {
-  double position[3];   ///< of the vertex, or of the cell's lattice point
+  double position[3];  ///< of the vertex, or of the cell's lattice point
   double uv[2];
   double mass;
-  double id;            ///< number in the file
-  double vertices[4];   ///< numbers in the mesh: of a cell its corners, of a vertex [0] itself
+  double id;           ///< number in the file
+  double vertices[4];  ///< numbers in the mesh: of a cell its corners, of a vertex [0] itself
 };
 constexpr int point_data_doubles = sizeof(PointData) / sizeof(double);
 
@@ -135,7 +135,7 @@ void set_partitioner(DM dm, const SurfaceMesh& mesh, const SheetOptions& options
 /// The mesh points of this rank after distribution, with what rank 0 sent for them.
 struct LocalMesh {
   DmHandle dm;
-  std::vector<PointData> data;  ///< of the points [0, number of cells and vertices)
+  std::vector<PointData> data;                       ///< of the points [0, number of cells and vertices)
   std::vector<std::vector<PetscInt>> group_members;  ///< for each group: 1 where the point belongs to it
 };
 

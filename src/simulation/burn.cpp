@@ -50,7 +50,8 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
 }  // namespace
 
 const std::vector<std::string>& Burn::stage_names() {
-  static const std::vector<std::string> names{"heat", "combustion", "external force", "projection", "velocity", "output"};
+  static const std::vector<std::string> names{"heat",       "combustion", "external force",
+                                              "projection", "velocity",   "output"};
   return names;
 }
 
@@ -117,9 +118,9 @@ StageResult Burn::heat(State& state, double h) {
   const HeatOptions& heat = options_.heat;
   // Eq. 1: T^ext from the sources, then what the last step's burning released.
   for (const auto& [name, source] : heat.sources) {
-    state.heat_in += apply_heat_source(state.temperature, source,
-                                       {sheet_, state.position, state.mass, source_texture_.at(name), state.time, h,
-                                        heat.capacity});
+    state.heat_in +=
+        apply_heat_source(state.temperature, source,
+                          {sheet_, state.position, state.mass, source_texture_.at(name), state.time, h, heat.capacity});
   }
   state.heat_in += release_burning_heat(state.temperature, sheet_, state.mass_change, state.mass, heat);
   state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, h, heat);
@@ -128,8 +129,8 @@ StageResult Burn::heat(State& state, double h) {
 
 void Burn::combustion(State& state, double h) {
   const auto timer = clock_.time("combustion");
-  state.mass_burnt += burn(state.mass, state.mass_change, sheet_, {state.temperature, mass_loss_factor_, h},
-                           options_.combustion);
+  state.mass_burnt +=
+      burn(state.mass, state.mass_change, sheet_, {state.temperature, mass_loss_factor_, h}, options_.combustion);
   state.heat_out -= heat_content(sheet_, state.mass_change, state.temperature, options_.heat.capacity);
   set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
 }
@@ -149,9 +150,8 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
   const Eigen::MatrixXd unconstrained = x;
   const ContactStep contact{sheet_.particles, start_, pinned, state.time + h, h};
   const std::vector<double> mass(state.mass.data(), state.mass.data() + sheet_.particles.local());
-  const ProjectionInput input{state.target_length, mass, pinned, [&](Field& positions) {
-                                step.contacts = bodies_.correct_positions(positions, contact);
-                              }};
+  const ProjectionInput input{state.target_length, mass, pinned,
+                              [&](Field& positions) { step.contacts = bodies_.correct_positions(positions, contact); }};
   StageResult result;
   {
     const auto timer = clock_.time("projection");  // eq. 12

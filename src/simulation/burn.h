@@ -51,7 +51,7 @@ class Burn {
   const Sheet& sheet_;
   const Options& options_;
   StageClock& clock_;
-  std::vector<double> mass_loss_factor_;                   ///< of the local particles, or empty
+  std::vector<double> mass_loss_factor_;                       ///< of the local particles, or empty
   std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
   std::unique_ptr<Conduction> conduction_;
   Pins pins_;

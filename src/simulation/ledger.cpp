@@ -48,17 +48,33 @@ Ledger::Ledger(const Sheet& sheet, const Options& options, const StageClock& clo
   }
   history_ = std::make_unique<History>(sheet.comm(), options.output.directory + "/history.csv", columns);
   if (options.project.monitor) {
-    projection_ = std::make_unique<History>(
-        sheet.comm(), options.output.directory + "/projection.csv",
-        std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"projection_step", ""}, {"projected_colour", ""},
-                                     {"error_red", "m"}, {"error_green", "m"}, {"error_blue", "m"},
-                                     {"error_yellow", "m"}, {"error_total", "m"}});
+    projection_ = std::make_unique<History>(sheet.comm(), options.output.directory + "/projection.csv",
+                                            std::vector<History::Column>{{"time", "s"},
+                                                                         {"step", ""},
+                                                                         {"projection_step", ""},
+                                                                         {"projected_colour", ""},
+                                                                         {"error_red", "m"},
+                                                                         {"error_green", "m"},
+                                                                         {"error_blue", "m"},
+                                                                         {"error_yellow", "m"},
+                                                                         {"error_total", "m"}});
   }
 }
 
 void Ledger::add(const State& state, const BurnStep& step, double h, int retries) {
   // Sums over the owned particles and springs, then over the ranks.
-  enum Sum { mass, burnt, heat, heat_in, heat_out, kinetic, momentum, contacts = momentum + 3, strain, count = strain + 4 };
+  enum Sum {
+    mass,
+    burnt,
+    heat,
+    heat_in,
+    heat_out,
+    kinetic,
+    momentum,
+    contacts = momentum + 3,
+    strain,
+    count = strain + 4
+  };
   std::array<double, count> sums{};
   std::array<double, 5> maxima{};  // strain of each colour, temperature
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {

@@ -31,8 +31,9 @@ void describe(OptionTable& table, Options& options) {
   describe(table, options.time);
   table.add("dynamics", options.dynamics)
       .choices({"projection", "spring"})
-      .help("what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
-            "baseline)")
+      .help(
+          "what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
+          "baseline)")
       .source("burning paper, section 7 and Fig. 7");
   describe(table, options.heat);
   describe(table, options.combustion);

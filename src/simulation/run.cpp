@@ -155,8 +155,8 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
       if (last_drawn != state.step) {
         output(true);
       }
-      throw Error("step " + std::to_string(state.step + 1) + " at time " + std::to_string(state.time) + " s failed, also with " +
-                  "its length halved " + std::to_string(retries) + " times: " + step.reason +
+      throw Error("step " + std::to_string(state.step + 1) + " at time " + std::to_string(state.time) +
+                  " s failed, also with " + "its length halved " + std::to_string(retries) + " times: " + step.reason +
                   "; the state before it is the last frame");
     }
     if (options.project.monitor) {
@@ -168,7 +168,8 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
       last_drawn = state.step;
     }
     ledger.add(state, step, h, retries);
-    const double share = std::max(state.time / time.end, time.max_steps > 0 ? state.step / double(time.max_steps) : 0.0);
+    const double share =
+        std::max(state.time / time.end, time.max_steps > 0 ? state.step / double(time.max_steps) : 0.0);
     console.progress({state.step, state.time, std::min(1.0, share), step.heat_iterations + step.dynamics_iterations,
                       step.constraint_error});
     h = std::min(2 * h, time.step);

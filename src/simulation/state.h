@@ -10,8 +10,8 @@ namespace pellicle {
 struct State {
   explicit State(const Sheet& sheet);
 
-  double time = 0;  ///< [s]
-  int step = 0;     ///< accepted steps
+  double time = 0;    ///< [s]
+  int step = 0;       ///< accepted steps
   Field position;     ///< x [m]
   Field velocity;     ///< v [m/s]
   Field temperature;  ///< T [K]

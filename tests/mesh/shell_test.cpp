@@ -69,7 +69,8 @@ TEST_P(Shell, masses_add_up_to_density_times_area) {
   }
 }
 
-// Every rank must see all springs at its particles and at the ends of its springs, and a ghost must name the owner's spring.
+// Every rank must see all springs at its particles and at the ends of its springs, and a ghost must name the owner's
+// spring.
 TEST_P(Shell, ghosts_complete_the_springs_round_owned_ones) {
   const Sheet sheet = make(grid_mesh(9, 8, 0.1));
   for (const Colour colour : all_colours) {
@@ -166,7 +167,8 @@ TEST_P(Shell, initial_noise_depends_on_ids_alone) {
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(10, 10, 0.1), options);
   const Eigen::Matrix3Xd positions = perturbed_positions(sheet, options);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    EXPECT_NEAR((positions.col(i) - position_of_id.at(sheet.persistent_id[static_cast<std::size_t>(i)])).norm(), 0, 1e-15);
+    EXPECT_NEAR((positions.col(i) - position_of_id.at(sheet.persistent_id[static_cast<std::size_t>(i)])).norm(), 0,
+                1e-15);
   }
 }
 

@@ -1,6 +1,7 @@
 // Compares with the cases of an independent implementation: every case in the folder that the environment variable
 // PELLICLE_REFERENCE names, else in ../shared/reference. NAME.obj is the mesh, NAME.params.json the input,
-// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps. Other kinds are passed over.
+// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps. Other kinds are passed
+// over.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -102,8 +103,7 @@ class Case {
     set(wanted, list);
     double scale = wanted.values().size() > 0 ? wanted.values().cwiseAbs().maxCoeff() : 0;
     MPI_Allreduce(MPI_IN_PLACE, &scale, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-    const double difference =
-        wanted.values().size() > 0 ? (field.values() - wanted.values()).cwiseAbs().maxCoeff() : 0;
+    const double difference = wanted.values().size() > 0 ? (field.values() - wanted.values()).cwiseAbs().maxCoeff() : 0;
     EXPECT_LE(difference, tolerance * scale) << what;
   }
 
@@ -142,8 +142,8 @@ class Case {
       }
       ASSERT_EQ(static_cast<std::size_t>(sheet.springs[colour].layout.global), order[colour].size());
       for (const auto& [a, b] : sheet.springs[colour].ends) {
-        number[colour].push_back(index.at(pair(sheet.persistent_id[static_cast<std::size_t>(a)],
-                                               sheet.persistent_id[static_cast<std::size_t>(b)])));
+        number[colour].push_back(index.at(
+            pair(sheet.persistent_id[static_cast<std::size_t>(a)], sheet.persistent_id[static_cast<std::size_t>(b)])));
       }
     }
   }
@@ -205,9 +205,8 @@ TEST_P(ReferenceProjection, agrees) {
     options.max_steps = std::stoi(name.substr(10));
     std::vector<bool> pinned = free;
     bool in_pins = false;
-    std::stringstream words(name.substr(name.find_first_not_of("0123456789", 10) == std::string::npos
-                                            ? name.size()
-                                            : name.find('_') + 1));
+    std::stringstream words(
+        name.substr(name.find_first_not_of("0123456789", 10) == std::string::npos ? name.size() : name.find('_') + 1));
     for (std::string word; std::getline(words, word, '_');) {
       const auto fraction = [&word](std::size_t skip) { return std::stod("0." + word.substr(skip + 1)); };
       if (word == "pins") {
