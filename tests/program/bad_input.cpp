@@ -84,6 +84,20 @@ TEST_F(BadInputTest, CommandLine) {
   expect_refused({deck, "stray"}, {"stray"}, one_rank);
 }
 
+TEST_F(BadInputTest, ValuesOfSolverOptions) {
+  const Arguments deck{write("good.yaml", "mesh: {cells: [4, 4]}\n")};
+  expect_refused(deck + Arguments{"-project_ksp_type", "nonsense"}, {"-project_", "nonsense"});
+  expect_refused(deck + Arguments{"-heat_pc_type", "nonsense"}, {"-heat_", "nonsense"}, one_rank);
+  expect_refused(deck + Arguments{"-project_red_ksp_max_it", "many"}, {"-project_red_", "many"}, one_rank);
+  expect_refused(deck + Arguments{"-project_mat_type", "shell", "-project_pc_type", "icc"},
+                 {"-project_", "icc", "expected none or jacobi"}, one_rank);
+}
+
+TEST_F(BadInputTest, AFileInPlaceOfTheOutputFolder) {
+  const std::string deck = write("good.yaml", "mesh: {cells: [4, 4]}\n");
+  expect_refused({deck, "-output_directory", "good.yaml/run"}, {"output.directory", "good.yaml/run"});
+}
+
 TEST_F(BadInputTest, Objects) {
   expect_deck_refused("bodies:\n  ball: {shape: sphere, path: [[1, 0, 0, 0], [0, 1, 0, 0]]}\n", {"ball", "path"});
   expect_deck_refused("bodies:\n  ball: {velocity: [0, 0, 1], path: [[0, 0, 0, 0], [1, 1, 0, 0]]}\n",
