@@ -17,8 +17,8 @@ struct KspDefaults {
   int max_iterations = 2000;
 };
 
-/// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner that
-/// PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
+/// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner
+/// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
 /// @param preconditioning matrix that the preconditioner is built from
 /// @throws Error when `matrix` is matrix-free and the preconditioner needs entries
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);

@@ -39,8 +39,7 @@ void describe(OptionTable& table, HeatSource& source) {
       .help(
           "key points of a ball (time, x, y, z), which replace centre and velocity; linear between key points, at rest "
           "before and after them");
-  table.add("file", source.file)
-      .file().help("image of a texture: white takes the whole rate, black none");
+  table.add("file", source.file).file().help("image of a texture: white takes the whole rate, black none");
 }
 
 void validate(const std::string& name, const HeatSource& source) {

@@ -38,13 +38,12 @@ struct Frame {
 /// The drawn surface (burning paper, section 3.2) has four triangles a cell, round a virtual centre at the mean of the
 /// cell's corners. Points of a rank's piece: the corners that its own cells use, then their centres. Point data: the
 /// chosen fields (at a centre the mean of its corners, as its position: the drawn surface is the corner layer),
-/// `vertex_id` (the persistent id), `uv` as texture coordinates if the sheet has them, and `vtkGhostType`, which marks a
-/// corner that another rank owns as a duplicate,
-/// so that statistics count it once. Cell data: `rank` and `cell_id`.
+/// `vertex_id` (the persistent id), `uv` as texture coordinates if the sheet has them, and `vtkGhostType`, which marks
+/// a corner that another rank owns as a duplicate, so that statistics count it once. Cell data: `rank` and `cell_id`.
 ///
-/// With OutputOptions::springs NAME_springs.pvd has the owned springs as lines between the particles themselves, corners
-/// and lattice points: point data as above, each particle with its own; cell data `colour` (as Colour), `rank` and the
-/// frame's spring fields.
+/// With OutputOptions::springs NAME_springs.pvd has the owned springs as lines between the particles themselves,
+/// corners and lattice points: point data as above, each particle with its own; cell data `colour` (as Colour), `rank`
+/// and the frame's spring fields.
 class FrameWriter {
  public:
   /// Touches no file. The sheet must outlive the writer. @throws Error on a name that cannot be used.

@@ -6,8 +6,8 @@
 
 namespace pellicle {
 
-/// Who owns which item of a distributed numbering. Local numbers run over owned items, then ghosts; the global number of
-/// owned item i is `first + i`.
+/// Who owns which item of a distributed numbering. Local numbers run over owned items, then ghosts; the global number
+/// of owned item i is `first + i`.
 struct Layout {
   MPI_Comm comm = MPI_COMM_NULL;
   PetscInt owned = 0;                  ///< items of this rank

@@ -8,8 +8,10 @@ void describe(OptionTable& table, SheetOptions& options) {
   table.add("sheet.thickness", options.thickness)
       .unit("m")
       .at_least(0)
-      .help("distance of the lattice points from the layer of the corner points; a quarter to a half of a cell wrinkles, "
-            "more folds")
+      .help(
+          "distance of the lattice points from the layer of the corner points; a quarter of a cell gives fine "
+          "crumples, "
+          "a half folds")
       .source("burning paper, section 3.2; README: parameters");
   table.add("sheet.areal_density", options.areal_density)
       .unit("kg/m^2")
@@ -24,8 +26,9 @@ void describe(OptionTable& table, SheetOptions& options) {
       .help("what METIS balances: the springs of each cell, or the number of cells");
   table.add("sheet.perturbation", options.perturbation)
       .range(0, 0.5)
-      .help("amplitude of the noise added to the initial positions, as a share of the mean cell edge, so that a flat "
-            "sheet can buckle; depends on the persistent ids only, never on ranks")
+      .help(
+          "amplitude of the noise added to the initial positions, as a share of the mean cell edge, so that a flat "
+          "sheet can buckle; depends on the persistent ids only, never on ranks")
       .source("README: parameters");
   table.add("sheet.seed", options.seed).at_least(0).help("seed of the initial noise");
 }

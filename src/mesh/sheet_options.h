@@ -8,12 +8,12 @@ class OptionTable;
 
 /// How a mesh becomes a distributed shell.
 struct SheetOptions {
-  double thickness = 2.5e-3;     ///< offset of the lattice points along the normal [m]
-  double areal_density = 0.08;   ///< [kg/m^2]
+  double thickness = 2.5e-3;    ///< offset of the lattice points along the normal [m]
+  double areal_density = 0.08;  ///< [kg/m^2]
   std::string partitioner = "metis";
   std::string weights = "springs";
-  double perturbation = 0;       ///< amplitude of the initial noise, as a share of the mean cell edge
-  int seed = 1;                  ///< of the initial noise
+  double perturbation = 0;  ///< amplitude of the initial noise, as a share of the mean cell edge
+  int seed = 1;             ///< of the initial noise
 };
 
 void describe(OptionTable& table, SheetOptions& options);

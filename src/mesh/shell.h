@@ -8,8 +8,8 @@ namespace pellicle {
 
 /// Spreads a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section 3.2).
 ///
-/// Every rank receives its cells and two layers of its neighbours' cells, so that every spring that ends at a particle of
-/// the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
+/// Every rank receives its cells and two layers of its neighbours' cells, so that every spring that ends at a particle
+/// of the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
 /// @param mesh checked quads (see require_quads); only rank 0's is read
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
 

@@ -1,6 +1,9 @@
 // What a run leaves behind: frames for ParaView, the history, and what it prints.
 
+#include <array>
 #include <cmath>
+#include <set>
+#include <sstream>
 
 #include "tests/support/burning_scene.h"
 #include "tests/support/frames.h"

@@ -1,5 +1,6 @@
 // What the scenes must show, at the level of the program.
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/frames.h"
