@@ -44,7 +44,7 @@ TEST_F(OptionsTest, TheTableIsTheManual) {
 TEST_F(OptionsTest, VersionNamesTheRevision) {
   const CommandResult version = succeed(1, {"-version"});
   EXPECT_EQ(version.output.find("pellicle "), 0u) << version;
-  EXPECT_NE(version.output.find("("), std::string::npos) << version;
+  EXPECT_NE(version.output.find('('), std::string::npos) << version;
 }
 
 TEST_F(OptionsTest, TheCommandLineWinsWhereverTheDeckStands) {
