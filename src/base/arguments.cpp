@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <cctype>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -170,6 +171,7 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   char** arguments = pointers.data();
   check(PetscInitialize(&count, &arguments, nullptr, nullptr));
   keep_petsc_messages();
+  std::signal(SIGPIPE, SIG_DFL);  // `pellicle ... | head` ends quietly, without PETSc's trace.
 }
 
 }  // namespace pellicle
