@@ -98,7 +98,7 @@ def place_camera(view, low, high, direction, zoom):
 def add_lights(view, towards, right, up):
     """A key light from the upper left that grazes the wrinkles, and a soft one from the lower right."""
     view.UseLight = 0
-    for weights, intensity in (((-0.9, 0.5, 0.9), 0.95), ((0.7, -0.6, 0.9), 0.55)):
+    for weights, intensity in (((-0.9, 0.5, 0.9), 0.8), ((0.7, -0.6, 0.9), 0.42)):
         light = simple.AddLight(view=view)
         light.Coords = "Scene"
         light.Type = "Directional"

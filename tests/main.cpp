@@ -7,6 +7,10 @@
 #include <iostream>
 #include <string>
 
+#if defined(__SANITIZE_ADDRESS__)
+#include <sanitizer/lsan_interface.h>
+#endif
+
 namespace {
 
 /// Prints nothing but failures, each with the number of its rank: what ranks other than the first have to say.
@@ -46,13 +50,17 @@ int main(int argc, char** argv) {
     listeners.Append(new FailurePrinter(rank));
   }
 
-  const int own_result = RUN_ALL_TESTS();
+  int own_result = RUN_ALL_TESTS();
+  PetscFinalize();
+#if defined(__SANITIZE_ADDRESS__)
+  // Here and not at exit, when MPI has unloaded the libraries that leaks.txt names.
+  own_result |= __lsan_do_recoverable_leak_check();
+#endif
   int result = 0;
   MPI_Allreduce(&own_result, &result, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (rank == 0 && result != own_result) {
     std::cerr << "A test failed on another rank: see above.\n";
   }
-  PetscFinalize();
   MPI_Finalize();
   return result;
 }

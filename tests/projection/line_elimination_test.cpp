@@ -84,7 +84,6 @@ TEST_P(LinesOf, eliminated_springs_meet_along_their_lines_only) {
 }
 
 TEST_P(LinesOf, elimination_solves_the_same_system_as_the_assembled_rows) {
-  const auto colour = std::get<1>(GetParam());
   SheetOptions noise;
   noise.perturbation = 0.1;
   const Eigen::Matrix3Xd x = perturbed_positions(sheet_, noise);
