@@ -33,7 +33,7 @@ struct Frame {
 };
 
 /// Writes the frames of a sheet for ParaView: DIRECTORY/NAME.pvd names one .pvtp a frame, which names one .vtp a rank
-/// (VTK XML, raw appended data, LZ4). The .pvd is complete after every frame, so that it can be opened during the run.
+/// (VTK XML, appended LZ4 data). The .pvd is complete after every frame, so that it can be opened during the run.
 ///
 /// The drawn surface (burning paper, section 3.2) has four triangles a cell, round a virtual centre at the mean of the
 /// cell's corners. Points of a rank's piece: the corners that its own cells use, then their centres. Point data: the
