@@ -9,13 +9,25 @@
 
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/lsan_interface.h>
-#else
-static void __lsan_disable() {}
-static void __lsan_enable() {}
-static int __lsan_do_recoverable_leak_check() { return 0; }
 #endif
 
 namespace {
+
+/// Whether memory allocated from now on counts as leaked if it is lost.
+void count_leaks([[maybe_unused]] bool on) {
+#if defined(__SANITIZE_ADDRESS__)
+  on ? __lsan_enable() : __lsan_disable();
+#endif
+}
+
+/// 1 if memory has leaked, 0 if not or if this is not the sanitize preset.
+int leaks() {
+#if defined(__SANITIZE_ADDRESS__)
+  return __lsan_do_recoverable_leak_check();
+#else
+  return 0;
+#endif
+}
 
 /// Prints nothing but failures, each with the number of its rank: what ranks other than the first have to say.
 class FailurePrinter : public testing::EmptyTestEventListener {
@@ -43,11 +55,11 @@ class FailurePrinter : public testing::EmptyTestEventListener {
 
 int main(int argc, char** argv) {
   // Leaks are sought between set-up and MPI_Finalize: OpenMPI leaks in both, and unloads its parts before the exit.
-  __lsan_disable();
+  count_leaks(false);
   MPI_Init(&argc, &argv);
   testing::InitGoogleTest(&argc, argv);
   PetscInitialize(&argc, &argv, nullptr, nullptr);
-  __lsan_enable();
+  count_leaks(true);
 
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
@@ -59,7 +71,7 @@ int main(int argc, char** argv) {
 
   int own_result = RUN_ALL_TESTS();
   PetscFinalize();
-  own_result |= __lsan_do_recoverable_leak_check();
+  own_result |= leaks();
   int result = 0;
   MPI_Allreduce(&own_result, &result, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (rank == 0 && result != own_result) {

@@ -141,9 +141,9 @@ class OptionTable {
   /// `describe(table, object)` adds are relative to the object. A deck creates an object by naming it; the command
   /// line changes objects that a deck has created.
   template <class T>
-  void add_objects(const std::string& section, std::map<std::string, T>& objects, std::string help) {
+  void add_objects(const std::string& section, std::map<std::string, T>& objects, const std::string& help) {
     auto prototype = std::make_shared<T>();
-    add_object_section(section, std::move(help), [&objects, prototype](OptionTable& table, const std::string& object) {
+    add_object_section(section, help, [&objects, prototype](OptionTable& table, const std::string& object) {
       describe(table, object.empty() ? *prototype : objects[object]);
     });
   }

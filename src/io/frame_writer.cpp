@@ -344,9 +344,9 @@ void FrameWriter::write_springs(const Frame& frame, const std::vector<DrawnField
 
 namespace {
 
-/// Blanks the encoding of a piece's appended data, base64, which readers assume where none is said. ParaView 5.11 with
-/// the expat of Debian 12.9 and later does not find appended data behind an element with attributes: that expat holds
-/// back an element until its buffer has doubled, and ParaView's parser stops feeding it before.
+/// Blanks the encoding of a piece's appended data, base64, which readers assume where none is said. With an expat of
+/// 2.6 (or Debian's 2.5.0-1+deb12u2), which holds back an incomplete element until its buffer has doubled,
+/// ParaView 5.11 does not find appended data behind an element that has attributes.
 void leave_encoding_unsaid(const std::filesystem::path& path) {
   const std::string said = "<AppendedData encoding=\"base64\">";
   std::string unsaid = "<AppendedData>";

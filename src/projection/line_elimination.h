@@ -18,7 +18,7 @@ namespace pellicle {
 class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
-  LineMatrices(const SpringSet& springs, std::vector<std::vector<PetscInt>> lines);
+  LineMatrices(const SpringSet& set, std::vector<std::vector<PetscInt>> lines);
 
   /// Spring of each unknown, or -1 where it is idle.
   const std::vector<PetscInt>& springs() const { return springs_; }

@@ -96,7 +96,7 @@ SurfaceMesh cubed_sphere(int n, double radius) {
       for (int k = 0; k < 3; ++k) {
         point[k] = std::tan(M_PI / 4 * (2.0 * place[static_cast<std::size_t>(k)] / n - 1));
       }
-      mesh.points.push_back(radius * point.normalized());
+      mesh.points.emplace_back(radius * point.normalized());
     }
     return entry->second;
   };

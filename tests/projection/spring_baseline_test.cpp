@@ -77,7 +77,7 @@ class Motion {
       }
     }
     unconstrained = positions.values();
-    const StageResult result =
+    StageResult result =
         springs_.advance(positions, {initial_lengths(sheet_), sheet_.initial_mass, pinned_, start_, h});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
