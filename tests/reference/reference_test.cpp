@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "heat/diffusion_graph.h"
 #include "mesh/readers.h"
@@ -244,29 +245,44 @@ Eigen::Vector3d vector_of(const YAML::Node& node) {
   return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
 }
 
-/// Spheres and planes of a case. A key that this test does not know fails.
+/// Spheres and planes of a case: maps such as {centre, radius} and {point, normal} or {normal, offset}, or lists
+/// [centre, radius] and [point, normal]. A key that this test does not know fails.
 void add_bodies(const YAML::Node& list, const std::string& shape, std::map<std::string, BodyOptions>& bodies) {
   for (const YAML::Node& node : list) {
     BodyOptions body;
     body.shape = shape;
-    for (const auto& entry : node) {
-      const auto key = entry.first.as<std::string>();
-      const YAML::Node value = entry.second;
-      if (key == "centre" || key == "center") {
-        body.centre = vector_of(value);
-      } else if (key == "radius") {
-        body.radius = value.as<double>();
-      } else if (key == "point") {
-        body.point = vector_of(value);
-      } else if (key == "normal") {
-        body.normal = vector_of(value);
-      } else if (key == "velocity") {
-        body.velocity = vector_of(value);
-      } else if (key == "friction") {
-        body.friction = value.as<double>();
-      } else {
-        FAIL() << shape << ": unknown key " << key;
+    std::optional<double> offset;
+    if (node.IsSequence() && shape == "sphere") {
+      body.centre = vector_of(node[0]);
+      body.radius = node[1].as<double>();
+    } else if (node.IsSequence()) {
+      body.point = vector_of(node[0]);
+      body.normal = vector_of(node[1]);
+    } else {
+      for (const auto& entry : node) {
+        const auto key = entry.first.as<std::string>();
+        const YAML::Node value = entry.second;
+        if (key == "centre" || key == "center") {
+          body.centre = vector_of(value);
+        } else if (key == "radius") {
+          body.radius = value.as<double>();
+        } else if (key == "point") {
+          body.point = vector_of(value);
+        } else if (key == "normal") {
+          body.normal = vector_of(value);
+        } else if (key == "offset") {
+          offset = value.as<double>();
+        } else if (key == "velocity") {
+          body.velocity = vector_of(value);
+        } else if (key == "friction") {
+          body.friction = value.as<double>();
+        } else {
+          FAIL() << shape << ": unknown key " << key;
+        }
       }
+    }
+    if (offset) {
+      body.point = *offset * body.normal / body.normal.squaredNorm();
     }
     bodies[shape + std::to_string(bodies.size())] = body;
   }
