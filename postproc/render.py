@@ -168,7 +168,7 @@ def show_bodies(bodies, view, centre, size):
         display = simple.Show(solid, view)
         display.ColorArrayName = ["POINTS", ""]
         display.DiffuseColor = display.AmbientColor = colour
-        display.Specular = 0.1
+        display.Ambient, display.Diffuse, display.Specular = 0.4, 0.7, 0.1
         shown.append(display)
     return shown
 
