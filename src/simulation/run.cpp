@@ -121,13 +121,11 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
   State state = burn.initial_state();
   FrameWriter writer(sheet, options.output);
 
-  const auto output = [&](bool always) {
+  const auto draw = [&] {
     const auto timer = clock.time("output");
-    if (always || writer.due(state.time, state.step)) {
-      write_frame(writer, sheet, state);
-    }
+    write_frame(writer, sheet, state);
   };
-  output(true);
+  draw();
   write_run_record(comm, options.output.directory, record);
   Ledger ledger(sheet, options, clock);
   ledger.add(state, {}, 0, 0);
@@ -153,10 +151,10 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
     if (!step.converged) {
       before.restore(state);
       if (last_drawn != state.step) {
-        output(true);
+        draw();
       }
       throw Error("step " + std::to_string(state.step + 1) + " at time " + std::to_string(state.time) +
-                  " s failed, also with " + "its length halved " + std::to_string(retries) + " times: " + step.reason +
+                  " s failed, also with its length halved " + std::to_string(retries) + " times: " + step.reason +
                   "; the state before it is the last frame");
     }
     if (options.project.monitor) {
@@ -164,7 +162,7 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
       ledger.add(state.time, state.step, burn.projection_errors());
     }
     if (is_last() || writer.due(state.time, state.step)) {
-      output(true);
+      draw();
       last_drawn = state.step;
     }
     ledger.add(state, step, h, retries);
