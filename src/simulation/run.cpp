@@ -96,6 +96,12 @@ void write_frame(FrameWriter& writer, const Sheet& sheet, const State& state) {
   writer.write(frame);
 }
 
+/// A time within rounding of a whole number of steps becomes that number of steps: sums of steps drift.
+double without_drift(double time, double step) {
+  const double whole = std::round(time / step) * step;
+  return std::abs(time - whole) < 1e-9 * step ? whole : time;
+}
+
 /// Prints the curves of Fig. 8 for one time step.
 void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
   int rank = 0;
@@ -157,6 +163,7 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
                   " s failed, also with its length halved " + std::to_string(retries) + " times: " + step.reason +
                   "; the state before it is the last frame");
     }
+    state.time = without_drift(state.time, time.step);
     if (options.project.monitor) {
       print_errors(comm, burn.projection_errors());
       ledger.add(state.time, state.step, burn.projection_errors());
