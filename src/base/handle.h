@@ -43,6 +43,5 @@ class Handle {
 using VecHandle = Handle<Vec, VecDestroy>;
 using MatHandle = Handle<Mat, MatDestroy>;
 using KspHandle = Handle<KSP, KSPDestroy>;
-using IsHandle = Handle<IS, ISDestroy>;
 
 }  // namespace pellicle

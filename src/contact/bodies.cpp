@@ -21,12 +21,9 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
 }
 
 void require_valid(const std::string& key, const BodyOptions& options) {
-  const std::string fault = fault_of_key_points(options.path);
+  const std::string fault = fault_of_motion(options.path, options.velocity);
   if (!fault.empty()) {
-    throw Error(key + ".path: " + fault);
-  }
-  if (!options.path.empty() && !options.velocity.isZero(0)) {
-    throw Error(key + ": both path and velocity given, expected one of them");
+    throw Error(key + fault);
   }
   if (options.normal.isZero(0)) {
     throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");

@@ -32,4 +32,15 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows) {
   return "";
 }
 
+std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity) {
+  const std::string fault = fault_of_key_points(path);
+  if (!fault.empty()) {
+    return ".path: " + fault;
+  }
+  if (!path.empty() && !velocity.isZero(0)) {
+    return ": both path and velocity given, expected one of them";
+  }
+  return "";
+}
+
 }  // namespace pellicle

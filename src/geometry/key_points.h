@@ -14,4 +14,8 @@ Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows
 /// What makes `rows` no path: in words, or empty.
 std::string fault_of_key_points(const std::vector<std::vector<double>>& rows);
 
+/// What makes a motion along a path, or else at a constant velocity, none: empty, or words to follow the key of the
+/// object that moves, such as ".path: key point 2 ..." or ": both path and velocity given, ...".
+std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity);
+
 }  // namespace pellicle

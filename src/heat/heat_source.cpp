@@ -48,7 +48,7 @@ void validate(const std::string& name, const HeatSource& source) {
     throw Error(key + ".file: a source of shape texture needs an image");
   }
   const std::string fault = fault_of_key_points(source.path);
-  if (!source.path.empty() && !fault.empty()) {
+  if (!fault.empty()) {
     throw Error(key + ".path: " + fault);
   }
 }

@@ -134,12 +134,9 @@ std::vector<bool> select(const Sheet& sheet, const std::string& pin, const PinOp
 }
 
 void require_valid_motion(const std::string& key, const PinOptions& options) {
-  const std::string fault = fault_of_key_points(options.path);
+  const std::string fault = fault_of_motion(options.path, options.velocity);
   if (!fault.empty()) {
-    throw Error(key + ".path: " + fault);
-  }
-  if (!options.path.empty() && !options.velocity.isZero(0)) {
-    throw Error(key + ": both path and velocity given, expected one of them");
+    throw Error(key + fault);
   }
 }
 
