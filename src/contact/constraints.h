@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "contact/pins.h"
+#include "mesh/point_set.h"
+
+namespace pellicle {
+
+/// A symmetry plane as a deck gives it: one of the named objects `symmetry`. Vertices that lie in it stay in it.
+struct SymmetryOptions {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitX();  ///< any length
+};
+
+void describe(OptionTable& table, SymmetryOptions& options);
+
+/// Where vertices may move: freely, in planes or along lines of symmetry, or not at all (pins).
+class Constraints {
+ public:
+  /// Collective. @throws Error that names the plane and the key: no vertex in it, planes without a common point
+  Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
+
+  /// Orthogonal projector on the directions in which each local particle may move: I, I - n n^T, ..., 0.
+  const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
+  /// Whether the projector is not the identity.
+  const std::vector<bool>& constrained() const { return constrained_; }
+  /// A point of all symmetry planes [m].
+  const Eigen::Vector3d& origin() const { return origin_; }
+  bool has_planes() const { return has_planes_; }
+
+ private:
+  std::vector<Eigen::Matrix3d> projectors_;
+  std::vector<bool> constrained_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  bool has_planes_ = false;
+};
+
+}  // namespace pellicle

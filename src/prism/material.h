@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace pellicle {
+
+/// A hyperelastic, isotropic material of the wall.
+///
+/// Energy per undeformed volume as a function of t = trace and d = determinant of the in-plane right Cauchy-Green
+/// tensor and of c = (h/h0)^2, so that I1 = t + c, I2 = d + c t, J^2 = d c:
+/// - St. Venant-Kirchhoff: mu E:E + lambda/2 (tr E)^2 (balloon paper, eq. 6)
+/// - neo-Hookean: mu/2 (I1 - 3 - ln J^2) + lambda/8 (ln J^2)^2
+/// - Mooney-Rivlin: c1 (I1 - 3) + c2 (I2 - 3) - (c1 + 2 c2) ln J^2 + lambda/8 (ln J^2)^2
+/// - Ogden: sum_k mu_k/alpha_k (l1^alpha_k + l2^alpha_k + l3^alpha_k - 3 - alpha_k ln J) + lambda/8 (ln J^2)^2, l_i the
+///   principal stretches
+/// Where the element keeps its volume, J = 1 and the terms in ln J vanish.
+struct Material {
+  enum class Law { st_venant_kirchhoff, neo_hookean, mooney_rivlin, ogden };
+  Law law = Law::neo_hookean;
+  double mu = 4e5;             ///< shear modulus: St. Venant-Kirchhoff, neo-Hookean [Pa]
+  double lambda = 0;           ///< Lame's first parameter, all laws [Pa]
+  double c1 = 0;               ///< Mooney-Rivlin [Pa]
+  double c2 = 0;               ///< Mooney-Rivlin [Pa]
+  std::vector<double> ogden_mu;     ///< [Pa]
+  std::vector<double> ogden_alpha;  ///< exponents, as many
+};
+
+/// psi and its derivatives by (t, d, c), in this order.
+struct EnergyDensity {
+  double value = 0;        ///< psi [Pa]
+  double gradient[3] = {};  ///< [Pa]
+  double hessian[3][3] = {};  ///< [Pa], symmetric
+};
+
+/// @param t > 0, 0 < d <= t^2/4, c > 0
+EnergyDensity energy_density(const Material& material, double t, double d, double c);
+
+}  // namespace pellicle

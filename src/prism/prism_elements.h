@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mesh/field.h"
+#include "prism/wall.h"
+
+namespace pellicle {
+
+/// The elastic wall as a whole: energies and forces of all prism elements (balloon paper, section 4). Nothing here
+/// communicates: ghosts of positions are up to date, sums are this rank's share.
+class PrismElements {
+ public:
+  /// Membrane and wall must outlive it.
+  PrismElements(const Membrane& membrane, const Wall& wall);
+
+  /// Elastic energy of the owned elements [J]; infinite when one has collapsed.
+  /// @param thickness_ratio h/h0 of the local elements: what ThicknessRule::fixed keeps, a starting value otherwise
+  double energy(const Field& positions, const std::vector<double>& thickness_ratio) const;
+
+  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8).
+  void add_force(const Field& positions, const std::vector<double>& thickness_ratio, Eigen::Matrix3Xd& force) const;
+
+  /// h/h0 of the local elements as the rule makes it; leaves ThicknessRule::fixed as it is.
+  void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;
+
+  /// Owned elements that have collapsed or turned over (by more than 90 degrees) on the way between two positions.
+  PetscInt inverted(const Field& from, const Field& to) const;
+
+  /// Volume of the owned elements' prisms, area times thickness [m^3] (eq. 26).
+  double volume(const Field& positions, const std::vector<double>& thickness_ratio) const;
+
+  const Membrane& membrane() const { return *membrane_; }
+  const Wall& wall() const { return *wall_; }
+
+ private:
+  const Membrane* membrane_;
+  const Wall* wall_;
+};
+
+}  // namespace pellicle
