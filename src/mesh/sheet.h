@@ -1,12 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
-#include <map>
-#include <string>
 #include <vector>
 
-#include "mesh/layout.h"
+#include "mesh/point_set.h"
 
 namespace pellicle {
 
@@ -26,27 +23,16 @@ struct SpringSet {
   PetscInt local() const { return layout.local(); }
 };
 
-/// How well the mesh is spread over the ranks.
-struct PartitionQuality {
-  PetscInt edge_cut = 0;   ///< pairs of neighbouring cells on different ranks
-  double imbalance = 1.0;  ///< largest number of cells of a rank over the mean
-};
-
 /// A distributed quad sheet: the body-centred-square shell of section 3.2, as flat arrays.
 ///
 /// Particles are the corner points (the mesh's vertices), then one lattice point a cell, at the mean of its corners
-/// plus the thickness along the cell's normal. Local numbers: owned corners, owned lattice points, ghosts.
-struct Sheet {
-  Layout particles;
+/// plus the thickness along the cell's normal. Local numbers: owned corners, owned lattice points, ghosts. Persistent
+/// ids: the vertex number in the file, or first_lattice_id + the cell number in the file.
+struct Sheet : PointSet {
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
   PetscInt global_corners = 0;    ///< vertices of the whole mesh
   PetscInt global_cells = 0;      ///< cells of the whole mesh
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
-  std::vector<PetscInt>
-      persistent_id;  ///< of each local particle: vertex number, or first_lattice_id + cell number, in the file
-  std::vector<bool> is_lattice;      ///< of each local particle
-  Eigen::Matrix3Xd rest;             ///< undeformed positions of the local particles [m], (3 x local)
-  Eigen::Matrix2Xd uv;               ///< texture coordinates of the local particles, (2 x local), or no columns
   std::vector<double> initial_mass;  ///< m^init of the local particles [kg]
 
   /// Cells whose corners and lattice point are local; owned cells come first. Local particle numbers, round the cell.
@@ -54,11 +40,8 @@ struct Sheet {
   std::vector<PetscInt> lattice;  ///< lattice particle of each cell
   PetscInt owned_cells = 0;
 
-  std::array<SpringSet, 4> springs;                     ///< by Colour
-  std::map<std::string, std::vector<PetscInt>> groups;  ///< named sets of local particles (corners)
-  PartitionQuality partition;
+  std::array<SpringSet, 4> springs;  ///< by Colour
 
-  MPI_Comm comm() const { return particles.comm; }
   SpringSet& of(Colour colour) { return springs[static_cast<std::size_t>(colour)]; }
   const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
 };

@@ -419,6 +419,7 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
   // Cells, owned first, and the springs that belong to a cell.
   std::vector<FoundSpring> red;
   std::vector<FoundSpring> yellow;
+  sheet.cell_count.assign(static_cast<std::size_t>(sheet.particles.owned), 0);
   for (const bool owned : {true, false}) {
     for (PetscInt point = cell_begin; point < cell_end; ++point) {
       if (ownership.is_owned(point) != owned) {
@@ -430,6 +431,9 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
         const double vertex = local.data[static_cast<std::size_t>(point)].vertices[k];
         corners[k] = particle_of_vertex.at(static_cast<PetscInt>(vertex));
         red.push_back({point, static_cast<PetscInt>(k), {corners[k], lattice}});
+        if (corners[k] < sheet.owned_corners) {
+          ++sheet.cell_count[static_cast<std::size_t>(corners[k])];
+        }
       }
       yellow.push_back({point, 0, {corners[0], corners[2]}});
       yellow.push_back({point, 1, {corners[1], corners[3]}});

@@ -45,6 +45,18 @@ TEST_P(Shell, counts_springs_of_a_grid) {
   EXPECT_EQ(sum(sheet.owned_cells), nx * ny);
 }
 
+TEST_P(Shell, counts_the_cells_round_each_corner) {
+  const double a = 0.25;
+  const Sheet sheet = make(grid_mesh(7, 5, a));
+  ASSERT_EQ(static_cast<PetscInt>(sheet.cell_count.size()), sheet.particles.owned);
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    const auto is_between = [a](double x, int cells) { return x > a / 2 && x < (cells - 0.5) * a; };
+    const int expected = (is_between(sheet.rest(0, i), 7) ? 2 : 1) * (is_between(sheet.rest(1, i), 5) ? 2 : 1);
+    const auto p = static_cast<std::size_t>(i);
+    EXPECT_EQ(sheet.cell_count[p], sheet.is_lattice[p] ? 0 : expected);
+  }
+}
+
 TEST_P(Shell, initial_lengths_are_those_of_the_body_centred_square) {
   const double a = 0.25;
   const Sheet sheet = make(grid_mesh(6, 6, a));
