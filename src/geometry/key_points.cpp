@@ -44,3 +44,8 @@ std::string fault_of_motion(const std::vector<std::vector<double>>& path, const 
 }
 
 }  // namespace pellicle
+Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
+                                double time) {
+  return path.empty() ? Eigen::Vector3d(velocity * time) : place_on_key_points(path, time);
+}
+

@@ -5,8 +5,8 @@
 
 #include "base/stage_clock.h"
 #include "contact/bodies.h"
+#include "contact/pins.h"
 #include "heat/conduction.h"
-#include "projection/pins.h"
 #include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
 #include "simulation/options.h"

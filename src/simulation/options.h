@@ -8,9 +8,9 @@
 #include "contact/bodies.h"
 #include "heat/heat_options.h"
 #include "io/output_options.h"
+#include "contact/pins.h"
 #include "mesh/mesh_options.h"
 #include "mesh/sheet_options.h"
-#include "projection/pins.h"
 #include "projection/project_options.h"
 #include "projection/spring_baseline.h"
 

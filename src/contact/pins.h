@@ -6,19 +6,14 @@
 #include <vector>
 
 #include "base/options.h"
+#include "contact/selection.h"
 #include "mesh/field.h"
-#include "mesh/sheet.h"
+#include "mesh/point_set.h"
 
 namespace pellicle {
 
-/// Particles that are held, as a deck gives them: one of the named objects `pins`. What several selectors choose adds
-/// up.
-struct PinOptions {
-  std::vector<std::string> corners;  ///< "all", or names such as "max_y" or "min_x_max_y"
-  std::vector<double> box;           ///< two opposite points of a box in the undeformed sheet [m], or empty
-  std::string layer = "both";        ///< what the box selects: "corners", "lattice" or "both"
-  std::vector<int> vertices;         ///< persistent ids
-  std::string group;                 ///< of the mesh
+/// Particles that are held, as a deck gives them: one of the named objects `pins`.
+struct PinOptions : SelectionOptions {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
   Rows path;                                           ///< time [s], displacement [m]
 };
@@ -28,9 +23,9 @@ void describe(OptionTable& table, PinOptions& options);
 /// Which particles are held, and where they are at each time: their undeformed place, moved without turning.
 class Pins {
  public:
-  /// Collective. The sheet must outlive the pins.
+  /// Collective. The points must outlive the pins.
   /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
-  Pins(const Sheet& sheet, const std::map<std::string, PinOptions>& options);
+  Pins(const PointSet& points, const std::map<std::string, PinOptions>& options);
 
   /// Of each local particle, ghosts included.
   const std::vector<bool>& pinned() const { return pinned_; }
@@ -43,19 +38,16 @@ class Pins {
 
  private:
   struct Pin {
+    std::string name;
     Eigen::Vector3d velocity;
     Rows path;
     std::vector<PetscInt> particles;  ///< local numbers, ghosts included
   };
 
-  const Sheet* sheet_;
+  const PointSet* points_;
   std::vector<Pin> pins_;
   std::vector<bool> pinned_;
   PetscInt global_count_ = 0;
 };
-
-/// The geometric corners of the sheet: corner particles that belong to one cell only.
-/// @returns for each owned corner particle. Collective
-std::vector<bool> geometric_corners(const Sheet& sheet);
 
 }  // namespace pellicle

@@ -1,4 +1,4 @@
-#include "projection/pins.h"
+#include "contact/pins.h"
 
 #include <gtest/gtest.h>
 

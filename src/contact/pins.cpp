@@ -1,0 +1,71 @@
+#include "contact/pins.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "geometry/key_points.h"
+
+namespace pellicle {
+
+namespace {
+
+[[noreturn]] void refuse_second_pin(const std::string& key, const std::string& first, PetscInt id) {
+  throw Error(key + ": particle " + std::to_string(id) + " is also held by pins." + first +
+              ", expected each particle in one pin");
+}
+
+}  // namespace
+
+void describe(OptionTable& table, PinOptions& options) {
+  describe(table, static_cast<SelectionOptions&>(options));
+  table.add("velocity", options.velocity).unit("m/s").help("constant velocity; excludes a path");
+  table.add("path", options.path)
+      .unit("s,m,m,m")
+      .help(
+          "key points (time, x, y, z) of the displacement from the undeformed place; linear between key points, at "
+          "rest before and after them");
+}
+
+Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& options)
+    : points_(&points), pinned_(static_cast<std::size_t>(points.particles.local()), false) {
+  for (const auto& [name, given] : options) {
+    const std::string key = "pins." + name;
+    if (const std::string fault = fault_of_motion(given.path, given.velocity); !fault.empty()) {
+      throw Error(key + fault);
+    }
+    const std::vector<bool> chosen = select(points, key, given);
+    Pin pin{name, given.velocity, given.path, {}};
+    for (PetscInt i = 0; i < points.particles.local(); ++i) {
+      if (chosen[static_cast<std::size_t>(i)]) {
+        pin.particles.push_back(i);
+      }
+    }
+    together(points.comm(), [&] {
+      for (const PetscInt i : pin.particles) {
+        if (pinned_[static_cast<std::size_t>(i)]) {
+          const auto holds = [i](const Pin& other) {
+            return std::binary_search(other.particles.begin(), other.particles.end(), i);
+          };
+          refuse_second_pin(key, std::find_if(pins_.begin(), pins_.end(), holds)->name,
+                            points.persistent_id[static_cast<std::size_t>(i)]);
+        }
+        pinned_[static_cast<std::size_t>(i)] = true;
+        global_count_ += i < points.particles.owned ? 1 : 0;
+      }
+    });
+    pins_.push_back(std::move(pin));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &global_count_, 1, MPIU_INT, MPI_SUM, points.comm());
+}
+
+void Pins::impose(Field& positions, double time) const {
+  for (const Pin& pin : pins_) {
+    const Eigen::Vector3d displacement = place_of_motion(pin.path, pin.velocity, time);
+    for (const PetscInt i : pin.particles) {
+      positions.vector(i) = points_->rest.col(i) + displacement;
+    }
+  }
+}
+
+}  // namespace pellicle
