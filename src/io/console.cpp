@@ -77,8 +77,8 @@ void Console::progress(const Progress& progress) {
   }
   const double elapsed = MPI_Wtime() - start_;
   const std::string left = progress.share > 0 ? duration_text(elapsed * (1 - progress.share) / progress.share) : "?";
-  say(formatted("step %6d  time %-10.5g s %5.1f %%  left %-12s  iterations %5d  |C| %.3e m", progress.step,
-                progress.time, 100 * progress.share, left.c_str(), progress.iterations, progress.constraint_error));
+  say(formatted("step %6d  time %-10.5g s %5.1f %%  left %-12s  iterations %5d  %s", progress.step, progress.time,
+                100 * progress.share, left.c_str(), progress.iterations, progress.figures.c_str()));
 }
 
 void Console::stage_table(const StageClock& clock) {

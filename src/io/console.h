@@ -13,10 +13,10 @@ class StageClock;
 /// What a progress line tells of a step.
 struct Progress {
   int step = 0;
-  double time = 0;              ///< [s]
-  double share = 0;             ///< of the run that is done, 0 to 1
-  int iterations = 0;           ///< linear iterations of the step
-  double constraint_error = 0;  ///< ||C|| after the step [m]
+  double time = 0;      ///< [s]
+  double share = 0;     ///< of the run that is done, 0 to 1
+  int iterations = 0;   ///< linear iterations of the step
+  std::string figures;  ///< of the chain, such as "|C| 1.2e-05 m"
 };
 
 /// Whether a person sees what this process prints. `mpirun` gives its ranks a terminal of its own making whatever its

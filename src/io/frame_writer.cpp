@@ -33,6 +33,11 @@ namespace pellicle {
 
 namespace {
 
+/// The tolerance keeps a step that misses its multiple by rounding alone.
+double whole_intervals(double time, const OutputOptions& options) {
+  return std::floor(time / options.interval_time + 1e-9);
+}
+
 std::string frame_name(const std::string& series, std::size_t number) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "_%06zu", number);
@@ -224,11 +229,16 @@ bool FrameWriter::due(double time, int step) const {
     return true;
   }
   if (options_.interval_time > 0) {
-    // The tolerance keeps a step that misses its multiple by rounding alone.
-    const auto interval = [this](double t) { return std::floor(t / options_.interval_time + 1e-9); };
-    return interval(time) > interval(last_time_);
+    return whole_intervals(time, options_) > whole_intervals(last_time_, options_);
   }
   return step / options_.interval_steps > last_step_ / options_.interval_steps;
+}
+
+std::optional<double> FrameWriter::next_time(double time) const {
+  if (options_.interval_time == 0) {
+    return std::nullopt;
+  }
+  return (whole_intervals(time, options_) + 1) * options_.interval_time;
 }
 
 void FrameWriter::write(const Frame& frame) {

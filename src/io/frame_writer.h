@@ -3,6 +3,7 @@
 #include <vtkSmartPointer.h>
 
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,6 +54,9 @@ class FrameWriter {
   /// Whether the interval asks for a frame of this step: the first step asked about, then every `interval_steps` steps
   /// or at the first step that reaches a multiple of `interval_time`.
   bool due(double time, int step) const;
+
+  /// The first multiple of `interval_time` after `time` [s]; none where frames come by steps.
+  std::optional<double> next_time(double time) const;
 
   /// Writes a frame. The first call makes the directory and removes the frames of an older run of the same name.
   /// Collective. @throws Error, on all ranks, on an unknown name in `output.fields` (before anything is written), or

@@ -11,6 +11,15 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.max_retries", options.max_retries)
       .range(0, 30)
       .help("a step that fails is tried again with half its length, up to so many times in succession");
+  table.add("time.tolerance", options.tolerance)
+      .at_least(0)
+      .help(
+          "error allowed in a step, as a share of the sheet's size; from it follow the lengths of the steps, the first "
+          "of time.step; 0: all of time.step");
+  table.add("time.max_step", options.max_step)
+      .unit("s")
+      .more_than(0)
+      .help("longest step, where time.tolerance is not 0; time.step unless given");
 }
 
 void describe(OptionTable& table, ForceOptions& options) {

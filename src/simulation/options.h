@@ -1,14 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "combustion/combustion_options.h"
 #include "contact/bodies.h"
+#include "contact/pins.h"
 #include "heat/heat_options.h"
 #include "io/output_options.h"
-#include "contact/pins.h"
 #include "mesh/mesh_options.h"
 #include "mesh/sheet_options.h"
 #include "projection/project_options.h"
@@ -18,10 +20,15 @@ namespace pellicle {
 
 /// The clock of a run.
 struct TimeOptions {
-  double step = 2e-3;   ///< h [s]
-  double end = 1;       ///< [s]
-  int max_steps = 0;    ///< 0: no limit
-  int max_retries = 6;  ///< halvings of a failed step in succession
+  double step = 2e-3;              ///< h [s]
+  double end = 1;                  ///< [s]
+  int max_steps = 0;               ///< 0: no limit
+  int max_retries = 6;             ///< halvings of a failed step in succession
+  double tolerance = 0;            ///< of a step's error, a share of the sheet's size; 0: steps of equal length
+  std::optional<double> max_step;  ///< with a tolerance [s]
+
+  /// The longest step with a tolerance [s].
+  double longest_step() const { return std::max(step, max_step.value_or(step)); }
 };
 
 void describe(OptionTable& table, TimeOptions& options);

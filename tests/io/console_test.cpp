@@ -22,7 +22,7 @@ std::string run(int monitor, bool terminal) {
     progress.time = 0.5 * step;
     progress.share = step / 6.0;
     progress.iterations = 10 * step;
-    progress.constraint_error = 0.125;
+    progress.figures = "|C| 1.250e-01 m";
     console.progress(progress);
   }
   return stream.str();
