@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 namespace pellicle {
@@ -18,18 +17,18 @@ namespace pellicle {
 struct Material {
   enum class Law { st_venant_kirchhoff, neo_hookean, mooney_rivlin, ogden };
   Law law = Law::neo_hookean;
-  double mu = 4e5;             ///< shear modulus: St. Venant-Kirchhoff, neo-Hookean [Pa]
-  double lambda = 0;           ///< Lame's first parameter, all laws [Pa]
-  double c1 = 0;               ///< Mooney-Rivlin [Pa]
-  double c2 = 0;               ///< Mooney-Rivlin [Pa]
+  double mu = 4e5;                  ///< shear modulus: St. Venant-Kirchhoff, neo-Hookean [Pa]
+  double lambda = 0;                ///< Lame's first parameter, all laws [Pa]
+  double c1 = 0;                    ///< Mooney-Rivlin [Pa]
+  double c2 = 0;                    ///< Mooney-Rivlin [Pa]
   std::vector<double> ogden_mu;     ///< [Pa]
   std::vector<double> ogden_alpha;  ///< exponents, as many
 };
 
 /// psi and its derivatives by (t, d, c), in this order.
 struct EnergyDensity {
-  double value = 0;        ///< psi [Pa]
-  double gradient[3] = {};  ///< [Pa]
+  double value = 0;           ///< psi [Pa]
+  double gradient[3] = {};    ///< [Pa]
   double hessian[3][3] = {};  ///< [Pa], symmetric
 };
 
