@@ -43,9 +43,9 @@ std::string fault_of_motion(const std::vector<std::vector<double>>& path, const 
   return "";
 }
 
-}  // namespace pellicle
 Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
                                 double time) {
   return path.empty() ? Eigen::Vector3d(velocity * time) : place_on_key_points(path, time);
 }
 
+}  // namespace pellicle

@@ -18,8 +18,8 @@ std::string fault_of_key_points(const std::vector<std::vector<double>>& rows);
 /// object that moves, such as ".path: key point 2 ..." or ": both path and velocity given, ...".
 std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity);
 
-}  // namespace pellicle
 /// Where such a motion is at `time` [s]: on the path, or else velocity times time [m].
 Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
                                 double time);
 
+}  // namespace pellicle
