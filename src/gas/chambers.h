@@ -11,53 +11,74 @@
 
 namespace pellicle {
 
-/// The gas of a chamber at a moment.
+inline constexpr double gas_constant = 8.314462618;  ///< R, exact in SI but for what follows [J/(mol K)]
+
+/// The gas of a chamber at a moment. What the law says nothing of is 0: amount and temperature for the laws relative,
+/// pressure and volume; all but the volume for the law volume, whose pressure the solver finds.
 struct GasState {
   double volume = 0;             ///< V [m^3]
   double pressure = 0;           ///< across the wall, inside minus outside [Pa]
   double pressure_slope = 0;     ///< dp/dV at constant amount [Pa/m^3]; 0 where the pressure is prescribed
-  double absolute_pressure = 0;  ///< [Pa]
+  double absolute_pressure = 0;  ///< inside [Pa]
   double amount = 0;             ///< n [mol]
   double temperature = 0;        ///< T [K]
   double potential = 0;          ///< W with dW/dV = -p: what the gas and the surroundings can still do [J]
 };
 
 /// The chambers of a balloon: volumes enclosed by closed pieces of the membrane (balloon paper, section 5), or by a
-/// piece and the symmetry planes that its boundary lies on.
+/// piece and the symmetry planes that its boundary lies in.
 class Chambers {
  public:
-  /// Collective. The membrane must outlive the chambers.
-  /// @param origin a point of all symmetry planes, about which volumes are taken (any point for closed pieces) [m]
-  /// @throws Error that names the chamber: an open piece whose law needs a volume, options that exclude each other ...
-  Chambers(const Membrane& membrane, const std::map<std::string, ChamberOptions>& options,
-           const Eigen::Vector3d& origin, bool has_symmetry_planes);
+  /// Chambers in the order of their names; one without a vertex stands for every piece that no other names, as NAME,
+  /// NAME_2, ... Collective. The membrane must outlive the chambers.
+  /// @param origin a point of all symmetry planes, about which volumes are taken; any point for closed pieces [m]
+  /// @param projectors of the local vertices on the directions in which they may move (Constraints::projectors)
+  /// @throws Error that names the chamber and the key, the same on all ranks: keys that the law lacks or does not know,
+  /// a vertex that the mesh lacks, a piece in two chambers, and, unless the law is pressure, a piece that is neither
+  /// closed nor closed by symmetry planes, or that encloses no volume above 0
+  Chambers(const Membrane& membrane, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
+           const Eigen::Vector3d& origin, bool has_symmetry_planes, const std::vector<Eigen::Matrix3d>& projectors);
 
-  int count() const;
-  const std::string& name(int chamber) const;
+  int count() const { return static_cast<int>(chambers_.size()); }
+  const std::string& name(int chamber) const { return of(chamber).name; }
   /// Chamber of a local element, -1 if it bounds none.
-  int of_element(PetscInt element) const;
+  int of_element(PetscInt element) const { return chamber_of_element_[static_cast<std::size_t>(element)]; }
 
   /// V0, from the undeformed positions, the same on every rank [m^3].
-  double initial_volume(int chamber) const;
+  double initial_volume(int chamber) const { return of(chamber).initial_volume; }
   /// V of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
+  /// @param positions [m], ghosts up to date
   Eigen::VectorXd volumes(const Field& positions) const;
   /// dV/dx = A n / 3 (eq. 15 without p) of the owned vertices for one chamber, zero elsewhere, (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
-  /// The gas by its law at a volume [m^3] and time [s].
+  /// The gas by its law at a volume [m^3] and time [s]. Not finite where the law needs a volume above 0 and there is
+  /// none.
   GasState state(int chamber, double volume, double time) const;
   /// Whether the volume is given and the pressure is what keeps it.
-  bool prescribes_volume(int chamber) const;
+  bool prescribes_volume(int chamber) const { return of(chamber).law == Law::volume; }
+  /// Only where prescribes_volume. [m^3]
   double prescribed_volume(int chamber, double time) const;
 
  private:
-  /// Implementation: the gas engineer's.
-};
+  enum class Law { relative, isothermal, adiabatic, pressure, volume };
 
-/// The geometric load stiffness of an element under pressure p: d f/dx of f_i = p/3 An with one symmetric element matrix
-/// each, such that the sum over a closed surface is exact, (9 x 9) [N/m].
-/// @param x1, x2, x3 positions relative to the chamber's origin [m]
-Eigen::Matrix<double, 9, 9> load_stiffness(double pressure, const Eigen::Vector3d& x1, const Eigen::Vector3d& x2,
-                                           const Eigen::Vector3d& x3);
+  struct Chamber {
+    std::string name;
+    Law law = Law::relative;
+    ChamberOptions options;     ///< what the law needs is not empty
+    double initial_volume = 0;  ///< V0 [m^3]
+    double unit_amount = 1;     ///< what a value of the key points `amount` stands for [mol]
+  };
+
+  const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
+  void require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const;
+
+  const Membrane* membrane_;
+  double ambient_pressure_;  ///< [Pa]
+  Eigen::Vector3d origin_;
+  std::vector<Chamber> chambers_;
+  std::vector<int> chamber_of_element_;
+};
 
 }  // namespace pellicle

@@ -4,26 +4,49 @@
 
 namespace pellicle {
 
-Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
-  const auto place = [](const std::vector<double>& row) { return Eigen::Vector3d(row[1], row[2], row[3]); };
+namespace {
+
+/// The rows between which `time` lies, the same one twice outside, and the share of the second.
+struct Between {
+  const std::vector<double>& before;
+  const std::vector<double>& after;
+  double share = 0;
+};
+
+Between rows_round(const std::vector<std::vector<double>>& rows, double time) {
   const auto next = std::upper_bound(rows.begin(), rows.end(), time,
                                      [](double t, const std::vector<double>& row) { return t < row[0]; });
-  if (next == rows.begin()) {
-    return place(rows.front());
-  }
-  if (next == rows.end()) {
-    return place(rows.back());
+  if (next == rows.begin() || next == rows.end()) {
+    const auto& row = next == rows.begin() ? rows.front() : rows.back();
+    return {row, row, 0};
   }
   const std::vector<double>& before = *(next - 1);
-  const double share = (time - before[0]) / ((*next)[0] - before[0]);
-  return (1 - share) * place(before) + share * place(*next);
+  return {before, *next, (time - before[0]) / ((*next)[0] - before[0])};
 }
 
-std::string fault_of_key_points(const std::vector<std::vector<double>>& rows) {
+}  // namespace
+
+Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
+  const Between at = rows_round(rows, time);
+  const auto place = [](const std::vector<double>& row) { return Eigen::Vector3d(row[1], row[2], row[3]); };
+  return (1 - at.share) * place(at.before) + at.share * place(at.after);
+}
+
+double value_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
+  const Between at = rows_round(rows, time);
+  return (1 - at.share) * at.before[1] + at.share * at.after[1];
+}
+
+std::string fault_of_key_points(const std::vector<std::vector<double>>& rows, const std::vector<std::string>& columns) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string name = "key point " + std::to_string(i + 1);
-    if (rows[i].size() != 4) {
-      return name + " has " + std::to_string(rows[i].size()) + " numbers, expected 4: time, x, y, z";
+    if (rows[i].size() != columns.size()) {
+      std::string expected;
+      for (const std::string& column : columns) {
+        expected += (expected.empty() ? "" : ", ") + column;
+      }
+      return name + " has " + std::to_string(rows[i].size()) + " numbers, expected " + std::to_string(columns.size()) +
+             ": " + expected;
     }
     if (i > 0 && !(rows[i][0] > rows[i - 1][0])) {
       return name + " is at " + std::to_string(rows[i][0]) + " s, expected later than the one before";

@@ -16,10 +16,22 @@ TEST(KeyPoints, path_is_linear_between_rows_and_at_rest_outside) {
   EXPECT_EQ(place_on_key_points(path, 9), Eigen::Vector3d(4, 8, -2));
 }
 
+TEST(KeyPoints, value_is_linear_between_rows_and_constant_outside) {
+  const std::vector<std::vector<double>> ramp{{1, 2}, {3, 6}};
+  EXPECT_EQ(value_on_key_points(ramp, 0), 2);
+  EXPECT_EQ(value_on_key_points(ramp, 1.5), 3);
+  EXPECT_EQ(value_on_key_points(ramp, 3), 6);
+  EXPECT_EQ(value_on_key_points(ramp, 4), 6);
+  EXPECT_EQ(value_on_key_points({{0, 7}}, -1), 7);
+  EXPECT_EQ(value_on_key_points({{0, 7}}, 1), 7);
+}
+
 TEST(KeyPoints, faults_name_the_key_point) {
   EXPECT_EQ(fault_of_key_points(path), "");
   EXPECT_EQ(fault_of_key_points({}), "");
   EXPECT_NE(fault_of_key_points({{0, 1, 2, 3}, {1, 2, 3}}).find("key point 2 has 3 numbers"), std::string::npos);
+  EXPECT_NE(fault_of_key_points({{0, 1, 2, 3}}, {"time", "value"}).find("4 numbers, expected 2: time, value"),
+            std::string::npos);
   EXPECT_NE(fault_of_key_points({{0, 1, 2, 3}, {0, 1, 2, 4}}).find("key point 2 is at"), std::string::npos);
 }
 

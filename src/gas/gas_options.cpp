@@ -1,0 +1,65 @@
+#include "gas/gas_options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, GasOptions& options) {
+  table.add("gas.tangent", options.tangent)
+      .choices({"paper", "rank1", "exact"})
+      .help(
+          "derivative of the pressure force: with the factor 1/27 as printed, with the right factor 1/9, or with the "
+          "load's geometric stiffness too")
+      .source("balloon paper, eq. 16; README: readings");
+  table.add("gas.ambient_pressure", options.ambient_pressure)
+      .unit("Pa")
+      .at_least(0)
+      .help("absolute pressure outside, which the laws isothermal and adiabatic work against")
+      .source("standard atmosphere");
+}
+
+void describe(OptionTable& table, ChamberOptions& options) {
+  table.add("law", options.law)
+      .choices({"relative", "isothermal", "adiabatic", "pressure", "volume"})
+      .help(
+          "relative: p = p0 V0/V, alone, with nothing outside; isothermal: p V = n R T, absolute, against the ambient "
+          "pressure; adiabatic: p V^gamma constant, absolute, against the ambient pressure; pressure: prescribed "
+          "across the wall; volume: prescribed")
+      .source("balloon paper, eq. 12 and 14");
+  table.add("vertex", options.vertex)
+      .at_least(-1)
+      .help(
+          "number of any vertex of the piece that bounds the chamber; -1: a chamber for every piece that no other "
+          "names "
+          "(NAME, NAME_2, ...)");
+  table.add("pressure", options.pressure)
+      .unit("s,Pa")
+      .help(
+          "key points (time, pressure), linear between, constant outside, as all below. Law relative: p0, absolute "
+          "with "
+          "nothing outside; law pressure: gauge, inside minus outside")
+      .source("balloon paper, eq. 14");
+  table.add("amount", options.amount)
+      .unit("s,mol")
+      .help("laws isothermal, adiabatic: amount n of gas inside")
+      .source("balloon paper, eq. 12");
+  table.add("amount_ratio", options.amount_ratio)
+      .unit("s,1")
+      .help(
+          "in place of amount: n over the amount that fills the undeformed volume at ambient pressure and the "
+          "temperature at time 0; 1 unless given")
+      .source("README: readings");
+  table.add("temperature", options.temperature)
+      .unit("s,K")
+      .help("law isothermal: T; law adiabatic: one key point, T at the undeformed volume; 293.15 K unless given")
+      .source("balloon paper, eq. 12");
+  table.add("gamma", options.gamma)
+      .more_than(1)
+      .help("law adiabatic: ratio of the heat capacities; 1.4, air, unless given")
+      .source("README: readings");
+  table.add("volume_ratio", options.volume_ratio)
+      .unit("s,1")
+      .help("law volume: enclosed volume over the undeformed one")
+      .source("README: readings");
+  table.add("volume", options.volume).unit("s,m^3").help("in place of volume_ratio").source("README: readings");
+}
+
+}  // namespace pellicle
