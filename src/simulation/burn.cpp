@@ -5,8 +5,8 @@
 #include "base/error.h"
 #include "heat/heat_balance.h"
 #include "heat/heat_source.h"
-#include "io/texture.h"
 #include "mesh/shell.h"
+#include "simulation/texture_values.h"
 
 namespace pellicle {
 
@@ -16,18 +16,9 @@ namespace {
 /// empty when there is no file. Collective.
 std::vector<double> sample(const Sheet& sheet, const std::string& key, const std::string& file, double black,
                            double white) {
-  if (file.empty()) {
-    return {};
-  }
-  PetscInt with_uv = sheet.uv.cols() > 0 ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &with_uv, 1, MPIU_INT, MPI_MAX, sheet.comm());
-  if (with_uv == 0) {
-    throw Error(key + ": " + file + " needs texture coordinates, and the mesh has none");
-  }
-  const Texture texture = Texture::read(sheet.comm(), file);
-  std::vector<double> values;
-  for (Eigen::Index i = 0; i < sheet.uv.cols(); ++i) {
-    values.push_back(black + (white - black) * texture.sample(sheet.uv(0, i), sheet.uv(1, i)));
+  std::vector<double> values = texture_values(sheet.comm(), sheet.uv, key, file);
+  for (double& value : values) {
+    value = black + (white - black) * value;
   }
   return values;
 }

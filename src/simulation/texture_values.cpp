@@ -1,0 +1,26 @@
+#include "simulation/texture_values.h"
+
+#include "base/error.h"
+#include "io/texture.h"
+
+namespace pellicle {
+
+std::vector<double> texture_values(MPI_Comm comm, const Eigen::Matrix2Xd& uv, const std::string& key,
+                                   const std::string& file) {
+  if (file.empty()) {
+    return {};
+  }
+  int with_uv = uv.cols() > 0 ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &with_uv, 1, MPI_INT, MPI_MAX, comm);
+  if (with_uv == 0) {
+    throw Error(key + ": " + file + " needs texture coordinates, and the mesh has none");
+  }
+  const Texture texture = Texture::read(comm, file);
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < uv.cols(); ++i) {
+    values.push_back(texture.sample(uv(0, i), uv(1, i)));
+  }
+  return values;
+}
+
+}  // namespace pellicle
