@@ -5,19 +5,29 @@
 #include "mesh/membrane.h"
 #include "prism/material.h"
 #include "prism/metric_energy.h"
+#include "prism/wall_options.h"
 
 namespace pellicle {
 
 /// What the wall of a balloon is made of, element by element.
 struct Wall {
   ThicknessRule rule = ThicknessRule::incompressible;
-  bool preserve_volume = false;      ///< after each step, by Algorithm 2: the paper's way, with ThicknessRule::fixed
+  bool preserve_volume = false;  ///< after each step, by Algorithm 2: the paper's way, with ThicknessRule::fixed
   std::vector<Material> materials;
-  std::vector<int> material;         ///< of each local element
-  std::vector<double> density;       ///< undeformed, of each local element [kg/m^3]
-  std::vector<double> thickness;     ///< undeformed, of each local element [m]
-  std::vector<RestMetric> rest;      ///< of each local element
+  std::vector<int> material;      ///< of each local element
+  std::vector<double> density;    ///< undeformed, of each local element [kg/m^3]
+  std::vector<double> thickness;  ///< undeformed, of each local element [m]
+  std::vector<RestMetric> rest;   ///< of each local element
 };
+
+/// The wall that the options describe. Materials: the wall's, then one a region. Every law goes with every rule:
+/// without lambda, too, each has a thickness that is free of stress (neo-Hookean, Ogden: the undeformed one).
+/// Collective.
+/// @param texture in [0, 1] of each local element, where `wall.thickness_texture` gives the thickness; else empty
+/// @throws Error that names the key, and the element by its persistent id: a thickness that is not positive, an unknown
+/// field, two sources of thickness, a region that selects nothing, regions that overlap, constants that exclude each
+/// other or make no stable material (the undeformed state needs positive shear and bulk moduli)
+Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::vector<double>& texture);
 
 /// Mass of each owned vertex: a third of its elements' (balloon paper, eq. 19, w = 1/3). [kg]
 std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall);

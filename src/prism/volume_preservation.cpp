@@ -1,0 +1,215 @@
+#include "prism/volume_preservation.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "base/options.h"
+#include "base/units.h"
+
+namespace pellicle {
+
+namespace {
+
+/// Least part of its thickness that an element keeps in one correction.
+constexpr double least_part = 0.1;
+
+void sum_over_ranks(MPI_Comm comm, std::vector<double>& values) {
+  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm);
+}
+
+struct Edges {
+  Eigen::Vector3d e12;
+  Eigen::Vector3d e13;
+};
+
+Edges edges_of(const Field& positions, const std::array<PetscInt, 3>& corners) {
+  const Eigen::Vector3d first = positions.vector(corners[0]);
+  return {positions.vector(corners[1]) - first, positions.vector(corners[2]) - first};
+}
+
+}  // namespace
+
+void describe(OptionTable& table, VolumeOptions& options) {
+  table.add("volume.rule", options.rule)
+      .choices({"mass", "printed", "muller06"})
+      .help(
+          "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
+          "the "
+          "paper's formula, which diverges; muller06 the older one of position based dynamics")
+      .source("balloon paper, eq. 27; README: readings");
+  table.add("volume.tolerance", options.tolerance)
+      .range(1e-13, 1)
+      .help("relative error of the rubber's volume at which volume preservation ends")
+      .source("README: parameters");
+  table.add("volume.max_iterations", options.max_iterations)
+      .at_least(1)
+      .help("corrections of volume preservation in a step; the paper's: 1")
+      .source("balloon paper, Algorithm 2");
+}
+
+PrismVolume prism_volume(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, const Eigen::Vector3d& e14) {
+  PrismVolume volume;
+  volume.gradient.col(0) = 0.5 * (e14 - e12).cross(e13 - e12);
+  volume.gradient.col(1) = 0.5 * e13.cross(e14);
+  volume.gradient.col(2) = 0.5 * e14.cross(e12);
+  volume.gradient.col(3) = 0.5 * e12.cross(e13);
+  volume.value = e14.dot(volume.gradient.col(3));
+  return volume;
+}
+
+Eigen::Vector3d edge_to_virtual_vertex(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness) {
+  return (e12 + e13) / 3 + thickness * e12.cross(e13).normalized();
+}
+
+VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wall,
+                                       const std::vector<Eigen::Matrix3d>& projectors, const VolumeOptions& options)
+    : membrane_(&membrane),
+      wall_(&wall),
+      projectors_(&projectors),
+      options_(options),
+      rule_(options.rule == "mass"      ? Rule::mass
+            : options.rule == "printed" ? Rule::printed
+                                        : Rule::muller06),
+      piece_(static_cast<std::size_t>(membrane.particles.owned), 0) {
+  std::vector<double> mass(piece_.size(), 0.0);
+  const auto pieces = static_cast<std::size_t>(membrane.pieces());
+  std::vector<double> sums(3 * pieces, 0.0);  // volumes, inverse masses, vertices
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    const auto piece = static_cast<std::size_t>(membrane.piece[e]);
+    const double element_mass = wall.density[e] * wall.rest[e].volume;
+    for (const PetscInt corner : membrane.triangles[e]) {
+      if (corner < membrane.particles.owned) {
+        mass[static_cast<std::size_t>(corner)] += element_mass / 6;
+        piece_[static_cast<std::size_t>(corner)] = membrane.piece[e];
+      }
+    }
+    virtual_inverse_mass_.push_back(2 / element_mass);
+    if (static_cast<PetscInt>(e) < membrane.elements.owned) {
+      sums[piece] += wall.rest[e].volume;
+      sums[pieces + piece] += virtual_inverse_mass_[e];
+      sums[2 * pieces + piece] += 1;
+    }
+  }
+  for (std::size_t i = 0; i < mass.size(); ++i) {
+    const auto piece = static_cast<std::size_t>(piece_[i]);
+    inverse_mass_.push_back(1 / mass[i]);
+    sums[pieces + piece] += inverse_mass_[i];
+    sums[2 * pieces + piece] += 1;
+  }
+  sum_over_ranks(membrane.comm(), sums);
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    initial_volume_.push_back(sums[piece]);
+    mean_inverse_mass_.push_back(sums[pieces + piece] / sums[2 * pieces + piece]);
+  }
+}
+
+double VolumePreservation::factor(double inverse_mass, int piece) const {
+  if (rule_ == Rule::mass) {
+    return inverse_mass;
+  }
+  const double relative = inverse_mass / mean_inverse_mass_[static_cast<std::size_t>(piece)];
+  return rule_ == Rule::printed ? relative * inverse_mass : relative;
+}
+
+VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positions,
+                                                            const std::vector<double>& thickness_ratio) const {
+  const Membrane& membrane = *membrane_;
+  const std::size_t pieces = initial_volume_.size();
+  const auto elements = static_cast<Eigen::Index>(membrane.triangles.size());
+  Constraint constraint;
+  constraint.gradient = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
+  constraint.virtual_gradient.resize(3, elements);
+  constraint.virtual_vertices.resize(3, elements);
+  std::vector<double> sums(2 * pieces, 0.0);  // volumes, squared norms of the gradients
+  const auto weight = [this](double inverse_mass) { return rule_ == Rule::mass ? inverse_mass : 1.0; };
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    const auto& corners = membrane.triangles[e];
+    const auto [e12, e13] = edges_of(positions, corners);
+    const Eigen::Vector3d e14 = edge_to_virtual_vertex(e12, e13, thickness_ratio[e] * wall_->thickness[e]);
+    const PrismVolume volume = prism_volume(e12, e13, e14);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (corners[k] < membrane.particles.owned) {
+        constraint.gradient.col(corners[k]) += volume.gradient.col(static_cast<Eigen::Index>(k));
+      }
+    }
+    const auto column = static_cast<Eigen::Index>(e);
+    constraint.virtual_gradient.col(column) = volume.gradient.col(3);
+    constraint.virtual_vertices.col(column) = positions.vector(corners[0]) + e14;
+    if (static_cast<PetscInt>(e) < membrane.elements.owned) {
+      const auto piece = static_cast<std::size_t>(membrane.piece[e]);
+      sums[piece] += volume.value;
+      sums[pieces + piece] += weight(virtual_inverse_mass_[e]) * volume.gradient.col(3).squaredNorm();
+    }
+  }
+  for (std::size_t i = 0; i < inverse_mass_.size(); ++i) {
+    auto gradient = constraint.gradient.col(static_cast<Eigen::Index>(i));
+    gradient = ((*projectors_)[i] * gradient).eval();
+    sums[pieces + static_cast<std::size_t>(piece_[i])] += weight(inverse_mass_[i]) * gradient.squaredNorm();
+  }
+  sum_over_ranks(membrane.comm(), sums);
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    constraint.value.push_back(sums[piece] - initial_volume_[piece]);
+    constraint.squared_norm.push_back(sums[pieces + piece]);
+    const double error = std::abs(constraint.value[piece]) / initial_volume_[piece];
+    // Not std::max, which would hide an error that is not a number.
+    constraint.error = error <= constraint.error ? constraint.error : error;
+  }
+  return constraint;
+}
+
+PetscInt VolumePreservation::correct(Field& positions, std::vector<double>& thickness_ratio,
+                                     const Constraint& constraint) const {
+  const auto multiplier = [&](int piece, double inverse_mass) {
+    const auto p = static_cast<std::size_t>(piece);
+    return factor(inverse_mass, piece) * constraint.value[p] / constraint.squared_norm[p];
+  };
+  for (std::size_t i = 0; i < inverse_mass_.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    positions.values().col(column) -= multiplier(piece_[i], inverse_mass_[i]) * constraint.gradient.col(column);
+  }
+  positions.update_ghosts();
+  PetscInt clamped = 0;
+  for (std::size_t e = 0; e < thickness_ratio.size(); ++e) {
+    const auto& corners = membrane_->triangles[e];
+    const auto column = static_cast<Eigen::Index>(e);
+    const Eigen::Vector3d moved =
+        constraint.virtual_vertices.col(column) -
+        multiplier(membrane_->piece[e], virtual_inverse_mass_[e]) * constraint.virtual_gradient.col(column);
+    const auto [e12, e13] = edges_of(positions, corners);
+    // The prism's volume over its area: the height of the virtual vertex.
+    const double ratio = (moved - positions.vector(corners[0])).dot(e12.cross(e13).normalized()) / wall_->thickness[e];
+    const double least = least_part * thickness_ratio[e];
+    clamped += ratio < least && static_cast<PetscInt>(e) < membrane_->elements.owned ? 1 : 0;
+    thickness_ratio[e] = std::max(ratio, least);
+  }
+  return clamped;
+}
+
+VolumeResult VolumePreservation::advance(Field& positions, std::vector<double>& thickness_ratio) const {
+  const Eigen::MatrixXd positions_before = positions.values();
+  const std::vector<double> thickness_before = thickness_ratio;
+  VolumeResult result;
+  Constraint constraint = evaluate(positions, thickness_ratio);
+  result.error = constraint.error;
+  while (!(result.error <= options_.tolerance) && result.iterations < options_.max_iterations) {
+    result.clamped += correct(positions, thickness_ratio, constraint);
+    ++result.iterations;
+    constraint = evaluate(positions, thickness_ratio);
+    const double last_error = result.error;
+    result.error = constraint.error;
+    if (!(result.error < last_error)) {
+      result.converged = false;
+      result.reason = "volume preservation diverged: correction " + std::to_string(result.iterations) +
+                      " changed the relative error of the rubber's volume from " + number_text(last_error) + " to " +
+                      number_text(result.error);
+      positions.values() = positions_before;
+      thickness_ratio = thickness_before;
+      break;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &result.clamped, 1, MPIU_INT, MPI_SUM, membrane_->comm());
+  return result;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "base/stage_result.h"
+#include "mesh/field.h"
+#include "prism/wall.h"
+
+namespace pellicle {
+
+class OptionTable;
+
+/// How the rubber's volume is preserved after a step (balloon paper, section 7).
+struct VolumeOptions {
+  std::string rule = "mass";  ///< mass, printed or muller06
+  double tolerance = 1e-9;    ///< of |C| relative to the undeformed volume
+  int max_iterations = 30;    ///< corrections; the paper's: 1
+};
+
+/// Declares the options `volume.*`.
+void describe(OptionTable& table, VolumeOptions& options);
+
+/// Volume of a prism with a virtual fourth vertex and its gradient by the vertices (balloon paper, eq. 26, 28).
+struct PrismVolume {
+  double value = 0;                      ///< [m^3]
+  Eigen::Matrix<double, 3, 4> gradient;  ///< by x1, x2, x3 and x4 [m^2]
+};
+PrismVolume prism_volume(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, const Eigen::Vector3d& e14);
+
+/// From the first to the virtual vertex, in the middle of the prism's upper triangle.
+Eigen::Vector3d edge_to_virtual_vertex(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness);
+
+/// What volume preservation says of its work: `iterations` counts corrections, `error` is the largest |C| of a piece
+/// relative to its undeformed volume. It has not converged when a correction made the error larger; when all
+/// corrections are used and the error is still above the tolerance, it is left so.
+struct VolumeResult : StageResult {
+  PetscInt clamped = 0;  ///< how often an element's thickness was kept from falling to less than a tenth at once
+};
+
+/// Volume preservation of the wall by Algorithm 2: each piece of the membrane keeps its undeformed volume as a whole,
+/// C = sum A h - V0 = 0 (eq. 24). The elements' thickness is a virtual vertex while positions are corrected.
+///
+/// Rules, with w = 1/m', m' from eq. 19 with 1/6 for the three vertices and 1/2 for the virtual one:
+/// - mass: dx_i = -w_i C g_i / sum_j w_j |g_j|^2, which solves the linearised constraint exactly
+/// - printed: dx_i = -(n w_i / sum_j w_j) w_i C g_i / sum_j |g_j|^2 (eq. 27 as printed), which diverges
+/// - muller06: the same without the second w_i
+class VolumePreservation {
+ public:
+  /// Membrane, wall and projectors must outlive it. Collective.
+  /// @param projectors on the directions in which each local vertex may move
+  VolumePreservation(const Membrane& membrane, const Wall& wall, const std::vector<Eigen::Matrix3d>& projectors,
+                     const VolumeOptions& options);
+
+  /// Corrects positions and thickness until the error is within the tolerance. Where it diverges both are given back as
+  /// they were. Collective.
+  /// @param positions [m], ghosts up to date before and after
+  /// @param thickness_ratio h/h0 of the local elements
+  VolumeResult advance(Field& positions, std::vector<double>& thickness_ratio) const;
+
+ private:
+  enum class Rule { mass, printed, muller06 };
+
+  /// The constraints, one a piece, at some positions.
+  struct Constraint {
+    std::vector<double> value;          ///< C [m^3]
+    std::vector<double> squared_norm;   ///< sum of |g|^2, with the weights of the rule
+    Eigen::Matrix3Xd gradient;          ///< by the owned vertices, where they may move [m^2]
+    Eigen::Matrix3Xd virtual_gradient;  ///< by the virtual vertices of the local elements [m^2]
+    Eigen::Matrix3Xd virtual_vertices;  ///< of the local elements [m]
+    double error = 0;                   ///< largest |C| / V0
+  };
+
+  Constraint evaluate(const Field& positions, const std::vector<double>& thickness_ratio) const;
+  PetscInt correct(Field& positions, std::vector<double>& thickness_ratio, const Constraint& constraint) const;
+  /// Factor of C g / sum |g|^2 in the displacement of a vertex.
+  double factor(double inverse_mass, int piece) const;
+
+  const Membrane* membrane_;
+  const Wall* wall_;
+  const std::vector<Eigen::Matrix3d>* projectors_;
+  VolumeOptions options_;
+  Rule rule_;
+  std::vector<int> piece_;                    ///< of each owned vertex
+  std::vector<double> inverse_mass_;          ///< w of each owned vertex [1/kg]
+  std::vector<double> virtual_inverse_mass_;  ///< w of the virtual vertex of each local element [1/kg]
+  std::vector<double> initial_volume_;        ///< V0 of each piece [m^3]
+  std::vector<double> mean_inverse_mass_;     ///< of the vertices of each piece, the virtual ones too [1/kg]
+};
+
+}  // namespace pellicle

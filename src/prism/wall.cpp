@@ -1,0 +1,281 @@
+#include "prism/wall.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/units.h"
+
+namespace pellicle {
+
+namespace {
+
+Material::Law law_of(const std::string& name) {
+  return name == "st_venant_kirchhoff" ? Material::Law::st_venant_kirchhoff
+         : name == "neo_hookean"       ? Material::Law::neo_hookean
+         : name == "mooney_rivlin"     ? Material::Law::mooney_rivlin
+                                       : Material::Law::ogden;
+}
+
+/// Sets mu and lambda from Young's modulus and Poisson's ratio where these are given.
+/// @param key "wall." or "regions.NAME."
+template <class Number>
+void set_from_young(Material& material, const std::string& key, const MaterialOptions<Number>& options) {
+  if (options.young_modulus.has_value() != options.poisson_ratio.has_value()) {
+    const bool has_young = options.young_modulus.has_value();
+    throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
+                (has_young ? "poisson_ratio" : "young_modulus") + ", expected both or none");
+  }
+  if (!options.young_modulus) {
+    return;
+  }
+  if (material.law != Material::Law::st_venant_kirchhoff && material.law != Material::Law::neo_hookean) {
+    throw Error(key + "young_modulus: the material has other constants, expected one with mu and lambda");
+  }
+  const double young = *options.young_modulus;
+  const double poisson = *options.poisson_ratio;
+  if (!(poisson > -1 && poisson < 0.5)) {
+    throw Error(key + "poisson_ratio: " + number_text(poisson) +
+                " given, expected more than -1 and less than 0.5 (prism.thickness incompressible is the limit 0.5)");
+  }
+  material.mu = young / (2 * (1 + poisson));
+  material.lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+}
+
+/// The undeformed state must resist shear and compression: mu > 0 and K = lambda + 2/3 mu > 0, with the law's moduli of
+/// small strain.
+void require_stable(const Material& material, const std::string& key) {
+  double shear = material.mu;
+  double first = material.lambda;
+  std::string shear_key = "mu";
+  switch (material.law) {
+    case Material::Law::mooney_rivlin:
+      shear = 2 * (material.c1 + material.c2);
+      first += 4 * material.c2;
+      shear_key = "c1";
+      break;
+    case Material::Law::ogden: {
+      shear_key = "ogden_mu";
+      if (material.ogden_mu.size() != material.ogden_alpha.size()) {
+        throw Error(key + "ogden_alpha: " + std::to_string(material.ogden_alpha.size()) +
+                    " entries given, expected as many as of " + key + "ogden_mu, " +
+                    std::to_string(material.ogden_mu.size()));
+      }
+      shear = 0;
+      for (std::size_t k = 0; k < material.ogden_mu.size(); ++k) {
+        if (material.ogden_alpha[k] == 0) {
+          throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
+        }
+        shear += material.ogden_mu[k] * material.ogden_alpha[k] / 2;
+      }
+      break;
+    }
+    default:
+      break;
+  }
+  if (!(shear > 0)) {
+    throw Error(key + shear_key + ": the shear modulus of the undeformed material is " + number_text(shear) +
+                " Pa, expected more than 0" +
+                (material.law == Material::Law::ogden           ? " (half the sum of mu alpha)"
+                 : material.law == Material::Law::mooney_rivlin ? " (2 c1 + 2 c2)"
+                                                                : ""));
+  }
+  if (!(3 * first + 2 * shear > 0)) {
+    throw Error(key + "lambda: " + number_text(material.lambda) +
+                " Pa given, with which the undeformed material's bulk modulus is not positive, expected more than " +
+                number_text(material.lambda - first - 2 * shear / 3) + " Pa");
+  }
+}
+
+Material wall_material(const MaterialOptions<double>& options) {
+  Material material{law_of(options.law), options.mu,       options.lambda,     options.c1,
+                    options.c2,          options.ogden_mu, options.ogden_alpha};
+  set_from_young(material, "wall.", options);
+  require_stable(material, "wall.");
+  return material;
+}
+
+/// @param key "regions.NAME."
+Material region_material(const Material& wall, const std::string& key,
+                         const MaterialOptions<std::optional<double>>& options) {
+  Material material = wall;
+  if (options.law != "wall") {
+    material.law = law_of(options.law);
+  }
+  if (options.young_modulus && (options.mu || options.lambda)) {
+    throw Error(key + "young_modulus: given beside mu or lambda, expected one pair of constants");
+  }
+  material.mu = options.mu.value_or(wall.mu);
+  material.lambda = options.lambda.value_or(wall.lambda);
+  material.c1 = options.c1.value_or(wall.c1);
+  material.c2 = options.c2.value_or(wall.c2);
+  if (!options.ogden_mu.empty()) {
+    material.ogden_mu = options.ogden_mu;
+  }
+  if (!options.ogden_alpha.empty()) {
+    material.ogden_alpha = options.ogden_alpha;
+  }
+  set_from_young(material, key, options);
+  require_stable(material, key);
+  return material;
+}
+
+/// Undeformed thickness of the local elements, regions aside.
+std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& options,
+                                   const std::vector<double>& texture) {
+  std::vector<double> thickness(membrane.triangles.size(), options.thickness);
+  if (!options.thickness_texture.empty() && !options.thickness_field.empty()) {
+    throw Error("wall.thickness_field: given beside wall.thickness_texture, expected one of them");
+  }
+  if (!texture.empty()) {
+    const double black = options.thickness_range[0];
+    const double white = options.thickness_range[1];
+    std::transform(texture.begin(), texture.end(), thickness.begin(),
+                   [black, white](double value) { return black + value * (white - black); });
+  }
+  if (!options.thickness_field.empty()) {
+    together(membrane.comm(), [&] {
+      const auto field = membrane.element_fields.find(options.thickness_field);
+      if (field != membrane.element_fields.end()) {
+        thickness = field->second;
+      } else if (!thickness.empty()) {
+        std::string known;
+        for (const auto& [name, values] : membrane.element_fields) {
+          known += (known.empty() ? "" : ", ") + name;
+        }
+        throw Error("wall.thickness_field: '" + options.thickness_field + "' is no field of the mesh's faces, " +
+                    (known.empty() ? "which has none" : "expected one of " + known));
+      }
+      for (std::size_t e = 0; e < thickness.size(); ++e) {
+        if (!(thickness[e] > 0) || !std::isfinite(thickness[e])) {
+          throw Error("wall.thickness_field: element " + std::to_string(membrane.element_id[e]) + " has " +
+                      number_text(thickness[e]) + " m, expected more than 0");
+        }
+      }
+    });
+  }
+  return thickness;
+}
+
+/// Undeformed edges of an element.
+struct Edges {
+  Eigen::Vector3d e12;
+  Eigen::Vector3d e13;
+};
+
+Edges rest_edges(const Membrane& membrane, const std::array<PetscInt, 3>& corners) {
+  const Eigen::Vector3d first = membrane.rest.col(corners[0]);
+  return {membrane.rest.col(corners[1]) - first, membrane.rest.col(corners[2]) - first};
+}
+
+/// The local elements of a region; each selector must find something on some rank. Collective.
+/// @param key "regions.NAME."
+std::vector<bool> select(const Membrane& membrane, const std::string& key, const RegionOptions& options) {
+  if (options.group.empty() && options.box.empty() && !options.radius) {
+    throw Error(key + "radius: nothing selects elements, expected group, box or centre and radius");
+  }
+  std::vector<bool> chosen(membrane.triangles.size(), false);
+  const auto add = [&](const std::string& selector, const auto& holds) {
+    PetscInt found = 0;
+    for (std::size_t e = 0; e < chosen.size(); ++e) {
+      if (holds(membrane.triangles[e])) {
+        chosen[e] = true;
+        ++found;
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, membrane.comm());
+    if (found == 0) {
+      throw Error(key + selector + ": selects no element of the mesh, expected at least one");
+    }
+  };
+  const auto centroid = [&membrane](const std::array<PetscInt, 3>& corners) {
+    const auto [e12, e13] = rest_edges(membrane, corners);
+    return Eigen::Vector3d(membrane.rest.col(corners[0]) + (e12 + e13) / 3);
+  };
+  if (!options.group.empty()) {
+    std::vector<bool> members(static_cast<std::size_t>(membrane.particles.local()), false);
+    if (const auto group = membrane.groups.find(options.group); group != membrane.groups.end()) {
+      for (const PetscInt i : group->second) {
+        members[static_cast<std::size_t>(i)] = true;
+      }
+    }
+    add("group: " + options.group, [&](const std::array<PetscInt, 3>& corners) {
+      return std::all_of(corners.begin(), corners.end(),
+                         [&](PetscInt i) { return members[static_cast<std::size_t>(i)]; });
+    });
+  }
+  if (!options.box.empty()) {
+    const Eigen::Map<const Eigen::Vector3d> first(options.box.data());
+    const Eigen::Map<const Eigen::Vector3d> second(options.box.data() + 3);
+    const Eigen::AlignedBox3d box(first.cwiseMin(second), first.cwiseMax(second));
+    add("box", [&](const std::array<PetscInt, 3>& corners) { return box.contains(centroid(corners)); });
+  }
+  if (options.radius) {
+    add("radius", [&](const std::array<PetscInt, 3>& corners) {
+      return (centroid(corners) - options.centre).norm() <= *options.radius;
+    });
+  }
+  return chosen;
+}
+
+/// Gives a region's elements what is different in them.
+/// @param number of the region's material
+void apply_region(Wall& wall, const Membrane& membrane, const std::string& name, const RegionOptions& options,
+                  int number, const std::vector<std::string>& names) {
+  const std::vector<bool> chosen = select(membrane, "regions." + name + ".", options);
+  together(membrane.comm(), [&] {
+    for (std::size_t e = 0; e < chosen.size(); ++e) {
+      if (!chosen[e]) {
+        continue;
+      }
+      if (wall.material[e] != 0) {
+        throw Error("regions." + name + ": element " + std::to_string(membrane.element_id[e]) + " is also in regions." +
+                    names[static_cast<std::size_t>(wall.material[e])] + ", expected each element in one region");
+      }
+      wall.material[e] = number;
+      wall.thickness[e] = options.thickness.value_or(wall.thickness[e]);
+      wall.density[e] = options.density.value_or(wall.density[e]);
+    }
+  });
+}
+
+}  // namespace
+
+Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::vector<double>& texture) {
+  Wall wall;
+  wall.rule = options.thickness_rule == "incompressible" ? ThicknessRule::incompressible
+              : options.thickness_rule == "plane_stress" ? ThicknessRule::plane_stress
+                                                         : ThicknessRule::fixed;
+  wall.preserve_volume = options.thickness_rule == "global";
+  wall.materials.push_back(wall_material(options.material));
+  wall.material.assign(membrane.triangles.size(), 0);
+  wall.density.assign(membrane.triangles.size(), options.density);
+  wall.thickness = wall_thickness(membrane, options, texture);
+  std::vector<std::string> names{"wall"};  // by material
+  for (const auto& [name, region] : options.regions) {
+    wall.materials.push_back(region_material(wall.materials.front(), "regions." + name + ".", region.material));
+    apply_region(wall, membrane, name, region, static_cast<int>(names.size()), names);
+    names.push_back(name);
+  }
+  wall.rest.reserve(membrane.triangles.size());
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    const auto [e12, e13] = rest_edges(membrane, membrane.triangles[e]);
+    wall.rest.push_back(rest_metric(e12, e13, wall.thickness[e]));
+  }
+  return wall;
+}
+
+std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall) {
+  std::vector<double> mass(static_cast<std::size_t>(membrane.particles.owned), 0.0);
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    for (const PetscInt corner : membrane.triangles[e]) {
+      if (corner < membrane.particles.owned) {
+        mass[static_cast<std::size_t>(corner)] += wall.density[e] * wall.rest[e].volume / 3;
+      }
+    }
+  }
+  return mass;
+}
+
+}  // namespace pellicle
