@@ -7,8 +7,9 @@
 namespace pellicle {
 
 // The prism element (balloon paper, section 4) through its metric. The director is the unit normal of the triangle, so
-// that F^T F has the in-plane block given by the edges and the entry c = (h/h0)^2 across the wall, and no others; energy,
-// forces and tangent follow from U(a), a = (e12.e12, e12.e13, e13.e13), exactly, the director's derivatives included.
+// that F^T F has the in-plane block given by the edges and the entry c = (h/h0)^2 across the wall, and no others;
+// energy, forces and tangent follow from U(a), a = (e12.e12, e12.e13, e13.e13), exactly, the director's derivatives
+// included.
 
 /// What becomes of the wall's thickness while the element deforms.
 enum class ThicknessRule {
@@ -27,26 +28,37 @@ struct RestMetric {
 /// @param e12, e13 undeformed edges [m] @param thickness undeformed [m]
 RestMetric rest_metric(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness);
 
+/// R = [e12 e13]^-1 of the undeformed edges in orthonormal axes of their plane, the first along e12: upper triangular.
+/// The in-plane deformation gradient in these axes is [e12 e13] R of the deformed edges. [1/m]
+Eigen::Matrix2d inverse_edges(const RestMetric& rest);
+
+/// The in-plane right Cauchy-Green tensor in the axes of `inverse_edges`, as (C11, C22, sqrt(2) C12), is this matrix
+/// times a. [1/m^2]
+Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest);
+
 /// Energy of an element and its derivatives by a = (e12.e12, e12.e13, e13.e13), the thickness eliminated by the rule.
 struct MetricEnergy {
-  double energy = 0;            ///< U [J]
-  Eigen::Vector3d gradient;     ///< dU/da [J/m^2]
-  Eigen::Matrix3d hessian;      ///< d2U/da2 [J/m^4], symmetric
-  double thickness_ratio = 1;   ///< h/h0 = sqrt(c)
+  double energy = 0;           ///< U [J]
+  Eigen::Vector3d gradient;    ///< dU/da [J/m^2]
+  Eigen::Matrix3d hessian;     ///< d2U/da2 [J/m^4], symmetric
+  double thickness_ratio = 1;  ///< h/h0 = sqrt(c)
 };
 
 /// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress
-/// Not finite where the element has collapsed (no area) or, for plane_stress, no thickness balances it.
+/// Infinite energy and nothing finite else where the element has collapsed (no area) or, for plane_stress, no thickness
+/// balances it.
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
                            const Eigen::Vector3d& a, double given_ratio);
 
-/// The part of the tangent that keeps every element positive semi-definite: for the geometric stiffness the gradient
-/// with compressive principal stresses (second Piola-Kirchhoff, undeformed frame) left out, and the Hessian without
-/// negative eigenvalues. @returns gradient and hessian to use in place of the exact ones
+/// What an element matrix is made of: gradient and Hessian by a, exact or their positive part.
 struct MetricTangent {
-  Eigen::Vector3d gradient;
-  Eigen::Matrix3d hessian;
+  Eigen::Vector3d gradient;  ///< [J/m^2]
+  Eigen::Matrix3d hessian;   ///< [J/m^4], symmetric
 };
+
+/// The part of the tangent that keeps every element positive semi-definite: for the geometric stiffness the gradient
+/// with compressive principal stresses (second Piola-Kirchhoff) left out, and the Hessian, as stiffness in orthonormal
+/// undeformed axes, without negative eigenvalues. The exact ones where there is nothing to leave out.
 MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest);
 
 /// Element matrix K = d2U/dx2 of the vertices (x1, x2, x3), (9 x 9) [N/m], from gradient and Hessian by a.

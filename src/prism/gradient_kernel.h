@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "prism/metric_energy.h"
+
+namespace pellicle {
+
+// The prism element as the balloon paper has it (eq. 2 to 11): its deformation gradient is stored, stress and the
+// action of the tangent are made of it. In exact arithmetic with the director varied the same as `metric_energy`, which
+// needs less. Axes of the undeformed element: those of `inverse_edges`, and its normal.
+
+/// What becomes of the director in the tangent.
+enum class Director {
+  varied,   ///< it stays normal: then no transverse shear arises, and nothing across the wall does work
+  left_out  ///< the paper's: dF has no third column, which adds a transverse shear stiffness
+};
+
+/// A deformed element, linearised.
+struct GradientElement {
+  Eigen::Matrix3d gradient;       ///< F = [e12 e13 d h] [e12 e13 d h]^-1, the latter undeformed (eq. 4)
+  Eigen::Matrix3d stress;         ///< second Piola-Kirchhoff S, thickness eliminated by the rule [Pa]
+  Eigen::Matrix3d stiffness;      ///< dS/dE in the plane, each as (11, 22, sqrt(2) 12) [Pa]
+  Eigen::Matrix2d shear;          ///< transverse shear moduli: dS_i3 = 2 shear_ij dE_j3 [Pa]
+  Eigen::Matrix2d inverse_edges;  ///< of the undeformed element [1/m]
+  double volume;                  ///< undeformed [m^3]
+};
+
+/// @param e12, e13 deformed edges [m] @param given_ratio as for metric_energy
+GradientElement gradient_element(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                                 const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double given_ratio);
+
+/// First Piola-Kirchhoff stress P = F S (eq. 9). [Pa]
+Eigen::Matrix3d piola(const GradientElement& element);
+
+/// Forces -V P dF/dx of the vertices (eq. 8). [N]
+void gradient_force(const GradientElement& element, Eigen::Vector3d force[3]);
+
+/// Change of the forces for displacements w: -V (dF S + F dS) dF/dx (eq. 11). [N]
+void gradient_action(const GradientElement& element, Director director, const Eigen::Vector3d w[3],
+                     Eigen::Vector3d df[3]);
+
+}  // namespace pellicle

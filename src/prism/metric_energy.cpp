@@ -1,0 +1,192 @@
+#include "prism/metric_energy.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+namespace pellicle {
+
+namespace {
+
+/// c with dpsi/dc = 0 at a minimum of psi: Newton's method in ln c, kept inside the bracket found so far. NaN if it
+/// finds none.
+double balanced_c(const Material& material, double t, double d, double start) {
+  constexpr double longest_step = 1;  // of ln c
+  double lower = 0, upper = std::numeric_limits<double>::infinity();
+  double c = start > 0 ? start : 1;
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const EnergyDensity psi = energy_density(material, t, d, c);
+    const double slope = psi.gradient[2] * c;  // by ln c
+    const double curvature = psi.hessian[2][2] * c * c + slope;
+    (slope > 0 ? upper : lower) = c;
+    double step = curvature > 0 ? -slope / curvature : (slope > 0 ? -longest_step : longest_step);
+    const bool converged = std::abs(step) < 1e-8;  // quadratic: what is left after it is rounding
+    step = std::min(std::max(step, -longest_step), longest_step);
+    const double next = c * std::exp(step);
+    if (converged) {
+      return next;
+    }
+    c = next > lower && next < upper ? next : std::sqrt(lower * upper);
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// psi and its derivatives by (t, d) alone, c eliminated.
+struct InPlaneDensity {
+  double value, t, d, tt, td, dd;
+};
+
+InPlaneDensity in_plane_density(const EnergyDensity& psi, ThicknessRule rule, double d) {
+  const auto& [t1, d1, c1] = psi.gradient;
+  InPlaneDensity result{psi.value, t1, d1, psi.hessian[0][0], psi.hessian[0][1], psi.hessian[1][1]};
+  const double tc = psi.hessian[0][2], dc = psi.hessian[1][2], cc = psi.hessian[2][2];
+  if (rule == ThicknessRule::incompressible) {
+    const double slope = -1 / (d * d);  // of c = 1/d
+    result.d += c1 * slope;
+    result.td += tc * slope;
+    result.dd += 2 * dc * slope + cc * slope * slope + c1 * 2 / (d * d * d);
+  } else if (rule == ThicknessRule::plane_stress) {
+    result.tt -= tc * tc / cc;
+    result.td -= tc * dc / cc;
+    result.dd -= dc * dc / cc;
+  }
+  return result;
+}
+
+MetricEnergy collapsed() {
+  MetricEnergy result;
+  result.energy = std::numeric_limits<double>::infinity();
+  result.gradient.setConstant(std::numeric_limits<double>::quiet_NaN());
+  result.hessian.setConstant(std::numeric_limits<double>::quiet_NaN());
+  result.thickness_ratio = std::numeric_limits<double>::quiet_NaN();
+  return result;
+}
+
+bool is_positive(const Eigen::Matrix3d& m) {
+  return m(0, 0) > 0 && m(0, 0) * m(1, 1) > m(0, 1) * m(0, 1) && m.determinant() >= 0;
+}
+
+}  // namespace
+
+RestMetric rest_metric(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness) {
+  const double twice_area = e12.cross(e13).norm();
+  RestMetric rest;
+  rest.inverse = Eigen::Vector3d(e13.dot(e13), -e12.dot(e13), e12.dot(e12)) / (twice_area * twice_area);
+  rest.area = twice_area / 2;
+  rest.volume = rest.area * thickness;
+  return rest;
+}
+
+Eigen::Matrix2d inverse_edges(const RestMetric& rest) {
+  // rest.inverse = R R^T
+  const double r22 = std::sqrt(rest.inverse[2]);
+  Eigen::Matrix2d r;
+  r << 1 / (2 * rest.area * r22), rest.inverse[1] / r22, 0, r22;
+  return r;
+}
+
+Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest) {
+  // C = R^T A R
+  const Eigen::Matrix2d r = inverse_edges(rest);
+  const double r11 = r(0, 0), r12 = r(0, 1), r22 = r(1, 1);
+  const double root = std::sqrt(2.0);
+  Eigen::Matrix3d map;
+  map << r11 * r11, 0, 0,                   //
+      r12 * r12, 2 * r12 * r22, r22 * r22,  //
+      root * r11 * r12, root * r11 * r22, 0;
+  return map;
+}
+
+MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                           const Eigen::Vector3d& a, double given_ratio) {
+  // t = inverse : a and d = det a / det of the undeformed metric, with their derivatives by a
+  const double scale = 1 / (4 * rest.area * rest.area);
+  const Eigen::Vector3d by_t(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
+  const Eigen::Vector3d by_d = scale * Eigen::Vector3d(a[2], -2 * a[1], a[0]);
+  const double t = by_t.dot(a);
+  const double d = scale * (a[0] * a[2] - a[1] * a[1]);
+  if (!(d > 0)) {
+    return collapsed();
+  }
+  double c = given_ratio * given_ratio;
+  if (rule == ThicknessRule::incompressible) {
+    c = 1 / d;
+  } else if (rule == ThicknessRule::plane_stress) {
+    c = balanced_c(material, t, d, c);
+  }
+  const InPlaneDensity psi = in_plane_density(energy_density(material, t, d, c), rule, d);
+  if (!std::isfinite(psi.value)) {
+    return collapsed();
+  }
+
+  MetricEnergy result;
+  result.energy = rest.volume * psi.value;
+  result.gradient = rest.volume * (psi.t * by_t + psi.d * by_d);
+  const Eigen::Vector3d by_t_row = psi.tt * by_t + psi.td * by_d;
+  const Eigen::Vector3d by_d_row = psi.td * by_t + psi.dd * by_d;
+  result.hessian = by_t * by_t_row.transpose() + by_d * by_d_row.transpose();
+  result.hessian(0, 2) += psi.d * scale;
+  result.hessian(2, 0) += psi.d * scale;
+  result.hessian(1, 1) -= 2 * psi.d * scale;
+  result.hessian *= rest.volume;
+  result.thickness_ratio = std::sqrt(c);
+  return result;
+}
+
+MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest) {
+  MetricTangent result{energy.gradient, energy.hessian};
+
+  // The gradient as a symmetric matrix G is V/2 D^-1 S D^-T, D the undeformed edges: positive where S is, in any axes.
+  const Eigen::Vector3d& g = energy.gradient;
+  const double determinant = 4 * rest.area * rest.area * (g[0] * g[2] - g[1] * g[1] / 4);
+  if (g[0] < 0 || g[2] < 0 || determinant < 0) {
+    // Principal values of V/2 S.
+    const double mean =
+        2 * rest.area * rest.area * (g[0] * rest.inverse[2] - g[1] * rest.inverse[1] + g[2] * rest.inverse[0]);
+    const double radius = std::sqrt(std::max(mean * mean - determinant, 0.0));
+    const double larger = mean > 0 ? mean + radius : determinant / (mean - radius);
+    const double smaller = mean > 0 ? determinant / larger : mean - radius;
+    if (larger <= 0) {
+      result.gradient.setZero();
+    } else if (smaller < 0) {
+      const Eigen::Vector3d identity(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);  // S = 1
+      result.gradient = larger / (larger - smaller) * (g - smaller * identity);
+    }
+  }
+
+  if (!is_positive(energy.hessian)) {
+    const Eigen::Matrix3d map = cauchy_green_of_metric(rest);
+    const Eigen::Matrix3d inverse = map.inverse();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> stiffness(inverse.transpose() * energy.hessian * inverse);
+    const Eigen::Matrix3d axes = map.transpose() * stiffness.eigenvectors();
+    result.hessian = axes * stiffness.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+  }
+  return result;
+}
+
+Eigen::Matrix<double, 9, 9> element_matrix(const MetricTangent& tangent, const Eigen::Vector3d& e12,
+                                           const Eigen::Vector3d& e13) {
+  // By the edges (e12, e13) first: da = B (de12, de13), and the second derivatives of a weighted by the gradient.
+  Eigen::Matrix<double, 3, 6> b;
+  b << 2 * e12.transpose(), Eigen::RowVector3d::Zero(),  //
+      e13.transpose(), e12.transpose(),                  //
+      Eigen::RowVector3d::Zero(), 2 * e13.transpose();
+  const Eigen::Vector3d& g = tangent.gradient;
+  Eigen::Matrix<double, 6, 6> by_edges = b.transpose() * (tangent.hessian * b);
+  for (int i = 0; i < 3; ++i) {
+    by_edges(i, i) += 2 * g[0];
+    by_edges(i, i + 3) += g[1];
+    by_edges(i + 3, i) += g[1];
+    by_edges(i + 3, i + 3) += 2 * g[2];
+  }
+  // e12 = x2 - x1, e13 = x3 - x1: forces and displacements of x1 are minus the sums.
+  Eigen::Matrix<double, 9, 9> k;
+  k.bottomRightCorner<6, 6>() = by_edges;
+  k.topRightCorner<3, 6>() = -by_edges.topRows<3>() - by_edges.bottomRows<3>();
+  k.leftCols<3>() = -k.middleCols<3>(3) - k.rightCols<3>();
+  return k;
+}
+
+}  // namespace pellicle
