@@ -1,0 +1,140 @@
+#include "geometry/pressure_load.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace pellicle {
+namespace {
+
+using Triangle = std::array<int, 3>;
+
+/// The octahedron with corners at +x, -x, +y, -y, +z, -z, or its upper half, which the plane z = 0 closes.
+const std::vector<Triangle> upper_half{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}};
+const std::vector<Triangle> whole{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                  {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+
+Eigen::Matrix3Xd octahedron(double radius) {
+  Eigen::Matrix3Xd corners(3, 6);
+  corners << 1, -1, 0, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0, 0, 0, 1, -1;
+  return radius * corners;
+}
+
+/// No two coordinates alike; the first four corners stay in z = 0.
+Eigen::Matrix3Xd crooked() {
+  Eigen::Matrix3Xd corners = octahedron(0.5);
+  for (Eigen::Index i = 0; i < corners.size(); ++i) {
+    corners.data()[i] += 0.05 * std::sin(3.0 * static_cast<double>(i) + 1);
+  }
+  corners.block<1, 4>(2, 0).setZero();
+  return corners;
+}
+
+double volume(const std::vector<Triangle>& surface, const Eigen::Matrix3Xd& x) {
+  double sum = 0;
+  for (const auto& [a, b, c] : surface) {
+    sum += enclosed_volume(x.col(a), x.col(b), x.col(c));
+  }
+  return sum;
+}
+
+/// Balloon paper, eq. 15.
+Eigen::VectorXd pressure_force(double pressure, const std::vector<Triangle>& surface, const Eigen::Matrix3Xd& x) {
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, x.cols());
+  for (const Triangle& triangle : surface) {
+    for (const int corner : triangle) {
+      force.col(corner) += pressure / 3 * area_vector(x.col(triangle[0]), x.col(triangle[1]), x.col(triangle[2]));
+    }
+  }
+  return force.reshaped();
+}
+
+Eigen::MatrixXd stiffness(double pressure, const std::vector<Triangle>& surface, const Eigen::Matrix3Xd& x) {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(x.size(), x.size());
+  for (const Triangle& triangle : surface) {
+    const auto element = pressure_stiffness(pressure, x.col(triangle[0]), x.col(triangle[1]), x.col(triangle[2]));
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        sum.block<3, 3>(3 * triangle[static_cast<std::size_t>(i)], 3 * triangle[static_cast<std::size_t>(j)]) +=
+            element.block<3, 3>(3 * i, 3 * j);
+      }
+    }
+  }
+  return sum;
+}
+
+/// Minus the derivative of eq. 15's force. Exact but for rounding: the force is quadratic.
+Eigen::MatrixXd difference_stiffness(double pressure, const std::vector<Triangle>& surface, const Eigen::Matrix3Xd& x) {
+  constexpr double step = 0.1;
+  Eigen::MatrixXd result(x.size(), x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    Eigen::Matrix3Xd forward = x;
+    Eigen::Matrix3Xd backward = x;
+    forward.data()[i] += step;
+    backward.data()[i] -= step;
+    result.col(i) =
+        -(pressure_force(pressure, surface, forward) - pressure_force(pressure, surface, backward)) / (2 * step);
+  }
+  return result;
+}
+
+constexpr double pressure = 700;  // [Pa]
+
+TEST(PressureLoad, volume_of_an_octahedron) {
+  EXPECT_NEAR(volume(whole, octahedron(0.5)), 4.0 / 3 * 0.125, 1e-15);
+  EXPECT_NEAR(volume(upper_half, octahedron(0.5)), 2.0 / 3 * 0.125, 1e-15);
+  const Eigen::Matrix3Xd moved = crooked().colwise() + Eigen::Vector3d(1, -2, 0.5);
+  EXPECT_NEAR(volume(whole, moved), volume(whole, crooked()), 1e-14);
+}
+
+TEST(PressureLoad, stiffness_of_a_closed_surface_is_the_derivative_of_the_force) {
+  const Eigen::Matrix3Xd x = crooked();
+  const Eigen::MatrixXd exact = difference_stiffness(pressure, whole, x);
+  EXPECT_GT(exact.norm(), 100);
+  EXPECT_LT((stiffness(pressure, whole, x) - exact).norm(), 1e-12 * exact.norm());
+  EXPECT_LT((exact - exact.transpose()).norm(), 1e-12 * exact.norm());
+  const Eigen::Matrix3Xd moved = x.colwise() + Eigen::Vector3d(1, -2, 0.5);
+  EXPECT_LT((stiffness(pressure, whole, moved) - exact).norm(), 1e-12 * exact.norm());
+}
+
+TEST(PressureLoad, stiffness_of_a_triangle_is_symmetric) {
+  const Eigen::Matrix3Xd x = crooked();
+  const auto element = pressure_stiffness(pressure, x.col(0), x.col(2), x.col(4));
+  EXPECT_EQ(element, element.transpose());
+}
+
+TEST(PressureLoad, stiffness_is_exact_for_a_surface_that_a_plane_closes) {
+  const Eigen::Matrix3Xd x = crooked();
+  Eigen::VectorXd free = Eigen::VectorXd::Ones(x.size());
+  for (int corner = 0; corner < 4; ++corner) {
+    free[3 * corner + 2] = 0;  // bound to z = 0
+  }
+  const Eigen::MatrixXd exact = difference_stiffness(pressure, upper_half, x);
+  const Eigen::MatrixXd difference = stiffness(pressure, upper_half, x) - exact;
+  EXPECT_LT((free.asDiagonal() * difference * free.asDiagonal()).norm(), 1e-12 * exact.norm());
+  EXPECT_GT(difference.norm(), 1e-2 * exact.norm());  // off the plane they differ
+}
+
+TEST(PressureLoad, action_is_the_matrix_times_the_displacements) {
+  const Eigen::Matrix3d x = crooked().leftCols<3>() + 0.2 * Eigen::Matrix3d::Identity();
+  const std::array<Eigen::Vector3d, 3> corners{x.col(0), x.col(1), x.col(2)};
+  const std::array<Eigen::Vector3d, 3> w{Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(-4, 5, 1),
+                                         Eigen::Vector3d(2, -1, 7)};
+  std::array<Eigen::Vector3d, 3> result{Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(2, 2, 2), Eigen::Vector3d(3, 3, 3)};
+  Eigen::Matrix<double, 9, 1> expected;
+  expected << result[0], result[1], result[2];
+  Eigen::Matrix<double, 9, 1> displacement;
+  displacement << w[0], w[1], w[2];
+  expected += pressure_stiffness(pressure, corners[0], corners[1], corners[2]) * displacement;
+  add_pressure_stiffness_action(pressure, corners.data(), w.data(), result.data());
+  for (int corner = 0; corner < 3; ++corner) {
+    EXPECT_LT((result[static_cast<std::size_t>(corner)] - expected.segment<3>(3 * corner)).norm(),
+              1e-13 * expected.norm());
+  }
+}
+
+}  // namespace
+}  // namespace pellicle
