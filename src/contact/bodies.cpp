@@ -51,7 +51,8 @@ void describe(OptionTable& table, BodyOptions& options) {
   table.add("margin", options.margin).unit("m").at_least(0).help("gap kept between the body and the particles");
 }
 
-Bodies::Bodies(const std::map<std::string, BodyOptions>& options) {
+std::vector<Body> make_bodies(const std::map<std::string, BodyOptions>& options) {
+  std::vector<Body> bodies;
   for (const auto& [name, given] : options) {
     require_valid("bodies." + name, given);
     const auto start = [&path = given.path](const Eigen::Vector3d& place) {
@@ -59,11 +60,12 @@ Bodies::Bodies(const std::map<std::string, BodyOptions>& options) {
     };
     const Solid solid = given.shape == "sphere" ? Solid(Sphere{start(given.centre), given.radius})
                                                 : Solid(HalfSpace{start(given.point), given.normal.normalized()});
-    bodies_.push_back({solid, given.velocity, given.path, given.friction, given.margin});
+    bodies.push_back({solid, given.velocity, given.path, given.friction, given.margin});
   }
+  return bodies;
 }
 
-Eigen::Vector3d Bodies::Body::displacement(double from, double to) const {
+Eigen::Vector3d Body::displacement(double from, double to) const {
   return path.empty() ? Eigen::Vector3d(velocity * (to - from))
                       : Eigen::Vector3d(place_on_key_points(path, to) - place_on_key_points(path, from));
 }
@@ -71,7 +73,7 @@ Eigen::Vector3d Bodies::Body::displacement(double from, double to) const {
 PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) const {
   PetscInt inside = 0;
   for (const Body& body : bodies_) {
-    const Solid solid = moved_by(body.displacement(0, step.time_end), body.solid);
+    const Solid solid = body.at(step.time_end);
     const Eigen::Vector3d carried = body.displacement(step.time_end - step.h, step.time_end);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       auto x = positions.vector(i);
@@ -97,7 +99,7 @@ PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) co
 PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) const {
   PetscInt approaching = 0;
   for (const Body& body : bodies_) {
-    const Solid solid = moved_by(body.displacement(0, step.time_end), body.solid);
+    const Solid solid = body.at(step.time_end);
     // The mean over the step, as in eq. 13: a particle that sticks to the body has just this velocity.
     const Eigen::Vector3d body_velocity = body.displacement(step.time_end - step.h, step.time_end) / step.h;
     for (PetscInt i = 0; i < step.particles.local(); ++i) {

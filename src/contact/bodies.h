@@ -26,6 +26,21 @@ struct BodyOptions {
 
 void describe(OptionTable& table, BodyOptions& options);
 
+/// A solid that moves without turning.
+struct Body {
+  Solid solid;               ///< at time 0
+  Eigen::Vector3d velocity;  ///< [m/s], if there is no path
+  Rows path;
+  double friction = 0;
+  double margin = 0;  ///< [m]
+
+  Solid at(double time) const { return moved_by(displacement(0, time), solid); }
+  Eigen::Vector3d displacement(double from, double to) const;
+};
+
+/// @throws Error that names the body and the key, the same on all ranks.
+std::vector<Body> make_bodies(const std::map<std::string, BodyOptions>& options);
+
 /// The moment at which contacts are sought.
 struct ContactStep {
   const Layout& particles;
@@ -41,8 +56,8 @@ struct ContactStep {
 /// mu d of its displacement along the surface relative to the body, as an impulse m d/h would.
 class Bodies {
  public:
-  /// @throws Error that names the body and the key, the same on all ranks.
-  explicit Bodies(const std::map<std::string, BodyOptions>& options);
+  /// @throws Error as make_bodies does.
+  explicit Bodies(const std::map<std::string, BodyOptions>& options) : bodies_(make_bodies(options)) {}
 
   /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
   /// at every projection step. Not collective: local particles, ghosts too, are moved alike on every rank.
@@ -60,16 +75,6 @@ class Bodies {
   bool empty() const { return bodies_.empty(); }
 
  private:
-  struct Body {
-    Solid solid;               ///< at time 0
-    Eigen::Vector3d velocity;  ///< [m/s], if there is no path
-    Rows path;
-    double friction = 0;
-    double margin = 0;  ///< [m]
-
-    Eigen::Vector3d displacement(double from, double to) const;
-  };
-
   std::vector<Body> bodies_;
 };
 

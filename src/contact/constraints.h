@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/options.h"
 #include "contact/pins.h"
 #include "mesh/point_set.h"
 
@@ -18,7 +19,8 @@ struct SymmetryOptions {
 
 void describe(OptionTable& table, SymmetryOptions& options);
 
-/// Where vertices may move: freely, in planes or along lines of symmetry, or not at all (pins).
+/// Where vertices may move: freely, in planes or along lines of symmetry, or not at all (pins). A vertex is bound to
+/// every plane that its undeformed place is as near to as a millionth of the mesh's size.
 class Constraints {
  public:
   /// Collective. @throws Error that names the plane and the key: no vertex in it, planes without a common point
@@ -28,15 +30,15 @@ class Constraints {
   const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
   /// Whether the projector is not the identity.
   const std::vector<bool>& constrained() const { return constrained_; }
-  /// A point of all symmetry planes [m].
+  /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
   const Eigen::Vector3d& origin() const { return origin_; }
   bool has_planes() const { return has_planes_; }
 
  private:
   std::vector<Eigen::Matrix3d> projectors_;
   std::vector<bool> constrained_;
-  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-  bool has_planes_ = false;
+  Eigen::Vector3d origin_;
+  bool has_planes_;
 };
 
 }  // namespace pellicle

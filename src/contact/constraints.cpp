@@ -1,0 +1,119 @@
+#include "contact/constraints.h"
+
+#include <Eigen/Dense>
+#include <limits>
+#include <sstream>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+/// What lies this near, as a share of the mesh's size, lies in a plane; normals that differ less are the same.
+constexpr double nearness = 1e-6;
+
+struct Plane {
+  Eigen::Vector3d point;   ///< [m]
+  Eigen::Vector3d normal;  ///< unit vector
+
+  double distance(const Eigen::Vector3d& x) const { return std::abs(normal.dot(x - point)); }
+};
+
+/// Distance of the owned vertex of any rank that is nearest to the plane [m]; collective.
+double nearest_distance(const PointSet& points, const Plane& plane) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (PetscInt i = 0; i < points.particles.owned; ++i) {
+    nearest = std::min(nearest, plane.distance(points.rest.col(i)));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &nearest, 1, MPI_DOUBLE, MPI_MIN, points.comm());
+  return nearest;
+}
+
+/// The point that comes nearest to lying in all planes, and, of several, is the nearest to `middle` [m].
+Eigen::Vector3d common_point(const std::vector<Plane>& planes, const Eigen::Vector3d& middle) {
+  const auto count = static_cast<Eigen::Index>(planes.size());
+  Eigen::MatrixX3d normals(count, 3);
+  Eigen::VectorXd heights(count);
+  for (Eigen::Index p = 0; p < count; ++p) {
+    const Plane& plane = planes[static_cast<std::size_t>(p)];
+    normals.row(p) = plane.normal;
+    heights[p] = plane.normal.dot(plane.point - middle);
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixX3d> decomposition;
+  decomposition.setThreshold(nearness);
+  decomposition.compute(normals);
+  return middle + decomposition.solve(heights);
+}
+
+/// Projector on the directions at right angles to all columns.
+Eigen::Matrix3d projector_across(const Eigen::Matrix3Xd& normals) {
+  Eigen::ColPivHouseholderQR<Eigen::Matrix3Xd> decomposition;
+  decomposition.setThreshold(nearness);
+  decomposition.compute(normals);
+  if (decomposition.rank() == 3) {
+    return Eigen::Matrix3d::Zero();
+  }
+  const Eigen::Matrix3d axes = decomposition.householderQ();
+  const Eigen::Matrix3Xd barred = axes.leftCols(decomposition.rank());
+  return Eigen::Matrix3d::Identity() - barred * barred.transpose();
+}
+
+std::string text(double length) {
+  std::ostringstream stream;
+  stream << length;
+  return stream.str();
+}
+
+}  // namespace
+
+void describe(OptionTable& table, SymmetryOptions& options) {
+  table.add("point", options.point).unit("m").help("a point of the plane");
+  table.add("normal", options.normal).help("normal of the plane; any length");
+}
+
+Constraints::Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
+    : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()),
+      constrained_(pins.pinned()),
+      has_planes_(!planes.empty()) {
+  const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
+  const double tolerance = nearness * box.diagonal().norm();
+  origin_ = box.center();
+  std::vector<Plane> known;
+  for (const auto& [name, given] : planes) {
+    const std::string key = "symmetry." + name;
+    if (given.normal.isZero(0)) {
+      throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
+    }
+    known.push_back({given.point, given.normal.normalized()});
+    const double nearest = nearest_distance(points, known.back());
+    if (nearest > tolerance) {
+      throw Error(key + ": the nearest vertex is " + text(nearest) + " m away, expected vertices in the plane");
+    }
+    origin_ = common_point(known, box.center());
+    for (const Plane& plane : known) {
+      if (plane.distance(origin_) > tolerance) {
+        throw Error(key + ": shares no point with the planes named before it, expected planes that all meet in one");
+      }
+    }
+  }
+  for (std::size_t i = 0; i < projectors_.size(); ++i) {
+    if (pins.pinned()[i]) {
+      projectors_[i].setZero();
+      continue;
+    }
+    Eigen::Matrix3Xd normals(3, 0);
+    for (const Plane& plane : known) {
+      if (plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance) {
+        normals.conservativeResize(3, normals.cols() + 1);
+        normals.rightCols(1) = plane.normal;
+      }
+    }
+    if (normals.cols() > 0) {
+      projectors_[i] = projector_across(normals);
+      constrained_[i] = true;
+    }
+  }
+}
+
+}  // namespace pellicle
