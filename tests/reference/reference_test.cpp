@@ -1,14 +1,12 @@
 // Compares with the cases of an independent implementation: every case in the folder that the environment variable
 // PELLICLE_REFERENCE names, else in ../shared/reference. NAME.obj is the mesh, NAME.params.json the input,
-// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps. Other kinds are passed
-// over.
+// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps. Balloons
+// (B1): balloon_reference_test.cpp. Other kinds are passed over.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <map>
 #include <optional>
 
@@ -16,37 +14,13 @@
 #include "mesh/readers.h"
 #include "mesh/shell.h"
 #include "simulation/burn.h"
-#include "tests/support/shared_folder.h"
+#include "tests/reference/reference_cases.h"
 
 namespace pellicle {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr double tolerance = 1e-9;  // relative to the largest expected value
-
-fs::path reference_folder() {
-  const char* named = std::getenv("PELLICLE_REFERENCE");
-  return named != nullptr ? fs::path(named) : shared_folder() / "reference";
-}
-
-std::vector<std::string> cases_of(const std::string& kind) {
-  std::vector<std::string> names;
-  std::error_code no_folder;
-  for (const auto& entry : fs::directory_iterator(reference_folder(), no_folder)) {
-    const std::string file = entry.path().filename().string();
-    const std::string ending = ".params.json";
-    if (file.rfind(kind, 0) == 0 && file.size() > ending.size() &&
-        file.compare(file.size() - ending.size(), ending.size(), ending) == 0) {
-      names.push_back(file.substr(0, file.size() - ending.size()));
-    }
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 TEST(Reference, folder_is_there) {
-  if (!fs::exists(reference_folder())) {
+  if (!std::filesystem::exists(reference_folder())) {
     GTEST_SKIP() << "no reference cases at " << reference_folder();
   }
   EXPECT_FALSE(cases_of("A").empty() && cases_of("B").empty()) << "no cases in " << reference_folder();
