@@ -13,8 +13,8 @@ namespace pellicle {
 /// @param mesh checked quads (see require_quads); only rank 0's is read
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
 
-/// Rest positions plus the initial noise of the options: each component uniform in +- perturbation times the mean cell
-/// edge, a function of seed and persistent id only. @returns (3 x local) [m]. Collective.
+/// Rest positions plus the initial noise, in shares of the mean cell edge (mesh/perturbation.h). Collective.
+/// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);
 
 }  // namespace pellicle

@@ -1,0 +1,328 @@
+#include "mesh/distribution.h"
+
+#include <petscsf.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+/// What rank 0 sends of every DMPlex point in its numbering: cells first, then vertices.
+std::vector<Distribution::Data> point_data(const SurfaceMesh& mesh) {
+  const std::size_t cells = mesh.faces.size();
+  std::vector<Distribution::Data> data(cells + mesh.points.size(), Distribution::Data{});
+  for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
+    Distribution::Data& point = data[cells + vertex];
+    Eigen::Map<Eigen::Vector3d>(point.position) = mesh.points[vertex];
+    point.id = mesh.id_of_point(static_cast<int>(vertex));
+    point.vertices[0] = static_cast<double>(vertex);
+  }
+  std::vector<bool> has_uv(mesh.points.size(), false);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const auto& face = mesh.faces[cell];
+    const auto corners = static_cast<double>(face.size());
+    Distribution::Data& centre = data[cell];
+    centre.id = mesh.id_of_face(static_cast<int>(cell));
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const auto vertex = static_cast<std::size_t>(face[k]);
+      centre.vertices[k] = face[k];
+      Eigen::Map<Eigen::Vector3d>(centre.position) += mesh.points[vertex] / corners;
+      if (!mesh.uv.empty()) {
+        const Eigen::Vector2d& uv = mesh.uv[cell][k];
+        Eigen::Map<Eigen::Vector2d>(centre.uv) += uv / corners;
+        if (!has_uv[vertex]) {
+          has_uv[vertex] = true;
+          Eigen::Map<Eigen::Vector2d>(data[cells + vertex].uv) = uv;
+        }
+      }
+    }
+  }
+  return data;
+}
+
+void set_partitioner(DM dm, const SurfaceMesh& mesh, const SheetOptions& options, int rank, int ranks) {
+  PetscPartitioner partitioner = nullptr;
+  check(DMPlexGetPartitioner(dm, &partitioner));
+  if (options.partitioner != "metis") {
+    check(PetscPartitionerSetType(partitioner, options.partitioner.c_str()));
+    return;
+  }
+  std::vector<PetscInt> sizes(static_cast<std::size_t>(ranks), 0);
+  std::vector<PetscInt> cells;
+  if (rank == 0) {
+    const std::vector<int> part = partition_with_metis(cell_graph(mesh, options), ranks);
+    cells.resize(part.size());
+    std::iota(cells.begin(), cells.end(), 0);
+    std::stable_sort(cells.begin(), cells.end(), [&](PetscInt a, PetscInt b) {
+      return part[static_cast<std::size_t>(a)] < part[static_cast<std::size_t>(b)];
+    });
+    for (const int p : part) {
+      ++sizes[static_cast<std::size_t>(p)];
+    }
+  }
+  check(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
+  check(PetscPartitionerShellSetPartition(partitioner, ranks, sizes.data(), cells.data()));
+}
+
+/// Sends `doubles` numbers a point from rank 0 to all that hold the point. Collective.
+void send_doubles(PetscSF migration, PetscInt doubles, const void* sent, void* received) {
+  MPI_Datatype type = MPI_DATATYPE_NULL;
+  MPI_Type_contiguous(static_cast<int>(doubles), MPI_DOUBLE, &type);
+  MPI_Type_commit(&type);
+  check(PetscSFBcastBegin(migration, type, sent, received, MPI_REPLACE));
+  check(PetscSFBcastEnd(migration, type, sent, received, MPI_REPLACE));
+  MPI_Type_free(&type);
+}
+
+/// Which points of a distributed DMPlex no other rank owns.
+std::vector<bool> owned_points(DM dm) {
+  PetscInt first = 0;
+  PetscInt points = 0;
+  check(DMPlexGetChart(dm, &first, &points));
+  std::vector<bool> owned(static_cast<std::size_t>(points), true);
+  PetscSF sf = nullptr;
+  PetscInt leaves = 0;
+  const PetscInt* local = nullptr;
+  check(DMGetPointSF(dm, &sf));
+  check(PetscSFGetGraph(sf, nullptr, &leaves, &local, nullptr));
+  for (PetscInt leaf = 0; leaf < leaves; ++leaf) {
+    owned[static_cast<std::size_t>(local != nullptr ? local[leaf] : leaf)] = false;
+  }
+  return owned;
+}
+
+}  // namespace
+
+CellGraph cell_graph(const SurfaceMesh& mesh, const SheetOptions& options) {
+  std::unordered_map<std::int64_t, std::array<int, 2>> cells_of_edge;
+  cells_of_edge.reserve(2 * mesh.faces.size());
+  const auto count = static_cast<int>(mesh.faces.size());
+  const auto edge_key = [](int a, int b) { return (static_cast<std::int64_t>(std::min(a, b)) << 32) | std::max(a, b); };
+  for (int cell = 0; cell < count; ++cell) {
+    const auto& face = mesh.faces[static_cast<std::size_t>(cell)];
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const auto [entry, is_new] =
+          cells_of_edge.try_emplace(edge_key(face[k], face[(k + 1) % face.size()]), std::array<int, 2>{cell, -1});
+      if (!is_new) {
+        entry->second[1] = cell;
+      }
+    }
+  }
+  CellGraph graph;
+  graph.offsets.push_back(0);
+  for (int cell = 0; cell < count; ++cell) {
+    const auto& face = mesh.faces[static_cast<std::size_t>(cell)];
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const auto& [first, second] = cells_of_edge.at(edge_key(face[k], face[(k + 1) % face.size()]));
+      const int neighbour = first == cell ? second : first;
+      if (neighbour >= 0) {
+        graph.neighbours.push_back(neighbour);
+      }
+    }
+    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+    // In half springs: four red and two yellow of its own, and at each edge two: half a blue and half a green one where
+    // a neighbour shares it, one blue on the boundary.
+    graph.weights.push_back(options.weights == "cells" ? 1 : 12 + 2 * static_cast<int>(face.size()));
+  }
+  return graph;
+}
+
+void broadcast(MPI_Comm comm, std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += name + '\0';
+  }
+  auto length = static_cast<int>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  text.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
+  names.clear();
+  for (std::size_t begin = 0; begin < text.size(); begin = text.find('\0', begin) + 1) {
+    names.emplace_back(text.c_str() + begin);
+  }
+}
+
+void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned) {
+  layout.comm = comm;
+  layout.owned = owned;
+  MPI_Scan(&owned, &layout.first, 1, MPIU_INT, MPI_SUM, comm);
+  layout.first -= owned;
+  MPI_Allreduce(&owned, &layout.global, 1, MPIU_INT, MPI_SUM, comm);
+}
+
+Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, int layers, const SheetOptions& options,
+                           Eigen::MatrixXd extra)
+    : comm_(comm) {
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  std::array<PetscInt, 3> shape{};  // corners of a cell, texture or not, rows of `extra`
+  std::vector<PetscInt> cells;
+  std::vector<double> coordinates;
+  if (rank == 0) {
+    shape = {static_cast<PetscInt>(mesh.faces.front().size()), mesh.uv.empty() ? 0 : 1,
+             static_cast<PetscInt>(extra.rows())};
+    for (const auto& face : mesh.faces) {
+      cells.insert(cells.end(), face.begin(), face.end());
+    }
+    for (const auto& point : mesh.points) {
+      coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
+    }
+    data_ = point_data(mesh);
+    for (const auto& [name, members] : mesh.groups) {
+      groups_.push_back(name);
+    }
+  }
+  MPI_Bcast(shape.data(), static_cast<int>(shape.size()), MPIU_INT, 0, comm);
+  const auto [corners, has_uv, extra_rows] = shape;
+  has_uv_ = has_uv != 0;
+  broadcast(comm, groups_);
+  const auto cell_count = static_cast<PetscInt>(cells.size()) / corners;
+  const auto vertex_count = static_cast<PetscInt>(coordinates.size() / 3);
+  check(DMPlexCreateFromCellListPetsc(comm, 2, cell_count, vertex_count, corners, PETSC_TRUE, cells.data(), 3,
+                                      coordinates.data(), dm_.create()));
+  for (const std::string& name : groups_) {
+    auto& members = group_members_.emplace_back(data_.size(), 0);
+    if (rank == 0) {
+      for (const int vertex : mesh.groups.at(name)) {
+        members[static_cast<std::size_t>(cell_count + vertex)] = 1;
+      }
+    }
+  }
+  extra_ = std::move(extra);
+
+  if (ranks > 1) {
+    set_partitioner(dm_, mesh, options, rank, ranks);
+    Handle<DM, DMDestroy> distributed;
+    Handle<PetscSF, PetscSFDestroy> migration;
+    check(DMPlexDistribute(dm_, layers, migration.create(), distributed.create()));
+    std::swap(dm_, distributed);
+    PetscInt roots = 0;
+    PetscInt first = 0;
+    PetscInt last = 0;
+    check(PetscSFGetGraph(migration, &roots, nullptr, nullptr, nullptr));
+    check(DMPlexGetChart(dm_, &first, &last));
+    const auto held = static_cast<std::size_t>(last);
+    data_.resize(static_cast<std::size_t>(roots), Data{});
+    std::vector<Data> data(held, Data{});
+    send_doubles(migration, sizeof(Data) / sizeof(double), data_.data(), data.data());
+    data_ = std::move(data);
+    if (extra_rows > 0) {
+      Eigen::MatrixXd sent = Eigen::MatrixXd::Zero(extra_rows, roots);
+      if (rank == 0) {
+        sent.leftCols(extra_.cols()) = extra_;
+      }
+      extra_.setZero(extra_rows, last);
+      send_doubles(migration, extra_rows, sent.data(), extra_.data());
+    }
+    for (auto& members : group_members_) {
+      members.resize(static_cast<std::size_t>(roots), 0);
+      std::vector<PetscInt> received(held, 0);
+      check(PetscSFBcastBegin(migration, MPIU_INT, members.data(), received.data(), MPI_REPLACE));
+      check(PetscSFBcastEnd(migration, MPIU_INT, members.data(), received.data(), MPI_REPLACE));
+      members = std::move(received);
+    }
+  }
+  owned_ = owned_points(dm_);
+  for (PetscInt point = vertices().begin; point < vertices().end; ++point) {
+    point_of_vertex_[static_cast<PetscInt>(data(point).vertices[0])] = point;
+  }
+}
+
+Distribution::Range Distribution::cells() const {
+  Range range;
+  check(DMPlexGetHeightStratum(dm_, 0, &range.begin, &range.end));
+  return range;
+}
+
+Distribution::Range Distribution::vertices() const {
+  Range range;
+  check(DMPlexGetDepthStratum(dm_, 0, &range.begin, &range.end));
+  return range;
+}
+
+Distribution::Range Distribution::edges() const {
+  Range range;
+  check(DMPlexGetDepthStratum(dm_, 1, &range.begin, &range.end));
+  return range;
+}
+
+void Distribution::fetch(std::vector<PetscInt>& numbers) const {
+  PetscSF sf = nullptr;
+  PetscInt roots = -1;
+  check(DMGetPointSF(dm_, &sf));
+  check(PetscSFGetGraph(sf, &roots, nullptr, nullptr, nullptr));
+  if (roots < 0) {  // One rank: nothing was distributed.
+    return;
+  }
+  const std::vector<PetscInt> own(numbers);
+  check(PetscSFBcastBegin(sf, MPIU_INT, own.data(), numbers.data(), MPI_REPLACE));
+  check(PetscSFBcastEnd(sf, MPIU_INT, own.data(), numbers.data(), MPI_REPLACE));
+}
+
+Layout Distribution::layout(const std::vector<PetscInt>& points) const {
+  const auto first_ghost = std::find_if(points.begin(), points.end(), [this](PetscInt p) { return !is_owned(p); });
+  Layout layout;
+  number_owned(layout, comm_, static_cast<PetscInt>(first_ghost - points.begin()));
+  std::vector<PetscInt> global(owned_.size(), -1);
+  for (auto point = points.begin(); point != first_ghost; ++point) {
+    global[static_cast<std::size_t>(*point)] = layout.first + static_cast<PetscInt>(point - points.begin());
+  }
+  fetch(global);
+  for (auto point = first_ghost; point != points.end(); ++point) {
+    layout.ghost_global.push_back(global[static_cast<std::size_t>(*point)]);
+  }
+  return layout;
+}
+
+void Distribution::fill(PointSet& set, const std::vector<PetscInt>& points) const {
+  set.particles = layout(points);
+  const auto count = static_cast<Eigen::Index>(points.size());
+  set.rest.resize(3, count);
+  set.uv.resize(2, has_uv_ ? count : 0);
+  for (const std::string& group : groups_) {
+    set.groups[group];
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto point = static_cast<std::size_t>(points[static_cast<std::size_t>(i)]);
+    set.rest.col(i) = Eigen::Map<const Eigen::Vector3d>(data_[point].position);
+    if (has_uv_) {
+      set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(data_[point].uv);
+    }
+    set.persistent_id.push_back(static_cast<PetscInt>(data_[point].id));
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      if (group_members_[g][point] != 0) {
+        set.groups[groups_[g]].push_back(static_cast<PetscInt>(i));
+      }
+    }
+  }
+  set.partition = quality();
+}
+
+PartitionQuality Distribution::quality() const {
+  int ranks = 1;
+  MPI_Comm_size(comm_, &ranks);
+  PetscInt sums[2] = {0, 0};  // cells; cut edges, which both sides count
+  for (PetscInt cell = cells().begin; cell < cells().end; ++cell) {
+    sums[0] += is_owned(cell) ? 1 : 0;
+  }
+  for (PetscInt edge = edges().begin; edge < edges().end; ++edge) {
+    PetscInt support = 0;
+    const PetscInt* cell = nullptr;
+    check(DMPlexGetSupportSize(dm_, edge, &support));
+    check(DMPlexGetSupport(dm_, edge, &cell));
+    sums[1] += support == 2 && is_owned(cell[0]) != is_owned(cell[1]) ? 1 : 0;
+  }
+  PetscInt largest = 0;
+  MPI_Allreduce(&sums[0], &largest, 1, MPIU_INT, MPI_MAX, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_INT, MPI_SUM, comm_);
+  return {sums[1] / 2, static_cast<double>(largest) * ranks / static_cast<double>(sums[0])};
+}
+
+}  // namespace pellicle
