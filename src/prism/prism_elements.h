@@ -25,7 +25,11 @@ class PrismElements {
   /// h/h0 of the local elements as the rule makes it; leaves ThicknessRule::fixed as it is.
   void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;
 
-  /// Owned elements that have collapsed or turned over (by more than 90 degrees) on the way between two positions.
+  /// Energy of a local element with derivatives by its metric. Not finite where it has collapsed.
+  MetricEnergy element_energy(std::size_t element, const Field& positions, double thickness_ratio) const;
+
+  /// Owned elements that have collapsed (to 1e-12 of the undeformed area) or turned over (by more than 90 degrees) on
+  /// the way between two positions.
   PetscInt inverted(const Field& from, const Field& to) const;
 
   /// Volume of the owned elements' prisms, area times thickness [m^3] (eq. 26).

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/handle.h"
+#include "prism/metric_stiffness.h"
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 
@@ -12,10 +15,10 @@ namespace pellicle {
 
 /// What a tangent is made of besides the elements' stiffness.
 struct TangentInput {
-  const Field& positions;                             ///< [m], ghosts up to date
-  const std::vector<double>& thickness_ratio;         ///< of the local elements
-  const std::vector<double>& load_pressure;           ///< of the local elements: whose load stiffness enters [Pa], or empty
-  Eigen::Vector3d load_origin;                        ///< about which it is taken [m]
+  const Field& positions;                      ///< [m], ghosts up to date
+  const std::vector<double>& thickness_ratio;  ///< of the local elements
+  const std::vector<double>& load_pressure;    ///< of the local elements: whose load stiffness enters [Pa], or empty
+  Eigen::Vector3d load_origin;                 ///< about which it is taken [m]
   const std::vector<Eigen::Matrix3d>& vertex_blocks;  ///< added to the diagonal block of each owned vertex [N/m]
   double lagged_factor = 0;                           ///< times the stiffness that `lag` kept: stiffness damping
 };
@@ -25,11 +28,14 @@ struct TangentInput {
 /// directions do not spoil the spectrum). Assembled (baij, aij, sbaij; block size 3) or matrix-free (shell).
 class PrismTangent {
  public:
-  /// Makes pattern and matrix. Collective. @param projectors of the local vertices
+  /// Makes pattern and matrix. Collective. Elements must outlive it. @param projectors of the local vertices
   PrismTangent(const PrismElements& elements, const PrismOptions& options,
                const std::vector<Eigen::Matrix3d>& projectors);
+  PrismTangent(const PrismTangent&) = delete;
+  PrismTangent& operator=(const PrismTangent&) = delete;
 
-  /// Keeps the stiffness at these positions for `lagged_factor`. Not collective.
+  /// Keeps the stiffness at these positions, without what would give an element negative eigenvalues, for
+  /// `lagged_factor`. Not collective.
   void lag(const Field& positions, const std::vector<double>& thickness_ratio);
 
   /// Adds `factor` times the kept stiffness times `displacement` (local, ghosts up to date) to (3 x owned) `result`.
@@ -38,7 +44,53 @@ class PrismTangent {
   /// Sets the values. Collective.
   void update(const TangentInput& input);
 
-  Mat matrix() const;
+  Mat matrix() const { return matrix_; }
+
+ private:
+  using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+  /// The pattern of an assembled matrix: the owned vertices' rows of blocks, sorted by global column. The values of a
+  /// row of n blocks are a dense matrix (3 x 3n), row by row.
+  struct Rows {
+    std::vector<PetscInt> offsets{0};                 ///< first block of each row, (owned + 1)
+    std::vector<PetscInt> columns;                    ///< global vertex of each block
+    std::vector<PetscInt> local_columns;              ///< local vertex of each block
+    std::vector<PetscInt> diagonal;                   ///< block of each owned vertex with itself
+    std::vector<std::array<PetscInt, 9>> of_element;  ///< first value of the block of corners (a, b), or -1
+    std::vector<double> values;
+  };
+
+  void make_rows();
+  void make_assembled();
+  void make_shell();
+  void assemble();
+  void add_elements(const ElementStiffness& stiffness, double factor);
+  void make_diagonal();
+  void add_diagonals(const ElementStiffness& stiffness, double factor);
+  void invert_diagonal();
+  void multiply(Vec in, Vec out);
+  /// Of all ranks; 1 where every direction is held. Collective. @param own_sum of the diagonal of the owned vertices
+  double mean_of_diagonal(double own_sum) const;
+  PetscInt owned() const { return elements_.membrane().particles.owned; }
+
+  const PrismElements& elements_;
+  std::string mat_type_;
+  std::vector<Eigen::Matrix3d> projectors_;
+  std::vector<PetscInt> constrained_;  ///< local vertices whose projector is not the identity
+  bool any_constrained_ = false;       ///< on any rank
+
+  std::unique_ptr<ElementStiffness> stiffness_;
+  MetricStiffness lagged_;
+  double lagged_factor_ = 0;
+  std::vector<Eigen::Matrix3d> vertex_blocks_;  ///< of the owned vertices [N/m]
+
+  Rows rows_;                    ///< of an assembled matrix
+  double held_ = 0;              ///< s of a shell [N/m]
+  Field argument_;               ///< of a product of the shell
+  Eigen::Matrix3Xd product_;     ///< likewise, (3 x local)
+  std::vector<Block> diagonal_;  ///< of the shell's owned vertices, or none until somebody asks
+  std::vector<Block> inverse_;   ///< of these blocks, likewise
+  MatHandle matrix_;
 };
 
 }  // namespace pellicle

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "mesh/field.h"
+
+namespace pellicle {
+
+/// The pressure whose load stiffness counts.
+struct LoadInput {
+  const std::vector<double>& pressure;  ///< of the local elements [Pa], or empty for none
+  Eigen::Vector3d origin;               ///< a point of all planes that close the surface [m]
+};
+
+/// The stiffness K = d2U/dx2 of the local elements at some positions and that of the pressure load on them, in one of
+/// several ways. Nothing here communicates.
+class ElementStiffness {
+ public:
+  virtual ~ElementStiffness() = default;
+
+  /// Takes the values at these positions, ghosts up to date.
+  virtual void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) = 0;
+
+  /// Adds factor K w to `result`, both (3 x local); what ghosts get is a part of the whole only.
+  virtual void add_product(double factor, const double* w, double* result) const = 0;
+
+  /// The part of K for each pair of corners of a local element [N/m].
+  using Blocks = std::array<std::array<Eigen::Matrix3d, 3>, 3>;
+  virtual Blocks element_blocks(std::size_t element) const = 0;
+};
+
+}  // namespace pellicle

@@ -1,0 +1,65 @@
+#include "prism/gradient_stiffness.h"
+
+#include "geometry/pressure_load.h"
+
+namespace pellicle {
+
+GradientStiffness::GradientStiffness(const PrismElements& elements, Director director)
+    : elements_(&elements), director_(director), linearised_(elements.membrane().triangles.size()) {}
+
+void GradientStiffness::update(const Field& positions, const std::vector<double>& thickness_ratio,
+                               const LoadInput& load) {
+  const Wall& wall = elements_->wall();
+  for (std::size_t e = 0; e < linearised_.size(); ++e) {
+    const auto [x1, x2, x3] = elements_->membrane().triangles[e];
+    linearised_[e] = gradient_element(wall.materials[static_cast<std::size_t>(wall.material[e])], wall.rule,
+                                      wall.rest[e], positions.vector(x2) - positions.vector(x1),
+                                      positions.vector(x3) - positions.vector(x1), thickness_ratio[e]);
+  }
+  positions_ = positions.values().colwise() - load.origin;
+  pressure_ = load.pressure;
+}
+
+void GradientStiffness::multiply(std::size_t element, const Eigen::Vector3d w[3], Eigen::Vector3d result[3]) const {
+  gradient_action(linearised_[element], director_, w, result);
+  for (int a = 0; a < 3; ++a) {
+    result[a] = -result[a];
+  }
+  if (!pressure_.empty()) {
+    const auto [x1, x2, x3] = elements_->membrane().triangles[element];
+    const Eigen::Vector3d x[3] = {positions_.col(x1), positions_.col(x2), positions_.col(x3)};
+    add_pressure_stiffness_action(pressure_[element], x, w, result);
+  }
+}
+
+void GradientStiffness::add_product(double factor, const double* w, double* result) const {
+  using Map = Eigen::Map<Eigen::Vector3d>;
+  using ConstMap = Eigen::Map<const Eigen::Vector3d>;
+  for (std::size_t e = 0; e < linearised_.size(); ++e) {
+    const auto [x1, x2, x3] = elements_->membrane().triangles[e];
+    const Eigen::Vector3d corner[3] = {ConstMap(w + 3 * x1), ConstMap(w + 3 * x2), ConstMap(w + 3 * x3)};
+    Eigen::Vector3d product[3];
+    multiply(e, corner, product);
+    Map(result + 3 * x1) += factor * product[0];
+    Map(result + 3 * x2) += factor * product[1];
+    Map(result + 3 * x3) += factor * product[2];
+  }
+}
+
+ElementStiffness::Blocks GradientStiffness::element_blocks(std::size_t element) const {
+  Blocks blocks;
+  for (std::size_t b = 0; b < 3; ++b) {
+    for (int c = 0; c < 3; ++c) {
+      Eigen::Vector3d w[3] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+      Eigen::Vector3d product[3];
+      w[b][c] = 1;
+      multiply(element, w, product);
+      for (std::size_t a = 0; a < 3; ++a) {
+        blocks[a][b].col(c) = product[a];
+      }
+    }
+  }
+  return blocks;
+}
+
+}  // namespace pellicle

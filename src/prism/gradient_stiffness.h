@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "prism/element_stiffness.h"
+#include "prism/gradient_kernel.h"
+#include "prism/prism_elements.h"
+
+namespace pellicle {
+
+/// The stiffness from the stored deformation gradient, element by element: the balloon paper's way (eq. 11), to compare
+/// with.
+class GradientStiffness : public ElementStiffness {
+ public:
+  /// Elements must outlive it.
+  GradientStiffness(const PrismElements& elements, Director director);
+
+  void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) override;
+  void add_product(double factor, const double* w, double* result) const override;
+  Blocks element_blocks(std::size_t element) const override;
+
+ private:
+  /// K w of an element, for its corners.
+  void multiply(std::size_t element, const Eigen::Vector3d w[3], Eigen::Vector3d result[3]) const;
+
+  const PrismElements* elements_;
+  Director director_;
+  std::vector<GradientElement> linearised_;  ///< of the local elements
+  Eigen::Matrix3Xd positions_;               ///< of the local vertices, relative to the load's origin [m]
+  std::vector<double> pressure_;             ///< of the local elements [Pa], or empty
+};
+
+}  // namespace pellicle

@@ -1,0 +1,97 @@
+#include "prism/prism_elements.h"
+
+#include <cmath>
+#include <limits>
+
+#include "geometry/pressure_load.h"
+
+namespace pellicle {
+
+namespace {
+
+/// An element whose area is less than this share of its undeformed area has collapsed.
+constexpr double collapsed_area = 1e-12;
+
+/// Edges e12 and e13 of an element.
+struct Edges {
+  Eigen::Vector3d e12;
+  Eigen::Vector3d e13;
+};
+
+Edges edges(const Field& positions, const std::array<PetscInt, 3>& triangle) {
+  const auto x1 = positions.vector(triangle[0]);
+  return {positions.vector(triangle[1]) - x1, positions.vector(triangle[2]) - x1};
+}
+
+Eigen::Vector3d element_area(const Field& positions, const std::array<PetscInt, 3>& triangle) {
+  return area_vector(positions.vector(triangle[0]), positions.vector(triangle[1]), positions.vector(triangle[2]));
+}
+
+}  // namespace
+
+PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membrane_(&membrane), wall_(&wall) {}
+
+MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio) const {
+  const auto [e12, e13] = edges(positions, membrane_->triangles[element]);
+  const Material& material = wall_->materials[static_cast<std::size_t>(wall_->material[element])];
+  return metric_energy(material, wall_->rule, wall_->rest[element], {e12.dot(e12), e12.dot(e13), e13.dot(e13)},
+                       thickness_ratio);
+}
+
+double PrismElements::energy(const Field& positions, const std::vector<double>& thickness_ratio) const {
+  double sum = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
+    sum += element_energy(e, positions, thickness_ratio[e]).energy;
+  }
+  return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+}
+
+void PrismElements::add_force(const Field& positions, const std::vector<double>& thickness_ratio,
+                              Eigen::Matrix3Xd& force) const {
+  const PetscInt owned = membrane_->particles.owned;
+  for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
+    const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
+    const auto [e12, e13] = edges(positions, triangle);
+    const Eigen::Vector3d gradient = element_energy(e, positions, thickness_ratio[e]).gradient;
+    // dU/dx through a = (e12.e12, e12.e13, e13.e13)
+    const Eigen::Vector3d by_x2 = 2 * gradient[0] * e12 + gradient[1] * e13;
+    const Eigen::Vector3d by_x3 = gradient[1] * e12 + 2 * gradient[2] * e13;
+    const std::array<Eigen::Vector3d, 3> corner{-by_x2 - by_x3, by_x2, by_x3};
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (triangle[a] < owned) {
+        force.col(triangle[a]) -= corner[a];
+      }
+    }
+  }
+}
+
+void PrismElements::update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const {
+  if (wall_->rule == ThicknessRule::fixed) {
+    return;
+  }
+  for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
+    thickness_ratio[e] = element_energy(e, positions, thickness_ratio[e]).thickness_ratio;
+  }
+}
+
+PetscInt PrismElements::inverted(const Field& from, const Field& to) const {
+  PetscInt count = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
+    const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
+    const Eigen::Vector3d after = element_area(to, triangle);
+    const bool is_fine = after.norm() > collapsed_area * wall_->rest[e].area &&  // false where it is not a number
+                         after.dot(element_area(from, triangle)) > 0;
+    count += is_fine ? 0 : 1;
+  }
+  return count;
+}
+
+double PrismElements::volume(const Field& positions, const std::vector<double>& thickness_ratio) const {
+  double sum = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
+    sum += element_area(positions, membrane_->triangles[e]).norm() * thickness_ratio[e] * wall_->thickness[e];
+  }
+  return sum;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,56 @@
+#include "prism/prism_options.h"
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, PrismOptions& options) {
+  table.add("prism.newton", options.newton)
+      .choices({"converged", "fixed"})
+      .help(
+          "converged: a step must meet snes_rtol within snes_max_it Newton iterations; fixed: it does that many at "
+          "most and takes what comes")
+      .source("balloon paper, section 8: fixed, 3 iterations");
+  table.add("prism.snes_max_it", options.max_iterations)
+      .at_least(1)
+      .help("Newton iterations of a step at most")
+      .source("balloon paper, section 8: 3");
+  table.add("prism.snes_rtol", options.snes_rtol)
+      .range(0, 1)
+      .help("norm of the residual, relative to that at the start of the step, at which Newton's iteration ends");
+  table.add("prism.ksp_rtol", options.ksp_rtol).range(0, 1).help("relative tolerance of the linear solves");
+  table.add("prism.mat_type", options.mat_type)
+      .choices({"baij", "aij", "sbaij", "shell"})
+      .help(
+          "system matrix: baij, aij: rows, in blocks of 3 or not; sbaij: the upper half of the blocks; shell: "
+          "matrix-free, element by element")
+      .source("balloon paper, section 4: matrix-free");
+  table.add("prism.tangent", options.tangent)
+      .choices({"exact", "gradient", "paper"})
+      .help(
+          "stiffness of the elements: exact: from the metric, eight elements at once; gradient: the same from the "
+          "stored deformation gradient; paper: without the derivative of the director")
+      .source("balloon paper, eq. 11; README: readings");
+  table.add("prism.positive_elements", options.positive_elements)
+      .help(
+          "leave compressive stresses out of the geometric stiffness, so that no element's matrix has a negative "
+          "eigenvalue (tangent exact)")
+      .source("README: readings");
+  table.add("prism.line_search", options.line_search)
+      .help("halve a Newton step until no element turns over and the potential of the step falls")
+      .source("README: readings");
+  table.add("prism.inertia", options.inertia).help("false: quasi-static, without mass and damping");
+  table.add("prism.mass_damping", options.mass_damping)
+      .unit("1/s")
+      .at_least(0)
+      .help("a of the damping C = a M + b K")
+      .source("balloon paper, eq. 18; README: parameters");
+  table.add("prism.stiffness_damping", options.stiffness_damping)
+      .unit("s")
+      .at_least(0)
+      .help("b of the damping C = a M + b K, K at the start of the step")
+      .source("balloon paper, eq. 18");
+  table.add_solver_prefix("prism_", {});
+}
+
+}  // namespace pellicle

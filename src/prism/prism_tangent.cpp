@@ -1,0 +1,327 @@
+#include "prism/prism_tangent.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "prism/gradient_stiffness.h"
+
+namespace pellicle {
+
+namespace {
+
+std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options) {
+  if (options.tangent == "exact") {
+    return std::make_unique<MetricStiffness>(elements, options.positive_elements);
+  }
+  return std::make_unique<GradientStiffness>(elements,
+                                             options.tangent == "paper" ? Director::left_out : Director::varied);
+}
+
+PrismTangent& self_of(Mat matrix) {
+  PrismTangent* self = nullptr;
+  check(MatShellGetContext(matrix, &self));
+  return *self;
+}
+
+}  // namespace
+
+PrismTangent::PrismTangent(const PrismElements& elements, const PrismOptions& options,
+                           const std::vector<Eigen::Matrix3d>& projectors)
+    : elements_(elements),
+      mat_type_(options.mat_type),
+      projectors_(projectors),
+      stiffness_(make_stiffness(elements, options)),
+      lagged_(elements, true) {
+  for (std::size_t i = 0; i < projectors_.size(); ++i) {
+    if (projectors_[i] != Eigen::Matrix3d::Identity()) {
+      constrained_.push_back(static_cast<PetscInt>(i));
+    }
+  }
+  any_constrained_ = !constrained_.empty();
+  MPI_Allreduce(MPI_IN_PLACE, &any_constrained_, 1, MPI_CXX_BOOL, MPI_LOR, elements_.membrane().comm());
+  if (mat_type_ == "shell") {
+    make_shell();
+  } else {
+    make_rows();
+    make_assembled();
+  }
+  check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+  check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+}
+
+void PrismTangent::make_rows() {
+  const Membrane& membrane = elements_.membrane();
+  const Layout& vertices = membrane.particles;
+  const bool upper_half = mat_type_ == "sbaij";
+  std::vector<std::vector<std::pair<PetscInt, PetscInt>>> columns(static_cast<std::size_t>(owned()));
+  for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
+    for (const PetscInt i : triangle) {
+      for (const PetscInt j : triangle) {
+        if (i < owned() && !(upper_half && vertices.to_global(j) < vertices.to_global(i))) {
+          columns[static_cast<std::size_t>(i)].emplace_back(vertices.to_global(j), j);
+        }
+      }
+    }
+  }
+  for (auto& row : columns) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    for (const auto& [global, local] : row) {
+      if (local + 1 == static_cast<PetscInt>(rows_.offsets.size())) {
+        rows_.diagonal.push_back(static_cast<PetscInt>(rows_.columns.size()));
+      }
+      rows_.columns.push_back(global);
+      rows_.local_columns.push_back(local);
+    }
+    rows_.offsets.push_back(static_cast<PetscInt>(rows_.columns.size()));
+  }
+  for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
+    std::array<PetscInt, 9>& first_value = rows_.of_element.emplace_back();
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        first_value[3 * a + b] = -1;
+        if (triangle[a] < owned()) {
+          const auto& row = columns[static_cast<std::size_t>(triangle[a])];
+          const std::pair<PetscInt, PetscInt> column{vertices.to_global(triangle[b]), triangle[b]};
+          const auto found = std::lower_bound(row.begin(), row.end(), column);
+          if (found != row.end() && *found == column) {
+            first_value[3 * a + b] = 9 * rows_.offsets[static_cast<std::size_t>(triangle[a])] +
+                                     3 * static_cast<PetscInt>(found - row.begin());
+          }
+        }
+      }
+    }
+  }
+  rows_.values.resize(9 * rows_.columns.size());
+}
+
+void PrismTangent::make_assembled() {
+  const Layout& vertices = elements_.membrane().particles;
+  std::vector<PetscInt> own_blocks;
+  std::vector<PetscInt> foreign_blocks;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
+    const auto first = rows_.local_columns.begin() + rows_.offsets[i];
+    const auto last = rows_.local_columns.begin() + rows_.offsets[i + 1];
+    const auto own = static_cast<PetscInt>(std::count_if(first, last, [&](PetscInt j) { return j < owned(); }));
+    own_blocks.push_back(own);
+    foreign_blocks.push_back(static_cast<PetscInt>(last - first) - own);
+  }
+  check(MatCreate(vertices.comm, matrix_.create()));
+  check(MatSetSizes(matrix_, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE));
+  check(MatSetType(matrix_, mat_type_.c_str()));
+  check(MatXAIJSetPreallocation(matrix_, 3, own_blocks.data(), foreign_blocks.data(), own_blocks.data(),
+                                foreign_blocks.data()));
+  check(MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
+  check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_TRUE));
+}
+
+void PrismTangent::make_shell() {
+  const Layout& vertices = elements_.membrane().particles;
+  argument_ = Field(vertices, 3);
+  product_.resize(3, vertices.local());
+  check(MatCreateShell(vertices.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
+                       matrix_.create()));
+  check(MatSetBlockSize(matrix_, 3));
+  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
+    return as_petsc_callback([&] { self_of(matrix).multiply(in, out); });
+  };
+  PetscErrorCode (*diagonal)(Mat, Vec) = [](Mat matrix, Vec out) {
+    return as_petsc_callback([&] {
+      PrismTangent& self = self_of(matrix);
+      self.make_diagonal();
+      double* values = nullptr;
+      check(VecGetArrayWrite(out, &values));
+      for (std::size_t i = 0; i < self.diagonal_.size(); ++i) {
+        Eigen::Map<Eigen::Vector3d>(values + 3 * i) = self.diagonal_[i].diagonal();
+      }
+      check(VecRestoreArrayWrite(out, &values));
+    });
+  };
+  PetscErrorCode (*inverse_blocks)(Mat, const PetscScalar**) = [](Mat matrix, const PetscScalar** values) {
+    return as_petsc_callback([&] {
+      PrismTangent& self = self_of(matrix);
+      self.invert_diagonal();
+      *values = self.inverse_.empty() ? nullptr : self.inverse_.front().data();
+    });
+  };
+  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
+  check(MatShellSetOperation(matrix_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product)));
+  check(MatShellSetOperation(matrix_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal)));
+  check(MatShellSetOperation(matrix_, MATOP_INVERT_BLOCK_DIAGONAL, reinterpret_cast<void (*)()>(inverse_blocks)));
+}
+
+void PrismTangent::lag(const Field& positions, const std::vector<double>& thickness_ratio) {
+  lagged_.update(positions, thickness_ratio, {{}, Eigen::Vector3d::Zero()});
+}
+
+void PrismTangent::add_lagged_product(double factor, const Field& displacement, Eigen::Matrix3Xd& result) const {
+  if (factor == 0) {
+    return;
+  }
+  Eigen::Matrix3Xd product = Eigen::Matrix3Xd::Zero(3, elements_.membrane().particles.local());
+  lagged_.add_product(factor, displacement.data(), product.data());
+  result += product.leftCols(owned());
+}
+
+void PrismTangent::update(const TangentInput& input) {
+  stiffness_->update(input.positions, input.thickness_ratio, {input.load_pressure, input.load_origin});
+  vertex_blocks_ = input.vertex_blocks;
+  lagged_factor_ = input.lagged_factor;
+  diagonal_.clear();
+  inverse_.clear();
+  if (mat_type_ != "shell") {
+    assemble();
+  } else if (any_constrained_) {
+    held_ = 0;
+    make_diagonal();
+    double sum = 0;
+    for (const Block& block : diagonal_) {
+      sum += block.trace();
+    }
+    held_ = mean_of_diagonal(sum);
+    diagonal_.clear();
+  }
+  check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+}
+
+double PrismTangent::mean_of_diagonal(double own_sum) const {
+  MPI_Allreduce(MPI_IN_PLACE, &own_sum, 1, MPI_DOUBLE, MPI_SUM, elements_.membrane().comm());
+  return own_sum > 0 ? own_sum / static_cast<double>(3 * elements_.membrane().particles.global) : 1;
+}
+
+void PrismTangent::add_elements(const ElementStiffness& stiffness, double factor) {
+  for (std::size_t e = 0; e < rows_.of_element.size(); ++e) {
+    const ElementStiffness::Blocks blocks = stiffness.element_blocks(e);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const PetscInt i = elements_.membrane().triangles[e][a];
+      const PetscInt width =
+          i < owned()
+              ? 3 * (rows_.offsets[static_cast<std::size_t>(i) + 1] - rows_.offsets[static_cast<std::size_t>(i)])
+              : 0;
+      for (std::size_t b = 0; b < 3; ++b) {
+        if (rows_.of_element[e][3 * a + b] >= 0) {
+          double* value = rows_.values.data() + rows_.of_element[e][3 * a + b];
+          for (int r = 0; r < 3; ++r, value += width) {
+            for (int c = 0; c < 3; ++c) {
+              value[c] += factor * blocks[a][b](r, c);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+void PrismTangent::assemble() {
+  std::fill(rows_.values.begin(), rows_.values.end(), 0.0);
+  add_elements(*stiffness_, 1);
+  if (lagged_factor_ != 0) {
+    add_elements(lagged_, lagged_factor_);
+  }
+  using Strided = Eigen::Map<Block, 0, Eigen::OuterStride<>>;
+  const auto block = [&](std::size_t row, PetscInt k) {
+    const PetscInt first = rows_.offsets[row];
+    const PetscInt blocks = rows_.offsets[row + 1] - first;
+    return Strided(rows_.values.data() + 9 * first + 3 * (k - first), Eigen::OuterStride<>(3 * blocks));
+  };
+  for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
+    block(i, rows_.diagonal[i]) += vertex_blocks_[i];
+  }
+  if (any_constrained_) {
+    double trace = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
+      for (PetscInt k = rows_.offsets[i]; k < rows_.offsets[i + 1]; ++k) {
+        const auto j = static_cast<std::size_t>(rows_.local_columns[static_cast<std::size_t>(k)]);
+        block(i, k) = (projectors_[i] * block(i, k) * projectors_[j]).eval();
+      }
+      trace += block(i, rows_.diagonal[i]).trace();
+    }
+    const double held = mean_of_diagonal(trace);
+    for (const PetscInt i : constrained_) {
+      if (i < owned()) {
+        const auto row = static_cast<std::size_t>(i);
+        block(row, rows_.diagonal[row]) += held * (Eigen::Matrix3d::Identity() - projectors_[row]);
+      }
+    }
+  }
+  for (PetscInt i = 0; i < owned(); ++i) {
+    const PetscInt first = rows_.offsets[static_cast<std::size_t>(i)];
+    const PetscInt blocks = rows_.offsets[static_cast<std::size_t>(i) + 1] - first;
+    const PetscInt row = elements_.membrane().particles.first + i;
+    check(MatSetValuesBlocked(matrix_, 1, &row, blocks, rows_.columns.data() + first, rows_.values.data() + 9 * first,
+                              INSERT_VALUES));
+  }
+}
+
+void PrismTangent::add_diagonals(const ElementStiffness& stiffness, double factor) {
+  const auto& triangles = elements_.membrane().triangles;
+  for (std::size_t e = 0; e < triangles.size(); ++e) {
+    const ElementStiffness::Blocks blocks = stiffness.element_blocks(e);
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (triangles[e][a] < owned()) {
+        diagonal_[static_cast<std::size_t>(triangles[e][a])] += factor * blocks[a][a];
+      }
+    }
+  }
+}
+
+void PrismTangent::make_diagonal() {
+  if (!diagonal_.empty()) {
+    return;
+  }
+  diagonal_.assign(vertex_blocks_.begin(), vertex_blocks_.end());
+  add_diagonals(*stiffness_, 1);
+  if (lagged_factor_ != 0) {
+    add_diagonals(lagged_, lagged_factor_);
+  }
+  for (const PetscInt i : constrained_) {
+    if (i < owned()) {
+      const Eigen::Matrix3d& projector = projectors_[static_cast<std::size_t>(i)];
+      Block& block = diagonal_[static_cast<std::size_t>(i)];
+      block = (projector * block * projector + held_ * (Eigen::Matrix3d::Identity() - projector)).eval();
+    }
+  }
+}
+
+void PrismTangent::invert_diagonal() {
+  make_diagonal();
+  inverse_.resize(diagonal_.size());
+  std::transform(diagonal_.begin(), diagonal_.end(), inverse_.begin(),
+                 [](const Block& block) -> Block { return block.inverse(); });
+}
+
+void PrismTangent::multiply(Vec in, Vec out) {
+  const double* w = nullptr;
+  double* y = nullptr;
+  check(VecGetArrayRead(in, &w));
+  check(VecGetArrayWrite(out, &y));
+  using Vectors = Eigen::Map<const Eigen::Matrix3Xd>;
+  const Vectors given(w, 3, owned());
+  argument_.values().leftCols(owned()) = given;
+  argument_.update_ghosts();
+  for (const PetscInt i : constrained_) {
+    argument_.vector(i) = projectors_[static_cast<std::size_t>(i)] * argument_.vector(i).eval();
+  }
+  for (PetscInt i = 0; i < owned(); ++i) {
+    product_.col(i).noalias() = vertex_blocks_[static_cast<std::size_t>(i)] * argument_.vector(i);
+  }
+  product_.rightCols(product_.cols() - owned()).setZero();
+  stiffness_->add_product(1, argument_.data(), product_.data());
+  if (lagged_factor_ != 0) {
+    lagged_.add_product(lagged_factor_, argument_.data(), product_.data());
+  }
+  for (const PetscInt i : constrained_) {
+    if (i < owned()) {
+      product_.col(i) = projectors_[static_cast<std::size_t>(i)] * product_.col(i).eval() +
+                        held_ * (given.col(i) - argument_.vector(i));
+    }
+  }
+  Eigen::Map<Eigen::Matrix3Xd>(y, 3, owned()) = product_.leftCols(owned());
+  check(VecRestoreArrayWrite(out, &y));
+  check(VecRestoreArrayRead(in, &w));
+}
+
+}  // namespace pellicle
