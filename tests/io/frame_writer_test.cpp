@@ -71,6 +71,28 @@ vtkSmartPointer<vtkPolyData> read_frame(const std::string& path) {
   return reader->GetOutput();
 }
 
+/// The strip as a membrane: two triangles a cell, 2 c and 2 c + 1 of cell c, and on a rank with cells a ghost besides.
+Membrane make_triangle_strip(PetscInt cells, int empty) {
+  const Sheet strip = make_strip(MPI_COMM_WORLD, cells, empty);
+  Membrane membrane;
+  static_cast<PointSet&>(membrane) = strip;
+  for (std::size_t cell = 0; cell < strip.cells.size(); ++cell) {
+    const auto& [a, b, c, d] = strip.cells[cell];
+    const PetscInt id = strip.persistent_id[static_cast<std::size_t>(strip.lattice[cell])] - strip.first_lattice_id;
+    membrane.triangles.insert(membrane.triangles.end(), {{a, b, c}, {a, c, d}});
+    membrane.element_id.insert(membrane.element_id.end(), {2 * id, 2 * id + 1});
+  }
+  membrane.elements.comm = MPI_COMM_WORLD;
+  membrane.elements.owned = static_cast<PetscInt>(membrane.triangles.size());
+  membrane.elements.global = 2 * cells;
+  if (membrane.elements.owned > 0) {
+    membrane.triangles.push_back(membrane.triangles.front());
+    membrane.element_id.push_back(-1);
+    membrane.elements.ghost_global.push_back(0);
+  }
+  return membrane;
+}
+
 class FrameWriterOnRanks : public testing::TestWithParam<int> {};
 
 // Parameter: the rank without cells.
@@ -150,6 +172,72 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
   EXPECT_EQ(drawing_ranks.count(GetParam()), ranks > 1 ? 0U : drawing_ranks.count(GetParam()));
 }
 
+TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
+  const TestFolder folder;
+  const Membrane membrane = make_triangle_strip(cell_count, GetParam());
+  std::vector<double> height;  // of the particles
+  for (const PetscInt id : membrane.persistent_id) {
+    height.push_back(100.0 + id);
+  }
+  std::vector<double> stress;  // of the elements
+  for (const PetscInt id : membrane.element_id) {
+    stress.insert(stress.end(), {1.0 * id, 2.0 * id});
+  }
+  Frame frame;
+  frame.positions = membrane.rest.data();
+  frame.particle_fields = {{"height", 1, height.data()}};
+  frame.cell_fields = {{"stress", 2, stress.data()}};
+  FrameWriter(membrane, options_for(folder / "out")).write(frame);
+  if (folder.rank() != 0) {
+    return;
+  }
+  const auto drawn = read_frame(folder / "out/strip_000000.pvtp");
+  ASSERT_EQ(drawn->GetNumberOfCells(), 2 * cell_count);
+  vtkDataArray* ids = drawn->GetPointData()->GetArray("vertex_id");
+  vtkDataArray* ghost = drawn->GetPointData()->GetArray("vtkGhostType");
+  vtkDataArray* drawn_height = drawn->GetPointData()->GetArray("height");
+  vtkDataArray* uv = drawn->GetPointData()->GetTCoords();
+  ASSERT_TRUE(ids && ghost && drawn_height && uv);
+  std::multiset<long> counted;
+  for (vtkIdType point = 0; point < drawn->GetNumberOfPoints(); ++point) {
+    const long id = static_cast<long>(ids->GetComponent(point, 0));
+    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[0], static_cast<double>(id / 2));
+    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[1], static_cast<double>(id % 2));
+    EXPECT_DOUBLE_EQ(drawn_height->GetComponent(point, 0), 100.0 + static_cast<double>(id));
+    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 0), static_cast<double>(id / 2) / cell_count);
+    if (ghost->GetComponent(point, 0) == 0) {
+      counted.insert(id);
+    }
+  }
+  std::multiset<long> every_vertex_once;
+  for (long id = 0; id < 2 * (cell_count + 1); ++id) {
+    every_vertex_once.insert(id);
+  }
+  EXPECT_EQ(counted, every_vertex_once);
+
+  vtkDataArray* rank = drawn->GetCellData()->GetArray("rank");
+  vtkDataArray* cell_id = drawn->GetCellData()->GetArray("cell_id");
+  vtkDataArray* drawn_stress = drawn->GetCellData()->GetArray("stress");
+  ASSERT_TRUE(rank && cell_id && drawn_stress);
+  std::set<long> drawn_ids;
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType cell = 0; cell < drawn->GetNumberOfCells(); ++cell) {
+    const long id = static_cast<long>(cell_id->GetComponent(cell, 0));
+    drawn_ids.insert(id);
+    EXPECT_DOUBLE_EQ(drawn_stress->GetComponent(cell, 0), static_cast<double>(id));
+    EXPECT_DOUBLE_EQ(drawn_stress->GetComponent(cell, 1), 2 * static_cast<double>(id));
+    drawn->GetCellPoints(cell, corners);
+    std::vector<long> round;
+    for (vtkIdType i = 0; i < corners->GetNumberOfIds(); ++i) {
+      round.push_back(static_cast<long>(ids->GetComponent(corners->GetId(i), 0)));
+    }
+    const long first = id - id % 2;  // vertex of the strip's cell
+    EXPECT_EQ(round, id % 2 == 0 ? (std::vector<long>{first, first + 2, first + 3})
+                                 : (std::vector<long>{first, first + 3, first + 1}));
+  }
+  EXPECT_EQ(drawn_ids.size(), static_cast<std::size_t>(2 * cell_count)) << "each owned element once, no ghosts";
+}
+
 INSTANTIATE_TEST_SUITE_P(EmptyRank, FrameWriterOnRanks, testing::Values(-1, 0, 1));
 
 TEST(FrameWriter, PvdNamesEveryFrameAndItsTime) {
@@ -208,6 +296,35 @@ TEST(FrameWriter, WritesTheChosenFieldsOnly) {
   EXPECT_NE(drawn->GetPointData()->GetArray("velocity"), nullptr);
   EXPECT_NE(drawn->GetPointData()->GetArray("vertex_id"), nullptr);
   EXPECT_EQ(drawn->GetPointData()->GetArray("temperature"), nullptr);
+}
+
+TEST(FrameWriter, CellFieldsOfASheetAreThoseOfTheTriangles) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  std::vector<double> id;
+  std::vector<double> other(sheet.cells.size());
+  for (const PetscInt lattice : sheet.lattice) {
+    id.push_back(sheet.persistent_id[static_cast<std::size_t>(lattice)] - sheet.first_lattice_id);
+  }
+  Frame frame = scene.frame(0, 0);
+  frame.cell_fields = {{"id", 1, id.data()}, {"other", 1, other.data()}};
+  OutputOptions options = options_for(folder / "out");
+  options.fields = {"id", "temperature"};
+  FrameWriter(sheet, options).write(frame);
+  if (folder.rank() != 0) {
+    return;
+  }
+  const auto drawn = read_frame(folder / "out/strip_000000.pvtp");
+  EXPECT_NE(drawn->GetPointData()->GetArray("temperature"), nullptr);
+  EXPECT_EQ(drawn->GetPointData()->GetArray("velocity"), nullptr);
+  EXPECT_EQ(drawn->GetCellData()->GetArray("other"), nullptr);
+  vtkDataArray* drawn_id = drawn->GetCellData()->GetArray("id");
+  vtkDataArray* cell_id = drawn->GetCellData()->GetArray("cell_id");
+  ASSERT_TRUE(drawn_id && cell_id);
+  for (vtkIdType cell = 0; cell < drawn->GetNumberOfCells(); ++cell) {
+    EXPECT_EQ(drawn_id->GetComponent(cell, 0), cell_id->GetComponent(cell, 0));
+  }
 }
 
 TEST(FrameWriter, RefusesAnUnknownFieldBeforeWritingAnything) {
@@ -319,6 +436,18 @@ TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
   EXPECT_EQ(steps_drawn(options), (std::vector<int>{0, 3, 5, 8, 10}));
   options.interval_time = 0.01;
   EXPECT_EQ(steps_drawn(options).size(), 11U);
+}
+
+TEST(FrameWriter, TellsTheTimeOfTheNextFrame) {
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  OutputOptions options = options_for("unused");
+  EXPECT_EQ(FrameWriter(sheet, options).next_time(0.3), std::nullopt) << "frames by steps";
+  options.interval_time = 0.1;
+  const FrameWriter writer(sheet, options);
+  EXPECT_DOUBLE_EQ(*writer.next_time(0), 0.1);
+  EXPECT_DOUBLE_EQ(*writer.next_time(0.25), 0.3);
+  EXPECT_DOUBLE_EQ(*writer.next_time(0.1 * 3), 0.4) << "a little more than 0.3";
+  EXPECT_DOUBLE_EQ(*writer.next_time(0.3), 0.4) << "a little less than three times 0.1";
 }
 
 TEST(FrameWriter, DirectoryThatCannotBeMadeIsOneErrorOnAllRanks) {
