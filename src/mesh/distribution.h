@@ -51,6 +51,7 @@ class Distribution {
   Distribution(MPI_Comm comm, const SurfaceMesh& mesh, int layers, const SheetOptions& options, Eigen::MatrixXd extra);
 
   DM dm() const { return dm_; }
+  bool has_uv() const { return has_uv_; }
   PetscInt points() const { return static_cast<PetscInt>(owned_.size()); }
   Range cells() const;
   Range vertices() const;

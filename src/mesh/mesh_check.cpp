@@ -92,11 +92,15 @@ void keep_faces(SurfaceMesh& mesh, const std::vector<bool>& keep) {
       if (!mesh.uv.empty()) {
         kept.uv.push_back(std::move(mesh.uv[f]));
       }
+      for (const auto& [field, values] : mesh.face_fields) {
+        kept.face_fields[field].push_back(values[f]);
+      }
     }
   }
   mesh.faces = std::move(kept.faces);
   mesh.uv = std::move(kept.uv);
   mesh.face_id = std::move(kept.face_id);
+  mesh.face_fields = std::move(kept.face_fields);
 }
 
 /// Corners that repeat the corner before them go, and faces of which fewer than three are left. @returns how many went.

@@ -18,8 +18,9 @@ namespace pellicle {
 /// | .vtp .vtu .vtk | VTK (surface cells of polygon data or unstructured grids) | per point | - |
 /// | .msh | pellicle (Gmsh 2.2 or 4.1 as text): PETSc's reader mixes groups up | - | physical groups |
 ///
-/// A group holds the points of the elements that carry its name; a physical group without a name goes by its number.
-/// Not collective: call it on one rank.
+/// The arrays of one number a cell of .vtp, .vtu and .vtk files become face_fields. A group holds the points of the
+/// elements that carry its name; a physical group without a name goes by its number. Not collective: call it on one
+/// rank.
 /// @throws Error on a missing or broken file: one line that names the file and the fault.
 SurfaceMesh read_mesh(const std::string& path);
 

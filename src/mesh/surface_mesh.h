@@ -14,7 +14,8 @@ struct SurfaceMesh {
   std::vector<std::vector<int>> faces;  ///< point numbers of each polygon, in order round it
   std::vector<std::vector<Eigen::Vector2d>>
       uv;  ///< texture coordinate of each corner of each face, empty if the mesh has none
-  std::map<std::string, std::vector<int>> groups;  ///< named sets of points (Gmsh physical groups, OBJ groups)
+  std::map<std::string, std::vector<int>> groups;          ///< named sets of points (Gmsh physical groups, OBJ groups)
+  std::map<std::string, std::vector<double>> face_fields;  ///< one number for each face, as in the file ("thickness")
 
   /// Numbers in the file of the points and faces that a repair kept (check_and_repair); empty while all are there.
   std::vector<int> point_id;

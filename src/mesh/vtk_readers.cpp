@@ -19,6 +19,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 
 #include "base/error.h"
@@ -63,6 +64,14 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     throw Error(path + ": texture coordinates of " + std::to_string(uv->GetNumberOfComponents()) + " components at " +
                 std::to_string(uv->GetNumberOfTuples()) + " points, expected 2 at each point");
   }
+  std::map<std::string, vtkDataArray*> fields;
+  for (int i = 0; i < data->GetCellData()->GetNumberOfArrays(); ++i) {
+    vtkDataArray* array = data->GetCellData()->GetArray(i);  // none where it holds no numbers
+    if (array != nullptr && array->GetName() != nullptr && array->GetNumberOfComponents() == 1) {
+      fields[array->GetName()] = array;
+      mesh.face_fields[array->GetName()];
+    }
+  }
   vtkNew<vtkIdList> corners;
   for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
     const int type = data->GetCellType(cell);
@@ -86,6 +95,9 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     std::vector<int>& face = mesh.faces.emplace_back(corners->begin(), corners->end());
     if (type == VTK_PIXEL) {
       std::swap(face[2], face[3]);
+    }
+    for (const auto& [name, array] : fields) {
+      mesh.face_fields[name].push_back(array->GetComponent(cell, 0));
     }
   }
   if (uv != nullptr) {

@@ -1,0 +1,96 @@
+#include "mesh/triangulation.h"
+
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolygon.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+using Corners = std::array<std::size_t, 3>;  ///< of a triangle, as places round its polygon
+
+const Eigen::Vector3d& point_at(const SurfaceMesh& mesh, const std::vector<int>& face, std::size_t corner) {
+  return mesh.points[static_cast<std::size_t>(face[corner])];
+}
+
+std::vector<Corners> split(const SurfaceMesh& mesh, std::size_t face_number) {
+  const std::vector<int>& face = mesh.faces[face_number];
+  if (face.size() == 3) {
+    return {{0, 1, 2}};
+  }
+  if (face.size() == 4) {
+    const double diagonal_02 = (point_at(mesh, face, 2) - point_at(mesh, face, 0)).squaredNorm();
+    const double diagonal_13 = (point_at(mesh, face, 3) - point_at(mesh, face, 1)).squaredNorm();
+    if (diagonal_02 <= diagonal_13) {
+      return {{0, 1, 2}, {0, 2, 3}};
+    }
+    return {{0, 1, 3}, {1, 2, 3}};
+  }
+  vtkNew<vtkPolygon> polygon;
+  for (std::size_t k = 0; k < face.size(); ++k) {
+    polygon->GetPoints()->InsertNextPoint(point_at(mesh, face, k).data());
+    polygon->GetPointIds()->InsertNextId(static_cast<vtkIdType>(k));
+  }
+  vtkNew<vtkIdList> corners;
+  if (polygon->Triangulate(corners) == 0) {
+    throw Error("face " + std::to_string(mesh.id_of_face(static_cast<int>(face_number))) + ": a polygon of " +
+                std::to_string(face.size()) + " corners that cannot be split into triangles, expected a simple one");
+  }
+  std::vector<Corners> triangles;
+  for (vtkIdType k = 0; k < corners->GetNumberOfIds(); k += 3) {
+    triangles.push_back({static_cast<std::size_t>(corners->GetId(k)), static_cast<std::size_t>(corners->GetId(k + 1)),
+                         static_cast<std::size_t>(corners->GetId(k + 2))});
+  }
+  return triangles;
+}
+
+}  // namespace
+
+SurfaceMesh triangulated(const SurfaceMesh& mesh) {
+  SurfaceMesh result = mesh;
+  if (std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const auto& face) { return face.size() == 3; })) {
+    return result;
+  }
+  result.faces.clear();
+  result.face_id.clear();
+  result.uv.clear();
+  for (auto& entry : result.face_fields) {
+    entry.second.clear();
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const std::vector<int>& face = mesh.faces[f];
+    for (const auto& [a, b, c] : split(mesh, f)) {
+      result.faces.push_back({face[a], face[b], face[c]});
+      if (!mesh.uv.empty()) {
+        result.uv.push_back({mesh.uv[f][a], mesh.uv[f][b], mesh.uv[f][c]});
+      }
+      for (const auto& [name, values] : mesh.face_fields) {
+        result.face_fields[name].push_back(values[f]);
+      }
+    }
+  }
+  return result;
+}
+
+double enclosed_volume(const SurfaceMesh& mesh) {
+  const SurfaceMesh triangles = triangulated(mesh);
+  const Eigen::Vector3d& origin = mesh.points.front();  // near the mesh, so that little cancels
+  double six_volumes = 0;
+  for (const std::vector<int>& face : triangles.faces) {
+    const Eigen::Vector3d a = point_at(mesh, face, 0) - origin;
+    const Eigen::Vector3d b = point_at(mesh, face, 1) - origin;
+    const Eigen::Vector3d c = point_at(mesh, face, 2) - origin;
+    six_volumes += a.dot(b.cross(c));
+  }
+  return six_volumes / 6;
+}
+
+}  // namespace pellicle
