@@ -69,14 +69,17 @@ void require_valid(const std::string& chamber, const ChamberOptions& options) {
     throw Error(chamber + ".temperature: " + std::to_string(options.temperature.size()) +
                 " key points, expected one with the law adiabatic: the temperature at the undeformed volume");
   }
-  const auto require_one = [&](const Rows& first, const Rows& second, const std::string& names, bool may_lack) {
-    if ((first.empty() && second.empty() && !may_lack) || (!first.empty() && !second.empty())) {
-      throw Error(chamber + ": " + (first.empty() ? "neither " : "both ") + names + " given, expected one of them");
-    }
+  const auto refuse_pair = [&](const std::string& pair) {
+    throw Error(chamber + ": " + pair + " given, expected one of them");
   };
-  require_one(options.amount, options.amount_ratio, "amount and amount_ratio", true);
-  if (options.law == "volume") {
-    require_one(options.volume, options.volume_ratio, "volume and volume_ratio", false);
+  if (!options.amount.empty() && !options.amount_ratio.empty()) {
+    refuse_pair("both amount and amount_ratio");
+  }
+  if (!options.volume.empty() && !options.volume_ratio.empty()) {
+    refuse_pair("both volume and volume_ratio");
+  }
+  if (options.law == "volume" && options.volume.empty() && options.volume_ratio.empty()) {
+    refuse_pair("neither volume nor volume_ratio");
   }
   if ((options.law == "relative" || options.law == "pressure") && options.pressure.empty()) {
     throw Error(chamber + ".pressure: not given, expected key points (time, pressure) with the law " + options.law);
