@@ -138,7 +138,7 @@ void PointLoads::add_pressure(PetscInt particle, const Eigen::Vector3d& x, const
   const double stiffness = areas_[static_cast<std::size_t>(particle)] * options_.stiffness;
   sum.value += stiffness / 2 * depth * depth;
   sum.gradient -= stiffness * depth * gap.normal;
-  sum.hessian += stiffness * gap.normal * gap.normal.transpose();
+  sum.hessian += stiffness * (gap.normal * gap.normal.transpose());
 }
 
 void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact,
@@ -154,7 +154,7 @@ void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const
   if (y >= e) {  // s = y
     sum.value += friction.force * y;
     sum.gradient += friction.force / y * slip;
-    sum.hessian += friction.force / y * (along - slip * slip.transpose() / (y * y));
+    sum.hessian += friction.force / y * (along - (slip * slip.transpose()) / (y * y));
     return;
   }
   sum.value += friction.force * (y * y / e - y * y * y / (3 * e * e) + e / 3);
@@ -162,7 +162,7 @@ void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const
   sum.gradient += friction.force * slope_over_y * slip;
   sum.hessian += friction.force * slope_over_y * along;
   if (y > 0) {  // s'' - s'/y = -y/e^2 in the direction of the slip
-    sum.hessian -= friction.force / (y * e * e) * slip * slip.transpose();
+    sum.hessian -= friction.force / (y * e * e) * (slip * slip.transpose());
   }
 }
 

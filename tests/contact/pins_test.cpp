@@ -75,6 +75,16 @@ TEST_F(PinsTest, box_takes_the_layers_asked_for) {
   EXPECT_EQ(ids(options).size(), 13U);
 }
 
+TEST_F(PinsTest, ball_takes_what_lies_in_it) {
+  PinOptions options;
+  options.centre = {1, 1, 0};
+  options.radius = 0.51;  // more than the edge of a cell, less than its diagonal
+  options.layer = "corners";
+  EXPECT_EQ(ids(options), (std::set<int>{9, 15, 16, 17, 23}));
+  options.layer = "both";  // lattice points: sqrt(2 * 0.25^2 + 0.1^2) = 0.37 away
+  EXPECT_EQ(ids(options), (std::set<int>{9, 15, 16, 17, 23, 42, 43, 48, 49}));
+}
+
 TEST_F(PinsTest, vertices_and_groups_add_up) {
   PinOptions options;
   options.vertices = {3, 40};
@@ -121,6 +131,11 @@ TEST_F(PinsTest, errors_name_the_pin_and_the_selector) {
   options = PinOptions();
   options.box = {9, 9, 9, 10, 10, 10};
   EXPECT_EQ(message({{"left", options}}).rfind("pins.left.box:", 0), 0U);
+  options = PinOptions();
+  options.centre = {9, 9, 9};
+  EXPECT_EQ(message({{"left", options}}), "pins.left.centre: given without a radius, expected both");
+  options.radius = 1;
+  EXPECT_EQ(message({{"left", options}}), "pins.left.radius: selects no particle, expected at least one");
   PinOptions corner;
   corner.vertices = {0};
   options = PinOptions();
