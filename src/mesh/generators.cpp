@@ -156,4 +156,74 @@ SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, doub
   return mesh;
 }
 
+SurfaceMesh disc_mesh(int rings, double radius) {
+  if (rings < 1 || !(radius > 0)) {
+    throw Error("a disc of " + std::to_string(rings) + " rings and radius " + std::to_string(radius) +
+                " m, expected both above 0");
+  }
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2d> uv;
+  const auto add_point = [&](double distance, double angle) {
+    const Eigen::Vector2d place(distance * std::cos(angle), distance * std::sin(angle));
+    mesh.points.emplace_back(radius * place.x(), radius * place.y(), 0);
+    uv.emplace_back(0.5 + 0.5 * place.x(), 0.5 + 0.5 * place.y());
+  };
+  add_point(0, 0);
+  for (int k = 1; k <= rings; ++k) {
+    for (int i = 0; i < 6 * k; ++i) {
+      add_point(static_cast<double>(k) / rings, 2 * pi * i / (6 * k));
+    }
+  }
+  const auto point = [](int ring, int i) { return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1) + i % (6 * ring); };
+  for (int k = 1; k <= rings; ++k) {
+    for (int sector = 0; sector < 6; ++sector) {
+      const int inner = sector * (k - 1);
+      const int outer = sector * k;
+      for (int i = 0; i < k; ++i) {
+        mesh.faces.push_back({point(k - 1, inner + i), point(k, outer + i), point(k, outer + i + 1)});
+        if (i + 1 < k) {
+          mesh.faces.push_back({point(k - 1, inner + i), point(k, outer + i + 1), point(k - 1, inner + i + 1)});
+        }
+      }
+    }
+  }
+  spread_uv(mesh, uv);
+  mesh.groups["centre"] = {0};
+  for (int i = 0; i < 6 * rings; ++i) {
+    mesh.groups["rim"].push_back(point(rings, i));
+  }
+  return mesh;
+}
+
+SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
+  require_cells(cells, 1, "square");
+  require_size(size, "square");
+  const auto [nx, ny] = cells;
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2d> uv;
+  const auto add_point = [&, nx = nx, ny = ny](double i, double j) {
+    const Eigen::Vector2d& here = uv.emplace_back(i / nx, j / ny);
+    mesh.points.emplace_back(here.x() * size[0], here.y() * size[1], 0);
+  };
+  for (int j = 0; j <= ny; ++j) {
+    for (int i = 0; i <= nx; ++i) {
+      add_point(i, j);
+    }
+  }
+  for (int j = 0; j < ny; ++j) {
+    for (int i = 0; i < nx; ++i) {
+      const int corner = i + (nx + 1) * j;
+      const int middle = static_cast<int>(mesh.points.size());
+      add_point(i + 0.5, j + 0.5);
+      mesh.faces.push_back({corner, corner + 1, middle});
+      mesh.faces.push_back({corner + 1, corner + nx + 2, middle});
+      mesh.faces.push_back({corner + nx + 2, corner + nx + 1, middle});
+      mesh.faces.push_back({corner + nx + 1, corner, middle});
+    }
+  }
+  spread_uv(mesh, uv);
+  name_sides(mesh, uv);
+  return mesh;
+}
+
 }  // namespace pellicle

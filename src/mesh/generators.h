@@ -6,8 +6,8 @@
 
 namespace pellicle {
 
-// Quad meshes with texture coordinates. All lie round the origin; points and faces are numbered row by row, the first
-// direction fastest; faces are oriented alike. Not collective.
+// Open meshes and a torus, with texture coordinates; of quads unless they say triangles. All lie round the origin;
+// points and faces are numbered row by row, the first direction fastest; faces are oriented alike. Not collective.
 
 /// A rectangle in the x-y plane with normal +z: `cells` along x and y, `size` [m]. Texture coordinates are (0, 0) at
 /// the corner of smallest x and y and (1, 1) at the opposite one. Point groups "left", "right" (along x), "bottom",
@@ -27,5 +27,17 @@ SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tub
 /// along the arc, and so are the groups, of the teeth. @throws Error unless both cells are at least 2, sizes above 0
 /// and 0 < arch < 2 pi.
 SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, double arch);
+
+/// A flat disc of triangles in the x-y plane with normal +z: `rings` of triangles round its centre, ring k with 6 k
+/// points of equal distance at its outside, 1 + 3 n (n + 1) points in all, numbered outwards. Texture coordinates are
+/// those of the square round it. Point groups "centre" and "rim". @throws Error unless rings and radius [m] are above
+/// 0.
+SurfaceMesh disc_mesh(int rings, double radius);
+
+/// A flat rectangle of triangles in the x-y plane with normal +z, a corner at the origin and x, y >= 0: `cells` along x
+/// and y, each cut by both its diagonals (a criss-cross mesh, the same in every mirror), `size` [m]. Points of the
+/// cells' corners come first, then those of their middles. Texture coordinates and groups as for the rectangle.
+/// @throws Error unless there are cells and sizes are above 0.
+SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size);
 
 }  // namespace pellicle

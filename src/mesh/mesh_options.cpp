@@ -4,6 +4,8 @@
 
 #include "base/error.h"
 #include "base/options.h"
+#include "mesh/blobs.h"
+#include "mesh/closed_shapes.h"
 #include "mesh/generators.h"
 #include "mesh/readers.h"
 
@@ -11,29 +13,57 @@ namespace pellicle {
 
 void describe(OptionTable& table, MeshOptions& options) {
   table.add("mesh.shape", options.shape)
-      .choices({"rectangle", "torus", "roof", "file"})
+      .choices({"rectangle", "torus", "roof", "icosphere", "ellipsoid", "tube", "blobs", "disc", "square", "file"})
       .help(
-          "mesh to generate: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand on their "
-          "points, so that its boundary is a zigzag); a file, when mesh.file names one, takes its place");
+          "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
+          "on their points, so that its boundary is a zigzag); of triangles and closed: an icosphere, an ellipsoid, a "
+          "tube along z with half spheres at its ends, the smooth surface of the solids mesh.blobs; of triangles and "
+          "flat: a disc, a square (any rectangle) with one corner at the origin, a quarter of an airbag; a file, when "
+          "mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
       .file()
       .help("mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; empty: generate one");
   table.add("mesh.cells", options.cells)
       .length(2)
       .at_least(1)
-      .help("cells of the generated mesh along its length and width; torus: round the axis and round the tube");
+      .help(
+          "cells of the generated mesh along its length and width; torus: round the axis and round the tube; square: "
+          "each of four triangles");
   table.add("mesh.size", options.size)
       .length(2)
       .more_than(0)
       .unit("m")
-      .help("length and width of rectangle and roof, the roof's width along its arc");
+      .help("length and width of rectangle, roof and square, the roof's width along its arc");
   table.add("mesh.major_radius", options.major_radius)
       .more_than(0)
       .unit("m")
       .help("torus: radius of the circle in the middle of the tube");
   table.add("mesh.tube_radius", options.tube_radius).more_than(0).unit("m").help("torus: radius of the tube");
   table.add("mesh.arch", options.arch).more_than(0).unit("rad").help("roof: angle of its arc");
+  table.add("mesh.level", options.level)
+      .range(0, 9)
+      .help("icosphere, ellipsoid: how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices");
+  table.add("mesh.radius", options.radius).more_than(0).unit("m").help("of icosphere, tube and disc");
+  table.add("mesh.semi_axes", options.semi_axes).more_than(0).unit("m").help("ellipsoid: half axes along x, y and z");
+  table.add("mesh.length", options.length)
+      .more_than(0)
+      .unit("m")
+      .help("tube: length of its cylinder, without the half spheres");
+  table.add("mesh.rings", options.rings)
+      .at_least(1)
+      .help("disc: rings of triangles between centre and rim, 1 + 3 n (n + 1) vertices");
+  table.add("mesh.vertices", options.vertices).at_least(4).help("tube, blobs: number of vertices");
+  table.add_objects("mesh.blobs", options.blobs,
+                    "solids whose smooth union, less those that are subtracted, has the surface of the shape blobs");
   table.add("mesh.scale", options.scale).more_than(0).help("factor on all coordinates, such as 0.001 for a file in mm");
+  table.add("mesh.volume", options.volume)
+      .more_than(0)
+      .unit("m^3")
+      .help("then scaled, about the origin, to enclose this volume; the mesh must be closed");
+  table.add("mesh.merge", options.merge)
+      .help(
+          "points at exactly the same place become one; false keeps them apart, as for two layers that lie on each "
+          "other");
   table.add("mesh.rotation", options.rotation)
       .unit("rad")
       .help("then turned by these angles about the axes x, y and z, in this order, through the origin");
@@ -53,6 +83,18 @@ SurfaceMesh make_mesh(const MeshOptions& options) {
       mesh = torus_mesh(cells, options.major_radius, options.tube_radius);
     } else if (options.shape == "roof") {
       mesh = roof_mesh(cells, size, options.arch);
+    } else if (options.shape == "icosphere") {
+      mesh = icosphere_mesh(options.level, options.radius);
+    } else if (options.shape == "ellipsoid") {
+      mesh = ellipsoid_mesh(options.level, options.semi_axes);
+    } else if (options.shape == "tube") {
+      mesh = tube_mesh(options.length, options.radius, options.vertices);
+    } else if (options.shape == "blobs") {
+      mesh = blobs_mesh(options.blobs, options.vertices);
+    } else if (options.shape == "disc") {
+      mesh = disc_mesh(options.rings, options.radius);
+    } else if (options.shape == "square") {
+      mesh = square_mesh(cells, size);
     } else {
       mesh = rectangle_mesh(cells, size);
     }
