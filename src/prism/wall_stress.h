@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "prism/metric_energy.h"
+
+namespace pellicle {
+
+/// An element in its principal directions, the larger value first.
+struct PrincipalState {
+  Eigen::Vector2d stretch;  ///< of the undeformed lengths
+  Eigen::Vector2d stress;   ///< Cauchy stress in the plane of the wall [Pa]
+};
+
+/// @param e12, e13 deformed edges [m]
+/// @param thickness_ratio h/h0, see metric_energy
+PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                               const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio);
+
+}  // namespace pellicle

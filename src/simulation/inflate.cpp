@@ -1,0 +1,105 @@
+#include "simulation/inflate.h"
+
+#include <cmath>
+
+#include "mesh/membrane_geometry.h"
+#include "simulation/texture_values.h"
+
+namespace pellicle {
+
+const std::vector<std::string>& Inflate::stage_names() {
+  static const std::vector<std::string> names{"implicit step", "volume preservation", "velocity", "output"};
+  return names;
+}
+
+Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& clock)
+    : membrane_(membrane),
+      options_(options),
+      clock_(clock),
+      wall_(make_wall(membrane, options.wall,
+                      texture_values(membrane.comm(), membrane.element_uv, "wall.thickness_texture",
+                                     options.wall.thickness_texture))),
+      mass_(vertex_masses(membrane, wall_)),
+      elements_(membrane, wall_),
+      pins_(membrane, options.pins),
+      constraints_(membrane, options.symmetry, pins_),
+      chambers_(membrane, options.gas, options.chambers, constraints_.origin(), constraints_.has_planes(),
+                constraints_.projectors()),
+      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact),
+      implicit_({elements_, chambers_, constraints_, pins_, loads_, mass_, options.force.gravity, options.gas.tangent},
+                options.prism),
+      start_(membrane.particles, 3) {
+  if (wall_.preserve_volume) {
+    volume_preservation_ =
+        std::make_unique<VolumePreservation>(membrane, wall_, constraints_.projectors(), options.volume);
+  }
+  double area = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    area += wall_.rest[e].area;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  length_scale_ = std::sqrt(area);
+}
+
+BalloonState Inflate::initial_state() const {
+  BalloonState state(membrane_, chambers_.count());
+  pins_.impose(state.position, 0);
+  elements_.update_thickness(state.position, state.thickness_ratio);
+  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    state.pressure[chamber] = chambers_.state(chamber, volumes[chamber], 0).pressure;
+  }
+  return state;
+}
+
+InflateStep Inflate::advance(BalloonState& state, double h) {
+  InflateStep step;
+  start_.values() = state.position.values();
+  {
+    const auto timer = clock_.time("implicit step");
+    const ImplicitResult moved = implicit_.advance(state, h);
+    step.converged = moved.converged;
+    step.reason = moved.reason;
+    step.newton_iterations = moved.newton_iterations;
+    step.linear_iterations = moved.linear_iterations;
+    step.residual = moved.residual;
+    if (!moved.converged) {
+      return step;
+    }
+    elements_.update_thickness(state.position, state.thickness_ratio);
+  }
+  if (volume_preservation_ != nullptr) {
+    const auto timer = clock_.time("volume preservation");
+    const VolumeResult kept = volume_preservation_->advance(state.position, state.thickness_ratio);
+    step.converged = kept.converged;
+    step.reason = kept.reason;
+    if (!kept.converged) {
+      return step;
+    }
+  }
+  const auto timer = clock_.time("velocity");
+  state.time += h;
+  ++state.step;
+  // The pressure that the gas has now: volume preservation has moved the wall.
+  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    state.pressure[chamber] = gas(chamber, volumes[chamber], state).pressure;
+  }
+  const Eigen::MatrixXd velocity = (state.position.values() - start_.values()) / h;
+  if (velocity.cols() > 0) {
+    step.step_error = h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / length_scale_;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
+  state.velocity.values() = velocity;
+  return step;
+}
+
+GasState Inflate::gas(int chamber, double volume, const BalloonState& state) const {
+  GasState gas = chambers_.state(chamber, volume, state.time);
+  if (chambers_.prescribes_volume(chamber)) {
+    gas.pressure = state.pressure[chamber];
+  }
+  return gas;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,81 @@
+#include "simulation/inflate_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "prism/wall_stress.h"
+
+namespace pellicle {
+
+InflateRun::InflateRun(const Membrane& membrane, const Options& options, StageClock& clock)
+    : membrane_(membrane),
+      options_(options),
+      clock_(clock),
+      inflate_(membrane, options, clock),
+      state_(inflate_.initial_state()),
+      writer_(membrane, options.output) {}
+
+StepResult InflateRun::advance(double h) {
+  last_ = inflate_.advance(state_, h);
+  StepResult result;
+  result.converged = last_.converged;
+  result.reason = last_.reason;
+  result.iterations = last_.linear_iterations;
+  result.step_error = last_.step_error;
+  if (state_.pressure.size() > 0) {
+    char figures[40];
+    std::snprintf(figures, sizeof figures, "p %.4g Pa", state_.pressure[0]);
+    result.figures = figures;
+  }
+  return result;
+}
+
+void InflateRun::keep() {
+  kept_ = {state_.position.values(), state_.velocity.values(), state_.thickness_ratio, state_.pressure};
+}
+
+void InflateRun::restore() {
+  state_.position.values() = kept_.position;
+  state_.velocity.values() = kept_.velocity;
+  state_.thickness_ratio = kept_.thickness_ratio;
+  state_.pressure = kept_.pressure;
+}
+
+void InflateRun::draw() {
+  const auto timer = clock_.time("output");
+  const Wall& wall = inflate_.elements().wall();
+  const std::size_t elements = membrane_.triangles.size();
+  std::vector<double> thickness(elements);
+  std::vector<double> stretch(2 * elements);
+  std::vector<double> stress(2 * elements);
+  for (std::size_t e = 0; e < elements; ++e) {
+    const auto& [a, b, c] = membrane_.triangles[e];
+    thickness[e] = wall.thickness[e] * state_.thickness_ratio[e];
+    const PrincipalState principal =
+        principal_state(wall.materials[static_cast<std::size_t>(wall.material[e])], wall.rule, wall.rest[e],
+                        state_.position.vector(b) - state_.position.vector(a),
+                        state_.position.vector(c) - state_.position.vector(a), state_.thickness_ratio[e]);
+    Eigen::Map<Eigen::Vector2d>(stretch.data() + 2 * e) = principal.stretch;
+    Eigen::Map<Eigen::Vector2d>(stress.data() + 2 * e) = principal.stress;
+  }
+  Frame frame;
+  frame.time = state_.time;
+  frame.step = state_.step;
+  frame.positions = state_.position.data();
+  frame.particle_fields = {{"velocity", 3, state_.velocity.data()}};
+  frame.cell_fields = {{"thickness", 1, thickness.data()},
+                       {"thickness_ratio", 1, state_.thickness_ratio.data()},
+                       {"stretch", 2, stretch.data()},
+                       {"stress", 2, stress.data()}};
+  writer_.write(frame);
+}
+
+void InflateRun::record(double h, int retries) {
+  if (ledger_ == nullptr) {
+    ledger_ = std::make_unique<BalloonLedger>(inflate_, options_, clock_);
+  }
+  ledger_->add(state_, last_, h, retries);
+}
+
+}  // namespace pellicle
