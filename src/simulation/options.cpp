@@ -35,7 +35,12 @@ void describe(OptionTable& table, ForceOptions& options) {
 }
 
 void describe(OptionTable& table, Options& options) {
+  table.add("chain", options.chain)
+      .choices({"burn", "inflate"})
+      .help("burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles");
   describe(table, options.mesh);
+  table.add("mesh.only", options.mesh_only)
+      .help("read or generate the mesh, check it, write it with its quality and partition, and end");
   describe(table, options.sheet);
   describe(table, options.time);
   table.add("dynamics", options.dynamics)
@@ -49,8 +54,17 @@ void describe(OptionTable& table, Options& options) {
   describe(table, options.force);
   describe(table, options.project);
   describe(table, options.spring);
+  describe(table, options.prism);
+  describe(table, options.wall);
+  describe(table, options.volume);
+  describe(table, options.gas);
+  table.add_objects("chambers", options.chambers, "volumes of gas that the balloon encloses");
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
+  table.add_objects("symmetry", options.symmetry, "planes that the vertices in them do not leave (balloons)");
+  table.add_objects("attachments", options.attachments, "vertices tied to moving places by springs (balloons)");
+  table.add_objects("forces", options.forces, "forces on parts of a balloon");
   table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
+  describe(table, options.contact);
   describe(table, options.output);
 }
 

@@ -8,11 +8,17 @@
 
 #include "combustion/combustion_options.h"
 #include "contact/bodies.h"
+#include "contact/constraints.h"
 #include "contact/pins.h"
+#include "contact/point_loads.h"
+#include "gas/gas_options.h"
 #include "heat/heat_options.h"
 #include "io/output_options.h"
 #include "mesh/mesh_options.h"
 #include "mesh/sheet_options.h"
+#include "prism/prism_options.h"
+#include "prism/volume_preservation.h"
+#include "prism/wall_options.h"
 #include "projection/project_options.h"
 #include "projection/spring_baseline.h"
 
@@ -43,8 +49,10 @@ void describe(OptionTable& table, ForceOptions& options);
 
 /// Everything that a deck can say.
 struct Options {
+  std::string chain = "burn";           ///< burn or inflate
   std::string dynamics = "projection";  ///< projection or spring
   MeshOptions mesh;
+  bool mesh_only = false;  ///< write the mesh and end
   SheetOptions sheet;
   TimeOptions time;
   HeatOptions heat;
@@ -52,6 +60,15 @@ struct Options {
   ForceOptions force;
   ProjectOptions project;
   SpringOptions spring;
+  PrismOptions prism;
+  WallOptions wall;
+  VolumeOptions volume;
+  GasOptions gas;
+  std::map<std::string, ChamberOptions> chambers;
+  ContactOptions contact;
+  std::map<std::string, AttachmentOptions> attachments;
+  std::map<std::string, PushOptions> forces;
+  std::map<std::string, SymmetryOptions> symmetry;
   std::map<std::string, BodyOptions> bodies;
   std::map<std::string, PinOptions> pins;
   OutputOptions output;
