@@ -7,7 +7,7 @@ namespace pellicle {
 namespace {
 
 /// @param prefix of the keys: "wall." or ""
-/// @param first choices of the law before the laws themselves
+/// @param laws choices before the laws themselves
 template <class Number>
 void describe_material(OptionTable& table, const std::string& prefix, std::vector<std::string> laws,
                        MaterialOptions<Number>& material) {
