@@ -20,11 +20,11 @@ constexpr double pi = 3.14159265358979323846;
 
 // Units that take a prefix; then those that do not, which are looked up first ("min" is no milli-inch).
 const std::map<std::string, Unit>& prefixable_units() {
-  static const std::map<std::string, Unit> units{{"m", {1, 0, {1, 0, 0, 0}}},   {"g", {1e-3, 0, {0, 1, 0, 0}}},
-                                                 {"s", {1, 0, {0, 0, 1, 0}}},   {"K", {1, 0, {0, 0, 0, 1}}},
-                                                 {"N", {1, 0, {1, 1, -2, 0}}},  {"Pa", {1, 0, {-1, 1, -2, 0}}},
-                                                 {"J", {1, 0, {2, 1, -2, 0}}},  {"W", {1, 0, {2, 1, -3, 0}}},
-                                                 {"Hz", {1, 0, {0, 0, -1, 0}}}, {"l", {1e-3, 0, {3, 0, 0, 0}}}};
+  static const std::map<std::string, Unit> units{
+      {"m", {1, 0, {1, 0, 0, 0}}},    {"g", {1e-3, 0, {0, 1, 0, 0}}},  {"s", {1, 0, {0, 0, 1, 0}}},
+      {"K", {1, 0, {0, 0, 0, 1}}},    {"N", {1, 0, {1, 1, -2, 0}}},    {"Pa", {1, 0, {-1, 1, -2, 0}}},
+      {"J", {1, 0, {2, 1, -2, 0}}},   {"W", {1, 0, {2, 1, -3, 0}}},    {"Hz", {1, 0, {0, 0, -1, 0}}},
+      {"l", {1e-3, 0, {3, 0, 0, 0}}}, {"mol", {1, 0, {0, 0, 0, 0, 1}}}};
   return units;
 }
 

@@ -5,8 +5,8 @@
 
 namespace pellicle {
 
-/// Exponents of metre, kilogram, second and kelvin.
-using Dimension = std::array<int, 4>;
+/// Exponents of metre, kilogram, second, kelvin and mole.
+using Dimension = std::array<int, 5>;
 
 /// A unit: a quantity of `value` in it is `factor * value + offset` in SI.
 struct Unit {
@@ -24,7 +24,7 @@ struct Quantity {
 
 /// Reads a unit such as "mm", "kg/m^2", "1/(K s)", "W/(m^2 K)" or "degC"; "1" is the pure number. Factors are joined
 /// by a space or `*`; what follows a `/` must be in parentheses when it has several factors.
-/// Known: m g s K N Pa J W Hz l with the prefixes n u m c k M G; t min h bar rad deg % degC.
+/// Known: m g s K mol N Pa J W Hz l with the prefixes n u m c k M G; t min h bar rad deg % degC.
 /// @throws Error saying what is wrong, not what was expected: that is for who asks.
 Unit parse_unit(const std::string& text);
 
