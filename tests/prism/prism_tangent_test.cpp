@@ -1,0 +1,353 @@
+#include "prism/prism_tangent.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <memory>
+
+#include "base/error.h"
+#include "base/ksp.h"
+#include "geometry/pressure_load.h"
+#include "tests/prism/balloons.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double stiffness_scale = 4e5 * 0.3e-3;  // mu h [N/m]
+
+/// A way to form the tangent: mat_type and kernel.
+struct Way {
+  std::string mat_type;
+  std::string tangent;
+};
+
+std::vector<Way> ways() {
+  return {{"baij", "exact"},  {"aij", "exact"},      {"sbaij", "exact"},
+          {"shell", "exact"}, {"shell", "gradient"}, {"baij", "gradient"}};
+}
+
+/// A tangent of a balloon with what it is made of.
+class Tangent {
+ public:
+  Tangent(Balloon& balloon, const Way& way, bool positive = false)
+      : balloon_(balloon), projectors(balloon.membrane.particles.local(), Eigen::Matrix3d::Identity()) {
+    options.mat_type = way.mat_type;
+    options.tangent = way.tangent;
+    options.positive_elements = positive;
+    vertex_blocks.assign(static_cast<std::size_t>(balloon.membrane.particles.owned), Eigen::Matrix3d::Zero());
+  }
+
+  PrismTangent& made() {
+    if (tangent_ == nullptr) {
+      tangent_ = std::make_unique<PrismTangent>(balloon_.elements, options, projectors);
+    }
+    return *tangent_;
+  }
+
+  Mat matrix() {
+    made().update(
+        {balloon_.x, balloon_.thickness_ratio, load_pressure, Eigen::Vector3d::Zero(), vertex_blocks, lagged_factor});
+    return made().matrix();
+  }
+
+  /// K w by persistent id.
+  Eigen::Matrix3Xd times(const Field& w) {
+    Mat matrix = this->matrix();
+    VecHandle in, out;
+    check(MatCreateVecs(matrix, in.create(), out.create()));
+    const PetscInt owned = balloon_.membrane.particles.owned;
+    double* values = nullptr;
+    check(VecGetArrayWrite(in, &values));
+    Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned) = w.values().leftCols(owned);
+    check(VecRestoreArrayWrite(in, &values));
+    check(MatMult(matrix, in, out));
+    const double* product = nullptr;
+    check(VecGetArrayRead(out, &product));
+    const Eigen::Matrix3Xd result = Eigen::Map<const Eigen::Matrix3Xd>(product, 3, owned);
+    check(VecRestoreArrayRead(out, &product));
+    return balloon_.by_id(result);
+  }
+
+ private:
+  Balloon& balloon_;
+  std::unique_ptr<PrismTangent> tangent_;
+
+ public:
+  PrismOptions options;
+  std::vector<Eigen::Matrix3d> projectors;
+  std::vector<double> load_pressure;
+  std::vector<Eigen::Matrix3d> vertex_blocks;
+  double lagged_factor = 0;
+};
+
+/// An inflated balloon, dented, with compressed elements here and there.
+struct Dented : Balloon {
+  explicit Dented(MPI_Comm comm, const std::string& rule = "incompressible", double lambda = 0)
+      : Balloon(comm, 2, wall_options(rule, lambda)) {
+    deform({1.3, 1.1, 0.9}, 0.02);
+  }
+
+  /// Change of the elastic force by a displacement, by central differences.
+  Eigen::Matrix3Xd force_change(const Field& w, double step) const {
+    return by_id((force(moved(w, step)) - force(moved(w, -step))) / (2 * step));
+  }
+};
+
+class TangentOf : public ::testing::TestWithParam<std::string> {};
+
+INSTANTIATE_TEST_SUITE_P(all, TangentOf, ::testing::Values("fixed", "incompressible", "plane_stress"),
+                         [](const auto& info) { return info.param; });
+
+TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
+  Dented balloon(PETSC_COMM_WORLD, GetParam(), 6e5);
+  const Field w = balloon.random_field(1, 2);
+  const Eigen::Matrix3Xd expected = -balloon.force_change(w, 1e-7);
+  for (const Way& way : ways()) {
+    EXPECT_LE(largest(Tangent(balloon, way).times(w) - expected), 1e-6 * largest(expected))
+        << way.mat_type << " " << way.tangent;
+  }
+}
+
+// f(x + h w) = f(x) - h K w + O(h^2): halving h divides the remainder by 4.
+TEST_P(TangentOf, leaves_a_remainder_of_second_order) {
+  Dented balloon(PETSC_COMM_WORLD, GetParam(), 6e5);
+  const Field w = balloon.random_field(1, 3);
+  const Eigen::Matrix3Xd product = Tangent(balloon, {"baij", "exact"}).times(w);
+  const Eigen::Matrix3Xd force = balloon.by_id(balloon.force(balloon.x));
+  const auto remainder = [&](double h) {
+    return (balloon.by_id(balloon.force(balloon.moved(w, h))) - force + h * product).norm();
+  };
+  for (const double h : {1e-4, 5e-5, 2.5e-5}) {
+    EXPECT_NEAR(remainder(h) / remainder(h / 2), 4, 0.1);
+  }
+}
+
+/// Everything that a tangent may hold.
+void fill(Tangent& tangent, const Balloon& balloon) {
+  const Membrane& membrane = balloon.membrane;
+  tangent.load_pressure.assign(membrane.triangles.size(), 2500.0);
+  for (std::size_t i = 0; i < tangent.vertex_blocks.size(); ++i) {
+    const Eigen::Vector3d v(1, noise(membrane.persistent_id[i], 0, 5), 0.5);
+    tangent.vertex_blocks[i] = 0.1 * stiffness_scale * (Eigen::Matrix3d::Identity() + v * v.transpose());
+  }
+  for (std::size_t i = 0; i < tangent.projectors.size(); ++i) {
+    const PetscInt id = membrane.persistent_id[i];
+    const Eigen::Vector3d normal = Eigen::Vector3d(1, noise(id, 0, 6), 0).normalized();
+    if (id % 5 == 0) {
+      tangent.projectors[i] -= normal * normal.transpose();
+    } else if (id % 7 == 0) {
+      tangent.projectors[i] = normal * normal.transpose();
+    } else if (id % 11 == 0) {
+      tangent.projectors[i].setZero();
+    }
+  }
+  tangent.lagged_factor = 0.3;
+  tangent.made().lag(balloon.moved(balloon.random_field(0.1, 7), 0.01), balloon.thickness_ratio);
+}
+
+TEST(PrismTangent, all_ways_agree) {
+  for (const bool positive : {false, true}) {
+    Dented balloon(PETSC_COMM_WORLD);
+    const Field w = balloon.random_field(1, 4);
+    Tangent first(balloon, {"baij", "exact"}, positive);
+    fill(first, balloon);
+    const Eigen::Matrix3Xd expected = first.times(w);
+    for (const Way& way : ways()) {
+      if (way.tangent == "exact" || !positive) {
+        Tangent tangent(balloon, way, positive);
+        fill(tangent, balloon);
+        EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected)) << way.mat_type << way.tangent;
+        EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected)) << "a second time";
+      }
+    }
+  }
+}
+
+TEST(PrismTangent, without_the_directors_derivative_matrix_and_product_agree) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const Field w = balloon.random_field(1, 4);
+  const Eigen::Matrix3Xd expected = Tangent(balloon, {"shell", "paper"}).times(w);
+  EXPECT_LE(largest(Tangent(balloon, {"baij", "paper"}).times(w) - expected), 1e-12 * largest(expected));
+  EXPECT_GE(largest(Tangent(balloon, {"shell", "gradient"}).times(w) - expected), 1e-3 * largest(expected));
+}
+
+TEST(PrismTangent, is_symmetric) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const Field u = balloon.random_field(1, 4);
+  const Field w = balloon.random_field(1, 5);
+  const PetscInt owned = balloon.membrane.particles.owned;
+  const Eigen::Matrix3Xd all_u = balloon.by_id(u.values().leftCols(owned));
+  const Eigen::Matrix3Xd all_w = balloon.by_id(w.values().leftCols(owned));
+  for (const Way& way : ways()) {
+    Tangent tangent(balloon, way);
+    fill(tangent, balloon);
+    const double product = tangent.times(w).cwiseProduct(all_u).sum();
+    EXPECT_NEAR(tangent.times(u).cwiseProduct(all_w).sum(), product, 1e-11 * std::abs(product)) << way.mat_type;
+  }
+}
+
+TEST(PrismTangent, rigid_motion_meets_no_stiffness_at_rest) {
+  Balloon balloon(PETSC_COMM_WORLD, 2, wall_options("incompressible"));
+  Field shift(balloon.membrane.particles, 3);
+  shift.values().colwise() = Eigen::Vector3d(0.3, -0.5, 0.2);
+  Field turn(balloon.membrane.particles, 3);
+  for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
+    turn.vector(i) = Eigen::Vector3d(2, 3, -1).cross(Eigen::Vector3d(balloon.x.vector(i)));
+  }
+  for (const Way& way : ways()) {
+    Tangent tangent(balloon, way);
+    EXPECT_LE(largest(tangent.times(shift)), 1e-12 * stiffness_scale) << way.mat_type << way.tangent;
+    EXPECT_LE(largest(tangent.times(turn)), 1e-12 * stiffness_scale) << way.mat_type << way.tangent;
+  }
+}
+
+// P K P w where the vertices may move, s w with one s where they are held.
+TEST(PrismTangent, moves_nothing_in_directions_that_are_held) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const PetscInt owned = balloon.membrane.particles.owned;
+  const Field w = balloon.random_field(1, 4);
+  Tangent held(balloon, {"baij", "exact"});
+  fill(held, balloon);
+  held.lagged_factor = 0;
+  Tangent free(balloon, {"baij", "exact"});
+  free.load_pressure = held.load_pressure;
+  free.vertex_blocks = held.vertex_blocks;
+  Field projected(balloon.membrane.particles, 3);
+  Eigen::Matrix3Xd along(3, owned);
+  Eigen::Matrix3Xd across(3, owned);
+  const auto split = [&](const auto& all, PetscInt i) {
+    const auto column = static_cast<std::size_t>(i);
+    const Eigen::Vector3d value = all.col(balloon.membrane.persistent_id[column]);
+    along.col(i) = held.projectors[column] * value;
+    across.col(i) = value - along.col(i);
+  };
+  for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
+    projected.vector(i) = held.projectors[static_cast<std::size_t>(i)] * w.vector(i);
+  }
+  const Eigen::Matrix3Xd expected = free.times(projected);
+  for (PetscInt i = 0; i < owned; ++i) {
+    split(expected, i);
+  }
+  const Eigen::Matrix3Xd expected_along = balloon.by_id(along);
+  const Eigen::Matrix3Xd expected_across = balloon.by_id((w.values() - projected.values()).leftCols(owned));  // times s
+  const Eigen::Matrix3Xd product = held.times(w);
+  for (PetscInt i = 0; i < owned; ++i) {
+    split(product, i);
+  }
+  EXPECT_LE(largest(balloon.by_id(along) - expected_along), 1e-12 * largest(product));
+  const Eigen::Matrix3Xd product_across = balloon.by_id(across);
+  const double s = product_across.cwiseProduct(expected_across).sum() / expected_across.squaredNorm();
+  EXPECT_GT(s, 0.1 * stiffness_scale);
+  EXPECT_LE(largest(product_across - s * expected_across), 1e-12 * largest(product));
+}
+
+TEST(PrismTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const PetscInt owned = balloon.membrane.particles.owned;
+  const double pressure = 2500;
+  const Field w = balloon.random_field(1, 4);
+  const auto load = [&](const Field& x) {
+    Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, balloon.membrane.particles.local());
+    for (const auto& [a, b, c] : balloon.membrane.triangles) {
+      const Eigen::Vector3d share = pressure / 3 * area_vector(x.vector(a), x.vector(b), x.vector(c));
+      for (const PetscInt i : {a, b, c}) {
+        force.col(i) += share;
+      }
+    }
+    return Eigen::Matrix3Xd(force.leftCols(owned));
+  };
+  const double step = 1e-5;  // The force is of second degree: central differences are exact.
+  const Eigen::Matrix3Xd expected =
+      -balloon.by_id((load(balloon.moved(w, step)) - load(balloon.moved(w, -step))) / (2 * step));
+  for (const Way& way : ways()) {
+    Tangent tangent(balloon, way);
+    const Eigen::Matrix3Xd without = tangent.times(w);
+    tangent.load_pressure.assign(balloon.membrane.triangles.size(), pressure);
+    EXPECT_LE(largest(tangent.times(w) - without - expected), 1e-8 * largest(expected)) << way.mat_type << way.tangent;
+  }
+}
+
+TEST(PrismTangent, lagged_stiffness_stays_where_it_was_taken) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const Field w = balloon.random_field(1, 4);
+  Tangent tangent(balloon, {"shell", "exact"}, true);
+  const Eigen::Matrix3Xd before = tangent.times(w);
+  tangent.made().lag(balloon.x, balloon.thickness_ratio);
+  balloon.deform({1.5, 1.4, 1.3}, 0.01);
+  const Eigen::Matrix3Xd after = tangent.times(w);
+  tangent.lagged_factor = 0.25;
+  EXPECT_LE(largest(tangent.times(w) - (after + 0.25 * before)), 1e-12 * largest(before));
+  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Constant(3, balloon.membrane.particles.owned, 2.0);
+  tangent.made().add_lagged_product(0.25, w, result);
+  EXPECT_LE(largest(balloon.by_id(result) - (0.25 * before + Eigen::Matrix3Xd::Constant(3, before.cols(), 2.0))),
+            1e-12 * largest(before));
+}
+
+// On every rank for itself: the matrix is small and dense.
+TEST(PrismTangent, positive_elements_have_no_negative_eigenvalue) {
+  Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
+  balloon.deform({0.8, 0.7, 1.1}, 0.02);
+  const auto lowest_eigenvalue = [&](bool positive) {
+    Tangent tangent(balloon, {"baij", "exact"}, positive);
+    MatHandle dense;
+    check(MatConvert(tangent.matrix(), MATDENSE, MAT_INITIAL_MATRIX, dense.create()));
+    const double* values = nullptr;
+    check(MatDenseGetArrayRead(dense, &values));
+    const Eigen::Index size = 3 * balloon.membrane.particles.owned;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(Eigen::Map<const Eigen::MatrixXd>(values, size, size));
+    check(MatDenseRestoreArrayRead(dense, &values));
+    return solver.eigenvalues()[0];
+  };
+  EXPECT_LT(lowest_eigenvalue(false), -0.1 * stiffness_scale);
+  EXPECT_GT(lowest_eigenvalue(true), -1e-12 * stiffness_scale);
+}
+
+TEST(PrismTangent, every_number_of_ranks_gives_the_same) {
+  Dented balloon(PETSC_COMM_WORLD);
+  Dented whole(PETSC_COMM_SELF);
+  Tangent serial(whole, {"baij", "exact"}, true);
+  fill(serial, whole);
+  const Eigen::Matrix3Xd expected = serial.times(whole.random_field(1, 4));
+  for (const Way& way : {Way{"baij", "exact"}, Way{"sbaij", "exact"}, Way{"shell", "exact"}}) {
+    Tangent tangent(balloon, way, true);
+    fill(tangent, balloon);
+    EXPECT_LE(largest(tangent.times(balloon.random_field(1, 4)) - expected), 1e-11 * largest(expected)) << way.mat_type;
+  }
+}
+
+TEST(PrismTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const PetscInt owned = balloon.membrane.particles.owned;
+  std::vector<int> iterations;
+  for (const Way& way : {Way{"baij", "exact"}, Way{"aij", "exact"}, Way{"shell", "exact"}}) {
+    Tangent tangent(balloon, way, true);
+    fill(tangent, balloon);
+    Mat matrix = tangent.matrix();
+    VecHandle x, b;
+    check(MatCreateVecs(matrix, x.create(), b.create()));
+    double* values = nullptr;
+    check(VecGetArrayWrite(b, &values));
+    Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned) = balloon.random_field(1, 8).values().leftCols(owned);
+    check(VecRestoreArrayWrite(b, &values));
+    KspDefaults defaults;
+    defaults.preconditioner = PCPBJACOBI;
+    defaults.rtol = 1e-10;
+    const StageResult result = solve(make_ksp(matrix, matrix, "prism_", defaults), b, x);
+    EXPECT_TRUE(result.converged) << way.mat_type << ": " << result.reason;
+    iterations.push_back(result.iterations);
+    VecHandle product;
+    check(VecDuplicate(b, product.create()));
+    check(MatMult(matrix, x, product));
+    check(VecAXPY(product, -1, b));
+    double error = 0, norm = 0;
+    check(VecNorm(product, NORM_2, &error));
+    check(VecNorm(b, NORM_2, &norm));
+    EXPECT_LE(error, 1e-8 * norm) << way.mat_type;
+  }
+  EXPECT_NEAR(iterations[1], iterations[0], 1);
+  EXPECT_NEAR(iterations[2], iterations[0], 1);
+}
+
+}  // namespace
+}  // namespace pellicle
