@@ -38,7 +38,10 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   check(KSPGetPC(ksp, &pc));
   check(MatGetType(preconditioning, &matrix_type));
   const bool matrix_free = is(matrix_type, MATSHELL);
-  check(PCSetType(pc, matrix_free ? PCJACOBI : defaults.preconditioner));
+  PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
+  check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
+  const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
+  check(PCSetType(pc, matrix_free ? matrix_free_default : defaults.preconditioner));
   try {
     check(KSPSetFromOptions(ksp));
   } catch (const PetscFailure& failure) {  // A value that PETSc does not know: every rank reads the same.
@@ -47,9 +50,9 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
 
   PCType type = nullptr;
   check(PCGetType(pc, &type));
-  if (matrix_free && !is(type, PCNONE) && !is(type, PCJACOBI)) {
-    throw Error("-" + prefix + "pc_type " + type +
-                ": a matrix-free operator has only its diagonal, expected none or jacobi");
+  if (matrix_free && !is(type, PCNONE) && !is(type, PCJACOBI) && !(has_blocks == PETSC_TRUE && is(type, PCPBJACOBI))) {
+    throw Error("-" + prefix + "pc_type " + type + ": a matrix-free operator has only its diagonal, expected none" +
+                (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") + " or jacobi");
   }
   if (is(type, PCASM)) {  // The restricted kind, PETSc's default, is not symmetric as conjugate gradients need it.
     PetscBool is_set = PETSC_FALSE;
