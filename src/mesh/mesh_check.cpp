@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "mesh/self_intersection.h"
+#include "mesh/triangulation.h"
 #include "mesh/weld.h"
 
 namespace pellicle {
@@ -167,8 +168,29 @@ int remove_unused_points(SurfaceMesh& mesh) {
   return unused;
 }
 
-/// Whether neighbours agree is decided by walking from face to face over edges of two faces; in each piece the smaller
-/// part is flipped. @returns how many faces were flipped; faces where the walk contradicts itself go to `twisted`.
+/// Sum of six times the volumes between the first point and the fan of each face of a piece, and its scale: what counts
+/// as no volume. Faces for which `reversed` is true count the other way round.
+template <class Reversed>
+std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int>& piece, const Reversed& reversed) {
+  double sum = 0;
+  double area = 0;
+  const Eigen::Vector3d origin = corner_point(mesh, static_cast<std::size_t>(piece.front()), 0);
+  for (const int f : piece) {
+    const auto face = static_cast<std::size_t>(f);
+    const Eigen::Vector3d first = corner_point(mesh, face, 0) - origin;
+    for (std::size_t k = 2; k < mesh.faces[face].size(); ++k) {
+      const Eigen::Vector3d second = corner_point(mesh, face, k - 1) - origin;
+      const Eigen::Vector3d third = corner_point(mesh, face, k) - origin;
+      sum += (reversed(face) ? -1 : 1) * first.dot(second.cross(third));
+      area += (second - first).cross(third - first).norm();
+    }
+  }
+  return {sum, area * std::sqrt(area)};
+}
+
+/// Whether neighbours agree is decided by walking from face to face over edges of two faces; in each open piece the
+/// smaller part is flipped, in each closed one what faces inward. @returns how many faces were flipped; faces where the
+/// walk contradicts itself go to `twisted`.
 int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& twisted) {
   struct Neighbour {
     int face;
@@ -213,10 +235,22 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
     if (contradiction) {
       continue;
     }
-    const State minority = 2 * flips > piece.size() ? State::kept : State::flipped;
+    State wrong = 2 * flips > piece.size() ? State::kept : State::flipped;
+    const bool closed = std::all_of(piece.begin(), piece.end(), [&](int f) {
+      const auto face = static_cast<std::size_t>(f);
+      return neighbours[face].size() == mesh.faces[face].size();
+    });
+    if (closed) {
+      constexpr double flat = 1e-9;  // two layers that lie on each other enclose nothing
+      const auto [volume, scale] =
+          six_volumes(mesh, piece, [&state](std::size_t face) { return state[face] == State::flipped; });
+      if (std::abs(volume) > flat * scale) {
+        wrong = volume < 0 ? State::kept : State::flipped;
+      }
+    }
     for (const int f : piece) {
       const auto face = static_cast<std::size_t>(f);
-      if (state[face] == minority) {
+      if (state[face] == wrong) {
         std::reverse(mesh.faces[face].begin() + 1, mesh.faces[face].end());
         if (!mesh.uv.empty()) {
           std::reverse(mesh.uv[face].begin() + 1, mesh.uv[face].end());
@@ -379,8 +413,17 @@ void count_topology(const SurfaceMesh& mesh, const std::vector<Edge>& edges, Mes
   }
 }
 
+/// 2 r_in / r_out = 8 A^2 / (s a b c), s half the circumference.
+double radius_ratio(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& r) {
+  const double a = (q - p).norm();
+  const double b = (r - q).norm();
+  const double c = (p - r).norm();
+  return 4 * (q - p).cross(r - p).squaredNorm() / ((a + b + c) * a * b * c);
+}
+
 void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
   constexpr double half_turn = 3.14159265358979323846;
+  double sum_of_ratios = 0;
   report.smallest_angle = half_turn;
   report.shortest_edge = (corner_point(mesh, 0, 1) - corner_point(mesh, 0, 0)).norm();
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -397,6 +440,14 @@ void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
       twice_area += (corner_point(mesh, f, k) - origin).cross(corner_point(mesh, f, k + 1) - origin);
     }
     report.area += 0.5 * twice_area.norm();
+    if (corners == 3) {
+      const double ratio = radius_ratio(corner_point(mesh, f, 0), corner_point(mesh, f, 1), corner_point(mesh, f, 2));
+      report.smallest_radius_ratio = std::min(report.smallest_radius_ratio, ratio);
+      sum_of_ratios += ratio;
+    }
+  }
+  if (report.triangles > 0) {
+    report.mean_radius_ratio = sum_of_ratios / report.triangles;
   }
 }
 
@@ -411,7 +462,7 @@ std::vector<std::string> repairs(const MeshReport& report) {
   add(report.merged_points, "duplicate point", "duplicate points", "merged with others at the same place");
   add(report.removed_faces, "face", "faces", "removed that repeated another or had collapsed");
   add(report.removed_points, "point", "points", "removed that no face used");
-  add(report.flipped_faces, "face", "faces", "flipped to agree with the neighbours");
+  add(report.flipped_faces, "face", "faces", "flipped to agree with the neighbours or to face outward");
   return texts;
 }
 
@@ -431,14 +482,19 @@ std::vector<std::string> MeshReport::lines() const {
   size << name << ": " << points << " points, " << faces << " faces (" << quads << " quads, " << triangles
        << " triangles), " << components << (components == 1 ? " piece, " : " pieces, ");
   if (boundary_edges == 0) {
-    size << "closed";
+    size << "closed, encloses " << volume << " m^3";
   } else {
     size << boundary_edges << " boundary edges in " << boundary_loops << (boundary_loops == 1 ? " loop" : " loops");
   }
   std::ostringstream quality;
   quality.precision(3);
   quality << "area " << area << " m^2, edges " << shortest_edge << " to " << longest_edge << " m (ratio "
-          << longest_edge / shortest_edge << "), smallest angle " << smallest_angle * degrees << " deg, valence";
+          << longest_edge / shortest_edge << "), smallest angle " << smallest_angle * degrees << " deg, ";
+  if (triangles > 0) {
+    quality << "twice inner over outer radius of the triangles " << smallest_radius_ratio << " (mean "
+            << mean_radius_ratio << "), ";
+  }
+  quality << "valence";
   const char* separator = " ";
   for (const auto& [edges_at_point, count] : valence) {
     quality << separator << edges_at_point << ": " << count;
@@ -454,10 +510,10 @@ std::vector<std::string> MeshReport::lines() const {
   return texts;
 }
 
-MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name) {
+MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicates duplicates) {
   MeshReport report;
   report.name = name;
-  report.merged_points = weld(mesh);
+  report.merged_points = duplicates == Duplicates::merge ? weld(mesh) : 0;
   report.removed_faces = remove_collapsed_faces(mesh) + remove_repeated_faces(mesh);
   report.removed_points = remove_unused_points(mesh);
   if (mesh.faces.empty()) {
@@ -490,6 +546,9 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name) {
   count_topology(mesh, edges, report);
   measure_quality(mesh, report);
   report.intersections = count_self_intersections(mesh);
+  if (faults.none() && report.boundary_edges == 0) {
+    report.volume = enclosed_volume(mesh);
+  }
   if (!faults.none()) {
     std::string text = name + ": " + join(faults.parts()) + " (numbers from 0), expected a manifold surface";
     if (report.intersections > 0) {

@@ -22,25 +22,33 @@ struct MeshReport {
   int intersections = 0;  ///< pairs of triangles that cut through each other (quads split in two)
   int euler_characteristic() const { return points - edges + faces; }
 
-  double area = 0;             ///< [m^2]
-  double smallest_angle = 0;   ///< at a corner of a face [rad]
-  double shortest_edge = 0;    ///< [m]
-  double longest_edge = 0;     ///< [m]
-  std::map<int, int> valence;  ///< how many points have this number of edges
+  double area = 0;            ///< [m^2]
+  double volume = 0;          ///< that a closed mesh encloses, see enclosed_volume [m^3]
+  double smallest_angle = 0;  ///< at a corner of a face [rad]
+  double shortest_edge = 0;   ///< [m]
+  double longest_edge = 0;    ///< [m]
+  /// Twice the radius of the inscribed circle over that of the circumscribed one: 1 for an equilateral triangle.
+  double smallest_radius_ratio = 1;
+  double mean_radius_ratio = 1;  ///< over the triangles
+  std::map<int, int> valence;    ///< how many points have this number of edges
 
   int merged_points = 0;   ///< exact duplicates
   int removed_points = 0;  ///< that no face uses
   int removed_faces = 0;   ///< that repeat another, or collapsed
-  int flipped_faces = 0;   ///< to agree with their neighbours
+  int flipped_faces = 0;   ///< to agree with their neighbours, or to face outward
 
   /// One line on size and topology, one on quality, one on each kind of repair.
   std::vector<std::string> lines() const;
 };
 
+/// Whether points at exactly the same place become one, or stay apart, as for two layers that lie on each other.
+enum class Duplicates { merge, keep };
+
 /// Checks a mesh and repairs what can be repaired without a choice:
-/// points at exactly the same place are merged; corners of a face that name one point in succession become one, and
-/// what is then no polygon goes; a face that repeats another goes; points of no face go; faces are flipped so that
-/// neighbours agree, the smaller part of each piece.
+/// points at exactly the same place are merged (unless kept); corners of a face that name one point in succession
+/// become one, and what is then no polygon goes; a face that repeats another goes; points of no face go; faces are
+/// flipped so that neighbours agree, the smaller part of each open piece; those of a closed piece so that they face
+/// outward.
 ///
 /// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
 /// Not collective.
@@ -48,7 +56,7 @@ struct MeshReport {
 /// @throws Error, one line that counts and names (by their numbers in the file, from 0) all of these: faces that name
 /// one point twice or have no area; quads with corners turned against each other (inverted or folded); edges of three
 /// or more faces; points whose faces do not hang together by edges; pieces that cannot be oriented.
-MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name);
+MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicates duplicates = Duplicates::merge);
 
 /// @throws Error in one line if a face is no quad.
 void require_quads(const SurfaceMesh& mesh, const std::string& name);

@@ -1,23 +1,20 @@
 #include "simulation/load_mesh.h"
 
 #include <cstdio>
+#include <utility>
 
 #include "base/error.h"
-#include "mesh/mesh_check.h"
+#include "mesh/checked_mesh.h"
 
 namespace pellicle {
 
 SurfaceMesh load_mesh(MPI_Comm comm, const MeshOptions& options, Console& console) {
-  SurfaceMesh mesh;
-  MeshReport report;
-  on_root(comm, [&] {
-    mesh = make_mesh(options);
-    report = check_and_repair(mesh, options.name());
-  });
-  for (const std::string& line : report.lines()) {
+  CheckedMesh checked;
+  on_root(comm, [&] { checked = make_checked_mesh(options); });
+  for (const std::string& line : checked.report.lines()) {
     console.say(line);
   }
-  return mesh;
+  return std::move(checked.mesh);
 }
 
 std::string partition_line(const PointSet& points) {

@@ -97,6 +97,59 @@ TEST(MeshCheck, FlipsTheMinority) {
   EXPECT_EQ(check_and_repair(mesh, "it").flipped_faces, 0);
 }
 
+TEST(MeshCheck, TurnsClosedPiecesOutward) {
+  // Of two tori one is inside out, the other has a few faces against the rest.
+  SurfaceMesh mesh = torus_mesh({8, 6}, 3, 1);
+  mesh.uv.clear();
+  const SurfaceMesh outward = mesh;
+  for (std::vector<int>& face : mesh.faces) {
+    std::reverse(face.begin() + 1, face.end());
+  }
+  EXPECT_EQ(check_and_repair(mesh, "it").flipped_faces, 48);
+  EXPECT_EQ(mesh.faces, outward.faces);
+  for (std::size_t f = 4; f < 48; ++f) {  // most of them
+    std::reverse(mesh.faces[f].begin() + 1, mesh.faces[f].end());
+  }
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.flipped_faces, 44);
+  EXPECT_EQ(mesh.faces, outward.faces);
+  EXPECT_GT(report.volume, 0);
+  expect_in(PrintToString(report.lines()), "44 faces flipped to agree with the neighbours or to face outward");
+}
+
+TEST(MeshCheck, KeepsLayersThatLieOnEachOtherApart) {
+  SurfaceMesh mesh = grid();
+  mesh.uv.clear();
+  for (const Eigen::Vector3d& point : grid().points) {
+    mesh.points.push_back(point);
+  }
+  for (std::vector<int> face : grid().faces) {
+    for (int& point : face) {
+      point += 20;
+    }
+    mesh.faces.push_back(face);
+  }
+  SurfaceMesh merged = mesh;
+  const MeshReport report = check_and_repair(mesh, "it", Duplicates::keep);
+  EXPECT_EQ(report.merged_points, 0);
+  EXPECT_EQ(report.components, 2);
+  EXPECT_EQ(mesh.points.size(), 40U);
+  EXPECT_EQ(report.intersections, 0);
+  EXPECT_EQ(check_and_repair(merged, "it").removed_faces, 12);
+  EXPECT_EQ(merged.points.size(), 20U);
+}
+
+TEST(MeshCheck, FieldsFollowTheirFaces) {
+  SurfaceMesh mesh = grid();
+  mesh.faces.insert(mesh.faces.begin() + 5, mesh.faces[3]);
+  mesh.uv.insert(mesh.uv.begin() + 5, mesh.uv[3]);
+  for (int f = 0; f < 13; ++f) {
+    mesh.face_fields["thickness"].push_back(f);
+  }
+  check_and_repair(mesh, "it");
+  EXPECT_EQ(mesh.face_fields.at("thickness"), (std::vector<double>{0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12}));
+}
+
 TEST(MeshCheck, RefusesAMoebiusBand) {
   SurfaceMesh mesh;
   const int n = 12;
@@ -211,6 +264,12 @@ TEST(MeshCheck, MeasuresQuality) {
   EXPECT_NEAR(report.smallest_angle, std::atan2(3, 4), 1e-14);
   EXPECT_DOUBLE_EQ(report.shortest_edge, 3);
   EXPECT_DOUBLE_EQ(report.longest_edge, 5);
+  EXPECT_NEAR(report.smallest_radius_ratio, 2 * 1 / 2.5, 1e-14);
+  mesh.points.emplace_back(1.5, -1.5 * std::sqrt(3), 0);  // below the first side: an equilateral triangle
+  mesh.faces.push_back({1, 0, 3});
+  const MeshReport two = check_and_repair(mesh, "it");
+  EXPECT_NEAR(two.smallest_radius_ratio, 0.8, 1e-14);
+  EXPECT_NEAR(two.mean_radius_ratio, 0.9, 1e-14);
 }
 
 TEST(RequireQuads, NamesTheFirstOtherFace) {

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/options.h"
+#include "mesh/closed_shapes.h"
 #include "mesh/generators.h"
 #include "mesh/mesh_check.h"
 #include "tests/mesh/mesh_writers.h"
@@ -25,6 +26,21 @@ TEST(MakeMesh, GeneratesEachShape) {
   options.shape = "roof";
   options.size = {2, 1};
   EXPECT_EQ(make_mesh(options).points, roof_mesh({6, 5}, {2, 1}, options.arch).points);
+  options.shape = "square";
+  EXPECT_EQ(make_mesh(options).points, square_mesh({6, 5}, {2, 1}).points);
+  options.shape = "disc";
+  EXPECT_EQ(make_mesh(options).points, disc_mesh(options.rings, options.radius).points);
+  options.shape = "icosphere";
+  options.level = 2;
+  EXPECT_EQ(make_mesh(options).points, icosphere_mesh(2, options.radius).points);
+  options.shape = "ellipsoid";
+  EXPECT_EQ(make_mesh(options).points, ellipsoid_mesh(2, options.semi_axes).points);
+  options.shape = "tube";
+  options.vertices = 500;
+  EXPECT_EQ(make_mesh(options).points, tube_mesh(options.length, options.radius, 500).points);
+  options.shape = "blobs";
+  options.blobs["ball"].radius = 0.1;
+  EXPECT_EQ(make_mesh(options).points, blobs_mesh(options.blobs, 500).points);
 }
 
 TEST(MakeMesh, FileReplacesTheShape) {
@@ -64,9 +80,13 @@ TEST(MeshOptions, AreDeclared) {
   EXPECT_DOUBLE_EQ(options.rotation.z(), 0.5);
   EXPECT_EQ(options.size, (std::vector<double>{0.3, 0.2}));
   EXPECT_EQ(options.name(), "teddy.off");
+  table.find_name("mesh_volume")->assign({WrittenValue::Kind::scalar, {{"0.002 m^3"}}});
+  EXPECT_DOUBLE_EQ(options.volume.value(), 2e-3);
+  table.find_name("mesh_merge")->assign({WrittenValue::Kind::scalar, {{"false"}}});
+  EXPECT_FALSE(options.merge);
   EXPECT_THROW(table.find_key("mesh.cells")->assign({WrittenValue::Kind::list, {{"4", "0"}}}), Error);
   EXPECT_THROW(table.find_key("mesh.scale")->assign({WrittenValue::Kind::scalar, {{"0"}}}), Error);
-  EXPECT_THROW(table.find_key("mesh.shape")->assign({WrittenValue::Kind::scalar, {{"disc"}}}), Error);
+  EXPECT_THROW(table.find_key("mesh.shape")->assign({WrittenValue::Kind::scalar, {{"dics"}}}), Error);
 }
 
 }  // namespace

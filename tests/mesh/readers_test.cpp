@@ -203,6 +203,17 @@ TEST(StlReader, MergesEqualPointsOfTextFiles) {
   expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 nan 0"), "expected finite coordinates");
 }
 
+TEST(VtkReaders, FieldsOfCellsAreKept) {
+  const ScratchFile file("fields.vtk",
+                         "# vtk DataFile Version 3.0\nit\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n"
+                         "0 0 0 1 0 0 1 1 0 0 1 0\nCELLS 3 11\n2 0 1\n3 0 1 2\n3 0 2 3\nCELL_TYPES 3\n3\n5\n5\n"
+                         "CELL_DATA 3\nSCALARS thickness double 1\nLOOKUP_TABLE default\n9 1e-3 2e-3\n"
+                         "VECTORS direction double\n1 0 0 1 0 0 1 0 0\n");
+  const SurfaceMesh mesh = read_mesh(file.path());
+  EXPECT_EQ(mesh.faces.size(), 2U);  // the line is no part of the surface
+  EXPECT_EQ(mesh.face_fields, (std::map<std::string, std::vector<double>>{{"thickness", {1e-3, 2e-3}}}));
+}
+
 TEST(VtkReaders, ReadCellsOfASurfaceOnly) {
   const std::string head =
       "# vtk DataFile Version 3.0\nby hand\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n"
