@@ -1,0 +1,133 @@
+// -mesh_only: a mesh is read or generated, checked, told of and written.
+
+#include <vtkIdList.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numeric>
+
+#include "tests/support/frames.h"
+#include "tests/support/program.h"
+#include "tests/support/shared_folder.h"
+
+namespace pellicle {
+namespace {
+
+class MeshOnlyTest : public ProgramTest {
+ protected:
+  /// Runs with -mesh_only and expects the words in what it tells. @returns the frame.
+  vtkSmartPointer<vtkPolyData> write_mesh(int ranks, const Arguments& options, const std::vector<std::string>& words) {
+    const CommandResult told =
+        succeed(ranks, Arguments{"-mesh_only", "-output_directory", "out", "-output_name", "mesh"} + options);
+    EXPECT_EQ(told.errors, "") << told;
+    for (const std::string& word : words) {
+      EXPECT_NE(told.output.find(word), std::string::npos) << word << " is not in:\n" << told;
+    }
+    EXPECT_NE(told.output.find("\nranks: " + std::to_string(ranks) + "; partition: edge cut "), std::string::npos)
+        << told;
+    const auto frames = read_pvd(folder() / "out" / "mesh.pvd");
+    EXPECT_EQ(frames.size(), 1U);
+    drawn_ranks_ = read_frame(frames[0].first, frames[0].second).ranks;
+    return read_pvtp(frames[0].second);
+  }
+
+  static std::vector<double> cell_values(vtkPolyData* mesh, const char* name) {
+    vtkDataArray* array = mesh->GetCellData()->GetArray(name);
+    EXPECT_NE(array, nullptr) << name;
+    std::vector<double> values;
+    for (vtkIdType cell = 0; array != nullptr && cell < mesh->GetNumberOfCells(); ++cell) {
+      values.push_back(array->GetTuple1(cell));
+    }
+    return values;
+  }
+
+  static std::set<double> different(const std::vector<double>& values) { return {values.begin(), values.end()}; }
+
+  std::set<int> drawn_ranks_;
+};
+
+TEST_F(MeshOnlyTest, GeneratedQuads) {
+  for (const int ranks : {1, 3}) {
+    const auto mesh = write_mesh(ranks, {"-mesh_cells", "8,4", "-mesh_size", "4,1"},
+                                 {"45 points", "32 quads", "quality: ", "scaled_jacobian mean 1, smallest 1"});
+    EXPECT_EQ(mesh->GetNumberOfCells(), 4 * 32) << "four triangles a cell";
+    EXPECT_EQ(different(cell_values(mesh, "cell_id")).size(), 32U);
+    for (const double value : cell_values(mesh, "area")) {
+      EXPECT_NEAR(value, 0.125, 1e-12) << "of the quad, not of the triangle";
+    }
+    for (const double value : cell_values(mesh, "smallest_angle")) {
+      EXPECT_NEAR(value, 90, 1e-9);
+    }
+    EXPECT_EQ(drawn_ranks_.size(), static_cast<std::size_t>(ranks));
+  }
+}
+
+TEST_F(MeshOnlyTest, GeneratedTriangles) {
+  for (const int ranks : {1, 3}) {
+    const auto mesh =
+        write_mesh(ranks, {"-mesh_shape", "icosphere", "-mesh_level", "3", "-mesh_radius", "0.1", "-chain", "inflate"},
+                   {"642 points", "1280 triangles", "closed", "quality: radius_ratio mean 1.0"});
+    ASSERT_EQ(mesh->GetNumberOfCells(), 1280);
+    EXPECT_EQ(different(cell_values(mesh, "cell_id")).size(), 1280U);
+    const std::vector<double> area = cell_values(mesh, "area");
+    const double sum = std::accumulate(area.begin(), area.end(), 0.0);
+    EXPECT_NEAR(sum, 4 * M_PI * 0.01, 0.01 * 4 * M_PI * 0.01);
+    vtkNew<vtkIdList> corners;
+    for (const vtkIdType cell : {vtkIdType{0}, vtkIdType{700}}) {
+      mesh->GetCellPoints(cell, corners);
+      Eigen::Matrix3d triangle;
+      for (int i = 0; i < 3; ++i) {
+        triangle.col(i) = Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(corners->GetId(i)));
+      }
+      const Eigen::Vector3d normal = (triangle.col(1) - triangle.col(0)).cross(triangle.col(2) - triangle.col(0));
+      EXPECT_NEAR(area[static_cast<std::size_t>(cell)], normal.norm() / 2, 1e-9);
+      EXPECT_GT(normal.dot(triangle.rowwise().sum()), 0) << "outward";
+    }
+    for (const char* field : {"radius_ratio", "aspect_ratio"}) {
+      for (const double value : cell_values(mesh, field)) {
+        EXPECT_GE(value, 1 - 1e-9) << field;
+        EXPECT_LT(value, 1.3) << field;
+      }
+    }
+    EXPECT_EQ(drawn_ranks_.size(), static_cast<std::size_t>(ranks));
+  }
+}
+
+TEST_F(MeshOnlyTest, QuadsOfTheInflatingChainAreSplit) {
+  const auto mesh = write_mesh(2, {"-mesh_cells", "4,4", "-chain", "inflate"}, {"16 quads"});
+  EXPECT_EQ(mesh->GetNumberOfCells(), 32);
+}
+
+TEST_F(MeshOnlyTest, FieldsChosenForTheRunDoNotMatter) {
+  const std::string deck =
+      write("deck.yaml", "mesh: {cells: [4, 4]}\noutput: {fields: [temperature], springs: true}\n");
+  const auto mesh = write_mesh(1, {deck}, {});
+  EXPECT_NE(mesh->GetCellData()->GetArray("area"), nullptr);
+  EXPECT_FALSE(std::filesystem::exists(folder() / "out" / "mesh_springs.pvd"));
+}
+
+TEST_F(MeshOnlyTest, RealMeshes) {
+  const std::filesystem::path meshes = shared_folder() / "meshes";
+  if (!std::filesystem::exists(meshes)) {
+    GTEST_SKIP() << meshes << " is not there";
+  }
+  const auto mesh = write_mesh(3, {"-mesh_file", std::filesystem::canonical(meshes / "teddy.off").string()},
+                               {"teddy.off: 12543 points", "25082 triangles", "closed"});
+  EXPECT_EQ(mesh->GetNumberOfCells(), 25082);
+  EXPECT_EQ(drawn_ranks_.size(), 3U);
+}
+
+TEST_F(MeshOnlyTest, FaultyMeshesAreRefusedBeforeAnythingIsWritten) {
+  // Two squares at one vertex.
+  write("bow_tie.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0 0\nv -1 -1 0\nv 0 -1 0\nf 1 2 3 4\nf 1 5 6 7\n");
+  for (const int ranks : {1, 3}) {
+    const CommandResult result = pellicle(ranks, {"-mesh_only", "-mesh_file", "bow_tie.obj"});
+    EXPECT_EQ(result.exit_code, 1) << result;
+    ASSERT_EQ(result.error_lines().size(), 1U) << result;
+    EXPECT_NE(result.error_lines()[0].find("bow_tie.obj: 1 non-manifold vertex (0)"), std::string::npos) << result;
+    EXPECT_FALSE(std::filesystem::exists(folder() / "output"));
+  }
+}
+
+}  // namespace
+}  // namespace pellicle
