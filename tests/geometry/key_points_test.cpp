@@ -26,6 +26,11 @@ TEST(KeyPoints, value_is_linear_between_rows_and_constant_outside) {
   EXPECT_EQ(value_on_key_points({{0, 7}}, 1), 7);
 }
 
+TEST(KeyPoints, a_motion_follows_its_path_or_else_its_velocity) {
+  EXPECT_EQ(place_of_motion(path, {0, 0, 0}, 3), place_on_key_points(path, 3));
+  EXPECT_EQ(place_of_motion({}, {1, -2, 4}, 0.5), Eigen::Vector3d(0.5, -1, 2));
+}
+
 TEST(KeyPoints, faults_name_the_key_point) {
   EXPECT_EQ(fault_of_key_points(path), "");
   EXPECT_EQ(fault_of_key_points({}), "");
