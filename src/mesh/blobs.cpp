@@ -1,6 +1,8 @@
 #include "mesh/blobs.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "base/options.h"
@@ -53,6 +55,34 @@ void require_valid(const std::string& key, const BlobOptions& options) {
   }
 }
 
+/// Of a point that is given along the solid's own axes.
+std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOptions& options) {
+  using Point = Eigen::Vector3d;
+  const double r = options.radius;
+  const double length = (options.end - options.centre).norm();
+  const Eigen::Vector3d half = 0.5 * options.size;
+  if (options.shape == "sphere") {
+    return [r](const Point& point) { return distance_from_sphere(point, r); };
+  }
+  if (options.shape == "ellipsoid") {
+    return [half](const Point& point) { return distance_from_ellipsoid(point, half); };
+  }
+  if (options.shape == "box") {
+    return [half, round = options.round](const Point& point) { return distance_from_box(point, half, round); };
+  }
+  if (options.shape == "capsule") {
+    return [r, s = options.end_radius.value_or(r), length](const Point& point) {
+      return distance_from_round_cone(point, r, s, length);
+    };
+  }
+  if (options.shape == "cylinder") {
+    return [r, length, round = options.round](const Point& point) {
+      return distance_from_cylinder(point, r, length, round);
+    };
+  }
+  return [r, tube = options.tube_radius](const Point& point) { return distance_from_torus(point, r, tube); };
+}
+
 }  // namespace
 
 void describe(OptionTable& table, BlobOptions& options) {
@@ -97,7 +127,7 @@ void describe(OptionTable& table, BlobOptions& options) {
 Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   for (const auto& [name, given] : options) {
     require_valid("mesh.blobs." + name, given);
-    Solid solid{given, rotation_of(given).transpose(), (given.end - given.centre).norm(), width_of_blend * given.blend};
+    Solid solid{name, given, rotation_of(given).transpose(), distance_function(given), width_of_blend * given.blend};
     (given.operation == "add" ? added_ : subtracted_).push_back(solid);
   }
   if (added_.empty()) {
@@ -130,25 +160,12 @@ double Blobs::Solid::reach() const {
 double Blobs::Solid::distance(const Eigen::Vector3d& point) const {
   const BlobOptions& o = options;
   const Eigen::Vector3d own = to_own * (point - o.centre);
-  double distance = 0;
-  if (o.shape == "sphere") {
-    distance = distance_from_sphere(own, o.radius);
-  } else if (o.shape == "ellipsoid") {
-    distance = distance_from_ellipsoid(own, 0.5 * o.size);
-  } else if (o.shape == "box") {
-    distance = distance_from_box(own, 0.5 * o.size, o.round);
-  } else if (o.shape == "capsule") {
-    distance = distance_from_round_cone(own, o.radius, o.end_radius.value_or(o.radius), length);
-  } else if (o.shape == "cylinder") {
-    distance = distance_from_cylinder(own, o.radius, length, o.round);
-  } else {
-    distance = distance_from_torus(own, o.radius, o.tube_radius);
-  }
+  double distance = distance_without_relief(own);
   if (o.relief > 0) {
     double wave = o.pitch > 0 ? std::cos(2 * pi * own.z() / o.pitch) : 1;
     if (o.flutes > 0) {
       // On the axis the flutes meet, so they fade towards it.
-      const double r = std::hypot(own.x(), own.y());
+      const double r = own.head<2>().norm();
       const double fade = 0.3 * reach();
       wave *= std::cos(o.flutes * std::atan2(own.y(), own.x())) * r * r / (r * r + fade * fade);
     }
@@ -182,9 +199,25 @@ double Blobs::operator()(const Eigen::Vector3d& point) const {
   return value;
 }
 
+std::string Blobs::idle_cut(const std::vector<Eigen::Vector3d>& surface_points) const {
+  constexpr double touching = 3;  // in k: beyond it the blend moves the surface by less than exp(-3) k
+  for (const Solid& solid : subtracted_) {
+    const bool reaches = std::any_of(surface_points.begin(), surface_points.end(), [&solid](const auto& point) {
+      return solid.distance(point) < touching * solid.k;
+    });
+    if (!reaches) {
+      return solid.name;
+    }
+  }
+  return "";
+}
+
 SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vertices) {
   const Blobs solids(blobs);
   SurfaceMesh mesh = implicit_surface_mesh({std::cref(solids), solids.bounds()}, vertices, "mesh.blobs");
+  if (const std::string idle = solids.idle_cut(mesh.points); !idle.empty()) {
+    throw Error("mesh.blobs." + idle + ": there is nothing to subtract it from, expected a solid that cuts the others");
+  }
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& point : mesh.points) {
     box.extend(point);

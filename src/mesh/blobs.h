@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -47,15 +48,19 @@ class Blobs {
   /// About the distance from the surface near it [m].
   double operator()(const Eigen::Vector3d& point) const;
 
+  /// The first solid by name that is subtracted but reaches none of these points of the surface; empty: none such.
+  std::string idle_cut(const std::vector<Eigen::Vector3d>& surface_points) const;
+
   /// A box that holds the whole surface.
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
 
  private:
   struct Solid {
+    std::string name;
     BlobOptions options;
-    Eigen::Matrix3d to_own;  ///< turns an arm from the centre into the solid's own axes
-    double length;           ///< of capsule and cylinder [m]
-    double k;                ///< width of the blend in the exponential [m]
+    Eigen::Matrix3d to_own;  ///< turns an arm from the centre to its own axes
+    std::function<double(const Eigen::Vector3d&)> distance_without_relief;  ///< [m], of an arm along its own axes
+    double k;  ///< width of the blend in the exponential [m]
 
     double distance(const Eigen::Vector3d& point) const;
     double reach() const;

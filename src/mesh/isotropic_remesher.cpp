@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
-#include <queue>
 #include <utility>
 
 #include "base/error.h"

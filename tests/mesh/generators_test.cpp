@@ -138,6 +138,57 @@ TEST(Roof, FlatLimitHasTheAreaOfItsQuads) {
   EXPECT_NEAR(report.area, report.faces * 0.5 * 0.1 * 0.1, 1e-12);
 }
 
+/// An open, flat mesh of triangles in the x-y plane that faces +z.
+MeshReport report_of_flat(SurfaceMesh mesh) {
+  const MeshReport report = check_and_repair(mesh, "generated");
+  EXPECT_EQ(report.lines().size(), 2U) << "needed repair";
+  EXPECT_EQ(report.triangles, report.faces);
+  EXPECT_EQ(report.euler_characteristic(), 1);
+  EXPECT_EQ(report.boundary_loops, 1);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.faces[f][k])]; };
+    EXPECT_GT((at(1) - at(0)).cross(at(2) - at(0)).z(), 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(at(k).z(), 0);
+    }
+  }
+  return report;
+}
+
+TEST(Disc, CountsAngleAndRim) {
+  const int n = 12;
+  const SurfaceMesh mesh = disc_mesh(n, 0.2);
+  const MeshReport report = report_of_flat(mesh);
+  EXPECT_EQ(report.points, 1 + 3 * n * (n + 1));
+  EXPECT_EQ(report.faces, 6 * n * n);
+  EXPECT_EQ(report.boundary_edges, 6 * n);
+  EXPECT_GT(report.smallest_angle, 40 * pi / 180);
+  EXPECT_NEAR(report.area, 0.5 * 6 * n * 0.04 * std::sin(2 * pi / (6 * n)), 1e-14);  // of the polygon
+  EXPECT_EQ(mesh.groups.at("centre"), std::vector<int>{0});
+  EXPECT_TRUE(mesh.points[0].isZero(0));
+  EXPECT_EQ(mesh.groups.at("rim").size(), static_cast<std::size_t>(6 * n));
+  for (const int point : mesh.groups.at("rim")) {
+    EXPECT_NEAR(mesh.points[static_cast<std::size_t>(point)].norm(), 0.2, 1e-15);
+  }
+  EXPECT_TRUE(mesh.uv.back()[1].x() > 0.5 && mesh.uv.back()[1].y() < 0.5);  // the last sector ends at the x axis
+}
+
+TEST(Square, IsAQuarterCutByBothDiagonals) {
+  const SurfaceMesh mesh = square_mesh({4, 3}, {0.4, 0.6});
+  const MeshReport report = report_of_flat(mesh);
+  EXPECT_EQ(report.points, 5 * 4 + 4 * 3);
+  EXPECT_EQ(report.faces, 4 * 4 * 3);
+  EXPECT_NEAR(report.area, 0.24, 1e-15);
+  EXPECT_EQ(report.valence.at(3), 4);
+  EXPECT_EQ(mesh.points[0], Eigen::Vector3d(0, 0, 0));
+  EXPECT_TRUE(mesh.points[19].isApprox(Eigen::Vector3d(0.4, 0.6, 0)));
+  EXPECT_EQ(mesh.groups.at("left"), (std::vector<int>{0, 5, 10, 15}));
+  EXPECT_EQ(mesh.groups.at("bottom"), (std::vector<int>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(mesh.groups.at("right"), (std::vector<int>{4, 9, 14, 19}));
+  EXPECT_EQ(mesh.groups.at("top"), (std::vector<int>{15, 16, 17, 18, 19}));
+  EXPECT_NEAR(report_of_flat(square_mesh({5, 5}, {1, 1})).smallest_angle, pi / 4, 1e-12);
+}
+
 TEST(Generators, RefuseWhatIsNoMesh) {
   EXPECT_THROW(rectangle_mesh({0, 3}, {1, 1}), Error);
   EXPECT_THROW(rectangle_mesh({1, 3}, {1, -1}), Error);
@@ -145,6 +196,10 @@ TEST(Generators, RefuseWhatIsNoMesh) {
   EXPECT_THROW(torus_mesh({3, 3}, 1, 1), Error);
   EXPECT_THROW(roof_mesh({2, 1}, {1, 1}, 1), Error);
   EXPECT_THROW(roof_mesh({2, 2}, {1, 1}, 7), Error);
+  EXPECT_THROW(disc_mesh(0, 1), Error);
+  EXPECT_THROW(disc_mesh(1, 0), Error);
+  EXPECT_THROW(square_mesh({0, 1}, {1, 1}), Error);
+  EXPECT_THROW(square_mesh({1, 1}, {1, 0}), Error);
 }
 
 }  // namespace
