@@ -1,6 +1,7 @@
 """What ParaView finds in a run, as JSON: tools/pvbatch postproc/check_output.py FILE.pvd
 
-{"times": [...], "frames": [{"points": n, "cells": n, "fields": {"temperature": [[low, high], ...one a component]}}, ...]}
+{"times": [...], "frames": [{"points": n, "cells": n, "fields": {"temperature": [[low, high], ...one a component]},
+"cell_fields": {"rank": [[0, 3]]}}, ...]}
 Points that are marked as duplicates (corners of other ranks' pieces) are counted once.
 """
 
@@ -11,17 +12,22 @@ from paraview import simple
 from paraview.vtk.util.numpy_support import vtk_to_numpy
 
 
-def describe(data):
-    points = data.GetPointData()
-    ghosts = points.GetArray("vtkGhostType")
-    own = vtk_to_numpy(ghosts) == 0 if ghosts else slice(None)
+def ranges(data, own):
+    """Smallest and largest value of each component of each array."""
     fields = {}
-    for i in range(points.GetNumberOfArrays()):
-        array = points.GetArray(i)
+    for i in range(data.GetNumberOfArrays()):
+        array = data.GetArray(i)
         values = vtk_to_numpy(array)[own].reshape(-1, array.GetNumberOfComponents())
         fields[array.GetName()] = [[float(column.min()), float(column.max())] for column in values.T] if len(values) else []
+    return fields
+
+
+def describe(data):
+    ghosts = data.GetPointData().GetArray("vtkGhostType")
+    own = vtk_to_numpy(ghosts) == 0 if ghosts else slice(None)
     count = data.GetNumberOfPoints() if not ghosts else int(own.sum())
-    return {"points": count, "cells": data.GetNumberOfCells(), "fields": fields}
+    return {"points": count, "cells": data.GetNumberOfCells(), "fields": ranges(data.GetPointData(), own),
+            "cell_fields": ranges(data.GetCellData(), slice(None))}
 
 
 def main():

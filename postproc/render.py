@@ -20,6 +20,9 @@ DIRECTIONS = {  # from the sheet towards the camera
     "side": (1.0, -0.25, 0.3),
 }
 PAPER = (0.93, 0.89, 0.80)
+RUBBER = (0.78, 0.06, 0.09)
+# From stretched thin (0) to as thick as at first (1).
+STRETCHED_TO_RUBBER = [0.0, 1.0, 0.62, 0.50, 0.35, 0.96, 0.36, 0.30, 0.7, 0.88, 0.15, 0.16, 1.0, *RUBBER]
 # Share of the way from char (0) to paper (1), red, green, blue.
 CHAR_TO_PAPER = [0.0, 0.20, 0.185, 0.18, 0.25, 0.27, 0.20, 0.16, 0.5, 0.46, 0.29, 0.16, 0.75, 0.74, 0.56, 0.36, 0.92,
                  0.91, 0.83, 0.69, 1.0, *PAPER]
@@ -29,7 +32,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder")
     parser.add_argument("--frames", type=int, default=5, help="how many, spread evenly from the first to the last (5)")
-    parser.add_argument("--field", help="colour by this point field; default: mass_ratio where it varies, else plain paper")
+    parser.add_argument("--field", help="colour by this point or cell field; default: mass_ratio of paper and "
+                                        "thickness_ratio of balloons, where they vary")
     parser.add_argument("--range", type=float, nargs=2, help="of the colours; default: that of the field over all frames")
     parser.add_argument("--size", default="1200x900", help="WIDTHxHEIGHT in pixels (1200x900)")
     parser.add_argument("--view", default="oblique", help=f"{', '.join(DIRECTIONS)} or X,Y,Z towards the camera (oblique)")
@@ -53,6 +57,14 @@ def chosen(times, count):
     return sorted({round(i * last / max(1, count - 1)) for i in range(count)})
 
 
+def where(sheet, field):
+    """Returns whether a field is one of the points or the cells, and its array; None, None if there is none."""
+    for association, data in (("POINTS", sheet.PointData), ("CELLS", sheet.CellData)):
+        if data.GetArray(field):
+            return association, data.GetArray(field)
+    return None, None
+
+
 def survey(sheet, times, numbers, field):
     """Returns the bounds of the sheet and the range of `field` over the given frames; no range if there is no such field."""
     low, high = [math.inf] * 3, [-math.inf] * 3
@@ -62,7 +74,7 @@ def survey(sheet, times, numbers, field):
         bounds = sheet.GetDataInformation().GetBounds()
         low = [min(low[i], bounds[2 * i]) for i in range(3)]
         high = [max(high[i], bounds[2 * i + 1]) for i in range(3)]
-        array = sheet.PointData.GetArray(field)
+        _, array = where(sheet, field)
         if array:
             now = array.GetRange(-1 if array.GetNumberOfComponents() > 1 else 0)
             field_range = now if not field_range else (min(now[0], field_range[0]), max(now[1], field_range[1]))
@@ -180,12 +192,19 @@ def main():
     times = list(reader.TimestepValues)
     pictures = chosen(times, options.frames)
 
-    # One point for each vertex, also where the pieces of two ranks meet, so that the shading is smooth.
-    sheet = simple.GenerateSurfaceNormals(Input=simple.Clean(Input=reader), FeatureAngle=180, Splitting=0)
-    field = options.field or "mass_ratio"
+    simple.UpdatePipeline(time=times[0], proxy=reader)
+    balloon = where(reader, "thickness_ratio")[1] is not None
+    field = options.field or ("thickness_ratio" if balloon else "mass_ratio")
     low, high, field_range = survey(reader, times, pictures, field)
     if options.field and not field_range:
-        sys.exit(f"render.py: {options.folder}: no point field {options.field}; there are {reader.PointData.keys()}")
+        sys.exit(f"render.py: {options.folder}: no field {options.field}; of the points there are "
+                 f"{reader.PointData.keys()}, of the cells {reader.CellData.keys()}")
+    # One point for each vertex, also where the pieces of two ranks meet, so that the shading is smooth.
+    sheet = simple.GenerateSurfaceNormals(Input=simple.Clean(Input=reader), FeatureAngle=180, Splitting=0)
+    association = where(reader, field)[0]
+    if association == "CELLS" and not options.field:  # A balloon's colours are as smooth as its surface.
+        sheet = simple.CellDatatoPointData(Input=sheet, CellDataArraytoprocess=[field])
+        association = "POINTS"
 
     view = simple.CreateRenderView()
     view.ViewSize = [int(pixels) for pixels in options.size.split("x")]
@@ -200,16 +219,18 @@ def main():
     display = simple.Show(sheet, view)
     display.Representation = "Surface With Edges" if options.edges else "Surface"
     display.Interpolation = "Gouraud"
-    display.Ambient = 0.12
-    display.Diffuse = 0.95
-    display.Specular = 0.07
-    display.SpecularPower = 20
+    # Paper is dull, rubber glossy.
+    display.Ambient, display.Diffuse = (0.35, 0.75) if balloon else (0.12, 0.95)
+    display.Specular, display.SpecularPower = (0.55, 45) if balloon else (0.07, 20)
     coloured = options.field or (field_range and field_range[1] - field_range[0] > 1e-3)
     if coloured:
-        simple.ColorBy(display, ("POINTS", field))
+        simple.ColorBy(display, (association, field))
         table = simple.GetColorTransferFunction(field)
         if field == "mass_ratio":
             table.RGBPoints = CHAR_TO_PAPER
+            table.ColorSpace = "RGB"
+        elif field == "thickness_ratio":
+            table.RGBPoints = STRETCHED_TO_RUBBER
             table.ColorSpace = "RGB"
         else:
             table.ApplyPreset("Inferno (matplotlib)", True)
@@ -220,7 +241,7 @@ def main():
         bar.TitleColor = bar.LabelColor = (0.1, 0.1, 0.1)
     else:
         display.ColorArrayName = ["POINTS", ""]
-        display.DiffuseColor = display.AmbientColor = PAPER
+        display.DiffuseColor = display.AmbientColor = RUBBER if balloon else PAPER
 
     bodies = read_bodies(options.folder)
     centre = [(low[i] + high[i]) / 2 for i in range(3)]
