@@ -219,9 +219,10 @@ def main():
     display = simple.Show(sheet, view)
     display.Representation = "Surface With Edges" if options.edges else "Surface"
     display.Interpolation = "Gouraud"
-    # Paper is dull, rubber glossy.
-    display.Ambient, display.Diffuse = (0.35, 0.75) if balloon else (0.12, 0.95)
-    display.Specular, display.SpecularPower = (0.55, 45) if balloon else (0.07, 20)
+    # Paper is dull, rubber glossy; gloss would hide the colours of a field.
+    glossy = balloon and not options.field
+    display.Ambient, display.Diffuse = (0.35, 0.75) if glossy else (0.12, 0.95)
+    display.Specular, display.SpecularPower = (0.55, 45) if glossy else (0.07, 20)
     coloured = options.field or (field_range and field_range[1] - field_range[0] > 1e-3)
     if coloured:
         simple.ColorBy(display, (association, field))
@@ -238,6 +239,7 @@ def main():
         table.RescaleTransferFunction(bounds[0], max(bounds[1], bounds[0] + 1e-12))
         bar = simple.GetScalarBar(table, view)
         bar.Visibility = 1 if options.field else 0
+        bar.Title, bar.ComponentTitle = field, ""
         bar.TitleColor = bar.LabelColor = (0.1, 0.1, 0.1)
     else:
         display.ColorArrayName = ["POINTS", ""]
