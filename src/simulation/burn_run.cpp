@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/error.h"
+#include "base/units.h"
 
 namespace pellicle {
 
@@ -66,7 +67,7 @@ BurnRun::BurnRun(const Sheet& sheet, const Options& options, StageClock& clock)
       state_(burn_.initial_state()),
       writer_(sheet, options.output) {
   if (options.time.tolerance > 0) {
-    throw Error("time.tolerance: " + std::to_string(options.time.tolerance) +
+    throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
 }
