@@ -1,9 +1,11 @@
 #include "base/arguments.h"
 
+#include <dlfcn.h>
 #include <petscsys.h>
 
 #include <cctype>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -154,6 +156,20 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
   return arguments;
 }
 
+namespace {
+
+/// OpenBLAS, where it is the BLAS that PETSc uses, starts a thread a core, which makes the short vectors of a rank tens
+/// of times slower: one thread, unless the user asks for more.
+void use_one_blas_thread() {
+  if (std::getenv("OPENBLAS_NUM_THREADS") == nullptr && std::getenv("OMP_NUM_THREADS") == nullptr) {
+    if (void* set_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
+      reinterpret_cast<void (*)(int)>(set_threads)(1);
+    }
+  }
+}
+
+}  // namespace
+
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const OptionTable& table) {
   // PETSc keeps the pointers until PetscFinalize.
   static std::vector<std::string> words;
@@ -169,6 +185,7 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   int count = static_cast<int>(pointers.size());
   pointers.push_back(nullptr);
   char** arguments = pointers.data();
+  use_one_blas_thread();
   check(PetscInitialize(&count, &arguments, nullptr, nullptr));
   keep_petsc_messages();
   std::signal(SIGPIPE, SIG_DFL);  // `pellicle ... | head` ends quietly, without PETSc's trace.

@@ -28,7 +28,8 @@ struct ProgramArguments {
 ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table);
 
 /// PetscInitialize with PETSc's own options of the decks and the command line, PETSc's warning about unused options
-/// switched off: `warn_unused` is ours. Collective on MPI_COMM_WORLD; MPI may be initialised already.
+/// switched off: `warn_unused` is ours. BLAS gets one thread unless the environment says how many. Collective on
+/// MPI_COMM_WORLD; MPI may be initialised already.
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const OptionTable& table);
 
 }  // namespace pellicle
