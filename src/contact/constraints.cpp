@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "base/error.h"
 
@@ -14,17 +15,20 @@ namespace {
 constexpr double nearness = 1e-6;
 
 struct Plane {
-  Eigen::Vector3d point;   ///< [m]
-  Eigen::Vector3d normal;  ///< unit vector
+  Eigen::Vector3d point;      ///< [m]
+  Eigen::Vector3d normal;     ///< unit vector
+  std::vector<bool> members;  ///< local vertices that it can hold
 
   double distance(const Eigen::Vector3d& x) const { return std::abs(normal.dot(x - point)); }
 };
 
-/// Distance of the owned vertex of any rank that is nearest to the plane [m]; collective.
+/// Distance of the plane's member on any rank that is nearest to it [m]; collective.
 double nearest_distance(const PointSet& points, const Plane& plane) {
   double nearest = std::numeric_limits<double>::infinity();
   for (PetscInt i = 0; i < points.particles.owned; ++i) {
-    nearest = std::min(nearest, plane.distance(points.rest.col(i)));
+    if (plane.members[static_cast<std::size_t>(i)]) {
+      nearest = std::min(nearest, plane.distance(points.rest.col(i)));
+    }
   }
   MPI_Allreduce(MPI_IN_PLACE, &nearest, 1, MPI_DOUBLE, MPI_MIN, points.comm());
   return nearest;
@@ -70,6 +74,8 @@ std::string text(double length) {
 void describe(OptionTable& table, SymmetryOptions& options) {
   table.add("point", options.point).unit("m").help("a point of the plane");
   table.add("normal", options.normal).help("normal of the plane; any length");
+  table.add("group", options.group)
+      .help("named group of vertices in the mesh: only those that lie in the plane and are in it stay; empty: all");
 }
 
 Constraints::Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
@@ -85,7 +91,13 @@ Constraints::Constraints(const PointSet& points, const std::map<std::string, Sym
     if (given.normal.isZero(0)) {
       throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
     }
-    known.push_back({given.point, given.normal.normalized()});
+    std::vector<bool> members(projectors_.size(), true);
+    if (!given.group.empty()) {
+      SelectionOptions selection;
+      selection.group = given.group;
+      members = select(points, key, selection);
+    }
+    known.push_back({given.point, given.normal.normalized(), std::move(members)});
     const double nearest = nearest_distance(points, known.back());
     if (nearest > tolerance) {
       throw Error(key + ": the nearest vertex is " + text(nearest) + " m away, expected vertices in the plane");
@@ -104,7 +116,7 @@ Constraints::Constraints(const PointSet& points, const std::map<std::string, Sym
     }
     Eigen::Matrix3Xd normals(3, 0);
     for (const Plane& plane : known) {
-      if (plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance) {
+      if (plane.members[i] && plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance) {
         normals.conservativeResize(3, normals.cols() + 1);
         normals.rightCols(1) = plane.normal;
       }

@@ -39,7 +39,8 @@ void describe(OptionTable& table, PrismOptions& options) {
   table.add("prism.line_search", options.line_search)
       .help("halve a Newton step until no element turns over and the potential of the step falls")
       .source("README: readings");
-  table.add("prism.inertia", options.inertia).help("false: quasi-static, without mass and damping");
+  table.add("prism.inertia", options.inertia)
+      .help("false: quasi-static, without mass; the damping stays, as a viscous resistance");
   table.add("prism.mass_damping", options.mass_damping)
       .unit("1/s")
       .at_least(0)

@@ -17,7 +17,7 @@ struct PrismOptions {
       "exact";  ///< exact: the metric's; gradient: F stored, director's derivative in; paper: left out
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness
   bool line_search = true;        ///< on the potential of the step; elements may not turn over
-  bool inertia = true;            ///< false: quasi-static, no mass
+  bool inertia = true;            ///< false: quasi-static, no mass; damping as ever
   double mass_damping = 20;       ///< C = mass_damping M + stiffness_damping K [1/s]
   double stiffness_damping = 0;   ///< [s]
 };

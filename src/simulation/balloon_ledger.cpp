@@ -84,7 +84,7 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
   std::vector<double> of_chambers;
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
     const GasState gas = chain_.gas(chamber, volumes[chamber], state);
-    const double share = volumes[chamber] / volumes.sum();
+    const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
     all.volume += gas.volume;
     all.amount += gas.amount;
     all.pressure += share * gas.pressure;

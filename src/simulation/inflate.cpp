@@ -43,6 +43,10 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
 
 BalloonState Inflate::initial_state() const {
   BalloonState state(membrane_, chambers_.count());
+  const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
+  for (Eigen::Index i = 0; i < noise.cols(); ++i) {
+    state.position.vector(i) += constraints_.projectors()[static_cast<std::size_t>(i)] * noise.col(i);
+  }
   pins_.impose(state.position, 0);
   elements_.update_thickness(state.position, state.thickness_ratio);
   const Eigen::VectorXd volumes = chambers_.volumes(state.position);

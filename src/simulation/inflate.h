@@ -28,7 +28,7 @@ class Inflate {
   /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock);
 
-  /// The undeformed shape at rest at time 0, pins in their places. Collective.
+  /// The undeformed shape with its initial noise, at rest at time 0, pins in their places. Collective.
   BalloonState initial_state() const;
 
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.

@@ -19,13 +19,16 @@ SymmetryOptions plane(const Vector3d& point, const Vector3d& normal) {
   return options;
 }
 
-/// A grid of 6 x 4 cells of edge 0.5 in the plane z = 0 (vertex ids run along x, 7 a row), lattice points 0.1 above it.
+/// A grid of 6 x 4 cells of edge 0.5 in the plane z = 0 (vertex ids run along x, 7 a row), lattice points 0.1 above
+/// it. Vertices 8 to 10 are a group.
 class ConstraintsTest : public ::testing::Test {
  protected:
   ConstraintsTest() {
     SheetOptions options;
     options.thickness = 0.1;
-    sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(6, 4, 0.5), options);
+    SurfaceMesh mesh = grid_mesh(6, 4, 0.5);
+    mesh.groups["row"] = {8, 9, 10};
+    sheet = make_sheet(PETSC_COMM_WORLD, mesh, options);
   }
 
   Constraints make(const std::map<std::string, SymmetryOptions>& planes,
@@ -88,6 +91,14 @@ TEST_F(ConstraintsTest, vertices_of_two_and_three_planes_keep_what_is_common) {
     return is_corner(id) ? Matrix3d(on_edges(id) * along(1, 1, 0)) : Matrix3d(Matrix3d::Identity());
   });
   EXPECT_LT(make(planes).origin().norm(), 1e-14);
+}
+
+TEST_F(ConstraintsTest, a_plane_with_a_group_holds_its_vertices_only) {
+  SymmetryOptions rim = plane({0, 0, 0}, {0, 0, 1});
+  rim.group = "row";
+  expect_projectors(make({{"rim", rim}}), [](int id) { return along(1, 1, id == 8 || id == 9 || id == 10 ? 0 : 1); });
+  rim.group = "crew";
+  EXPECT_NE(message({{"rim", rim}}).find("symmetry.rim.group: "), std::string::npos) << message({{"rim", rim}});
 }
 
 TEST_F(ConstraintsTest, skew_planes_give_orthogonal_projectors) {
