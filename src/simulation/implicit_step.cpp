@@ -44,16 +44,18 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   multiplier_.setZero(bordered());
   gas_.resize(static_cast<std::size_t>(model_.chambers.count()));
 
-  // The energy of the wall half as long again, over the square root of its area: what its forces are like.
+  // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
+  // small stretch, since not every material can go that far.
+  constexpr double strain = 1e-3;
   double sums[2] = {0, 0};
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     sums[0] += model_.elements.wall().rest[e].area;
   }
-  position_.values() = 1.5 * membrane.rest;
+  position_.values() = (1 + strain) * membrane.rest;
   sums[1] = model_.elements.energy(position_, std::vector<double>(membrane.triangles.size(), 1.0));
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, membrane.comm());
   length_scale_ = std::sqrt(sums[0]);
-  force_scale_ = sums[1] / length_scale_;
+  force_scale_ = sums[1] * std::pow(0.5 / strain, 2) / length_scale_;
   make_solver();
 }
 
@@ -135,7 +137,7 @@ ImplicitResult ImplicitStep::advance(BalloonState& state, double h) {
     tangent_.lag(start_, thickness_ratio_);
   }
 
-  // x^n + h v^n, held vertices in their places; x^n alone if that turns an element over.
+  // x^n + h v^n, held vertices in their places; x^n alone if that turns an element over or is more than one can bear.
   const std::vector<Eigen::Matrix3d>& projectors = model_.constraints.projectors();
   const auto start_from = [&](double share) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
@@ -146,7 +148,8 @@ ImplicitResult ImplicitStep::advance(BalloonState& state, double h) {
   };
   start_from(1);
   predicted_ = position_.values().leftCols(owned());
-  if (sum_over_ranks(comm, static_cast<double>(model_.elements.inverted(start_, position_))) > 0) {
+  if (sum_over_ranks(comm, static_cast<double>(model_.elements.inverted(start_, position_))) > 0 ||
+      !std::isfinite(sum_over_ranks(comm, model_.elements.energy(position_, thickness_ratio_)))) {
     start_from(0);
   }
   for (int border = 0; border < bordered(); ++border) {

@@ -95,7 +95,7 @@ class ImplicitStep {
   PrismTangent tangent_;
   int rank_ = 0;
   double length_scale_ = 0;             ///< square root of the area [m]
-  double force_scale_ = 0;              ///< elastic energy at a stretch of 1.5 over that length [N]
+  double force_scale_ = 0;              ///< elastic energy at a strain of 0.5, if linear, over that length [N]
   std::vector<int> bordered_chambers_;  ///< of prescribed volume
 
   // The step in progress.
