@@ -26,13 +26,14 @@
 
 namespace pellicle {
 
-/// Values of a point field by vertex_id, one entry a component.
+/// Values of a field by vertex_id or cell_id, one entry a component.
 using PointValues = std::map<long, std::vector<double>>;
 
 /// A frame read back from its .pvtp with all its pieces. Points that a piece marks as another rank's are left out.
 struct DrawnFrame {
-  double time = 0;                            ///< as the .pvd says [s]
-  std::map<std::string, PointValues> points;  ///< by the field's name; "position" is where the points are
+  double time = 0;                                 ///< as the .pvd says [s]
+  std::map<std::string, PointValues> points;       ///< by the field's name; "position" is where the points are
+  std::map<std::string, PointValues> cell_values;  ///< by the field's name; of a quad those of its four triangles
   std::set<std::string> point_fields;
   std::set<std::string> cell_fields;
   long cells = 0;
@@ -73,6 +74,17 @@ inline DrawnFrame read_frame(double time, const std::filesystem::path& path) {
   }
   for (int f = 0; f < data->GetCellData()->GetNumberOfArrays(); ++f) {
     frame.cell_fields.insert(data->GetCellData()->GetArrayName(f));
+  }
+  if (vtkDataArray* ids = data->GetCellData()->GetArray("cell_id")) {
+    for (const std::string& name : frame.cell_fields) {
+      vtkDataArray* array = data->GetCellData()->GetArray(name.c_str());
+      for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
+        std::vector<double>& values = frame.cell_values[name][std::lround(ids->GetTuple1(cell))];
+        for (int component = 0; component < array->GetNumberOfComponents(); ++component) {
+          values.push_back(array->GetComponent(cell, component));
+        }
+      }
+    }
   }
   if (vtkDataArray* owners = data->GetCellData()->GetArray("rank")) {
     for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
@@ -154,6 +166,19 @@ inline double relative_difference(const PointValues& a, const PointValues& b) {
 inline void expect_same_fields(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
   for (const char* field : {"position", "temperature", "mass_ratio", "velocity"}) {
     EXPECT_LE(relative_difference(a.points.at(field), b.points.at(field)), tolerance) << what << ": " << field;
+  }
+}
+
+/// Expects that two frames of a balloon agree in all fields of points and cells, the owner's rank excepted.
+/// @param tolerance as a share of each field's range
+inline void expect_same_balloon(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
+  EXPECT_EQ(a.cells, b.cells) << what;
+  for (const char* field : {"position", "velocity"}) {
+    EXPECT_LE(relative_difference(a.points.at(field), b.points.at(field)), tolerance) << what << ": " << field;
+  }
+  for (const char* field : {"thickness", "thickness_ratio", "stretch", "stress"}) {
+    EXPECT_LE(relative_difference(a.cell_values.at(field), b.cell_values.at(field)), tolerance)
+        << what << ": " << field;
   }
 }
 
