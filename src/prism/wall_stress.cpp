@@ -11,7 +11,9 @@ namespace {
 /// Eigenvalues of a 2x2 matrix that has real ones, the larger first.
 Eigen::Vector2d eigenvalues(const Eigen::Matrix2d& matrix) {
   const double mean = matrix.trace() / 2;
-  const double radius = std::sqrt(std::max(0.0, mean * mean - matrix.determinant()));
+  // Not from the determinant: where both are nearly the same its rounding would be all that is left.
+  const double half = (matrix(0, 0) - matrix(1, 1)) / 2;
+  const double radius = std::sqrt(std::max(0.0, half * half + matrix(0, 1) * matrix(1, 0)));
   return {mean + radius, mean - radius};
 }
 
