@@ -36,6 +36,9 @@ class Handle {
     return &object_;
   }
 
+  /// The slot for a call that creates the object the first time and fills it again later (MAT_REUSE_MATRIX).
+  T* slot() { return &object_; }
+
  private:
   T object_ = nullptr;
 };

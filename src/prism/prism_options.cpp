@@ -25,6 +25,12 @@ void describe(OptionTable& table, PrismOptions& options) {
           "system matrix: baij, aij: rows, in blocks of 3 or not; sbaij: the upper half of the blocks; shell: "
           "matrix-free, element by element")
       .source("balloon paper, section 4: matrix-free");
+  table.add("prism.patch_size", options.patch_size)
+      .at_least(10)
+      .help(
+          "the default preconditioner, pc_type mg, takes out the rigid motions of patches of about so many vertices; "
+          "more is cheaper to set up and converges more slowly")
+      .source("measured: 40 to 100 are alike");
   table.add("prism.tangent", options.tangent)
       .choices({"exact", "gradient", "paper"})
       .help(

@@ -13,6 +13,7 @@ struct PrismOptions {
   double snes_rtol = 1e-8;           ///< of the residual, against that at the start of the step
   double ksp_rtol = 1e-6;
   std::string mat_type = "baij";  ///< baij, aij, sbaij or shell
+  int patch_size = 60;            ///< vertices of a rigid patch of the preconditioner's coarse level
   std::string tangent =
       "exact";  ///< exact: the metric's; gradient: F stored, director's derivative in; paper: left out
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness

@@ -22,6 +22,20 @@ double sum_over_ranks(MPI_Comm comm, double value) {
 /// Share of dV/dx dV/dx^T dp/dV that a tangent takes: the paper's 1/27 is a third of the exact 1/9 (eq. 16).
 double rank_one_share(const std::string& gas_tangent) { return gas_tangent == "paper" ? 1.0 / 3 : 1.0; }
 
+/// Tells algebraic multigrid what moves the wall without stretching it: the rigid motions.
+void attach_rigid_motions(Mat tangent, const Membrane& membrane) {
+  VecHandle coordinates;
+  check(VecCreateMPI(membrane.comm(), 3 * membrane.particles.owned, PETSC_DETERMINE, coordinates.create()));
+  check(VecSetBlockSize(coordinates, 3));
+  double* values = nullptr;
+  check(VecGetArray(coordinates, &values));
+  std::copy_n(membrane.rest.data(), 3 * membrane.particles.owned, values);
+  check(VecRestoreArray(coordinates, &values));
+  Handle<MatNullSpace, MatNullSpaceDestroy> motions;
+  check(MatNullSpaceCreateRigidBody(coordinates, motions.create()));
+  check(MatSetNearNullSpace(tangent, motions));
+}
+
 }  // namespace
 
 ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options)
@@ -60,9 +74,11 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
 }
 
 void ImplicitStep::make_solver() {
-  const MPI_Comm comm = model_.elements.membrane().comm();
+  const Membrane& membrane = model_.elements.membrane();
+  const MPI_Comm comm = membrane.comm();
   Mat tangent = tangent_.matrix();
   const int chambers = model_.chambers.count();
+  attach_rigid_motions(tangent, membrane);
   Mat amat = tangent;
   if (chambers > 0) {
     check(VecCreateSeq(PETSC_COMM_SELF, chambers, gas_coefficients_.create()));
@@ -72,10 +88,12 @@ void ImplicitStep::make_solver() {
     amat = low_rank_;
   }
   KspDefaults defaults;
-  defaults.preconditioner = options_.mat_type == "sbaij" ? PCBJACOBI : PCPBJACOBI;
+  const bool has_all_entries = options_.mat_type == "baij" || options_.mat_type == "aij";
+  defaults.preconditioner = has_all_entries ? PCMG : PCBJACOBI;
   defaults.rtol = options_.ksp_rtol;
   defaults.max_iterations = 10000;
   KspHandle linear = make_ksp(amat, tangent, "prism_", defaults);
+  patches_ = RigidPatches::of(linear, tangent, membrane, model_.constraints.projectors(), options_.patch_size);
 
   check(SNESCreate(comm, snes_.create()));
   check(SNESSetOptionsPrefix(snes_, "prism_"));
@@ -327,6 +345,9 @@ void ImplicitStep::compute_jacobian() {
   }
   tangent_.update({position_, thickness_ratio_, load_pressure, model_.constraints.origin(), blocks,
                    options_.stiffness_damping / h_});
+  if (patches_) {
+    patches_->update();
+  }
 
   if (model_.chambers.count() == 0) {
     return;

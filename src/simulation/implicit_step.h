@@ -2,7 +2,7 @@
 
 #include <petscsnes.h>
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +14,7 @@
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 #include "prism/prism_tangent.h"
+#include "prism/rigid_patches.h"
 #include "simulation/balloon_state.h"
 
 namespace pellicle {
@@ -121,7 +122,8 @@ class ImplicitStep {
   KspHandle inner_solver_;  ///< of the bordered system
   VecHandle part_;          ///< vectors of the positions alone, for the bordered system
   VecHandle part_solution_;
-  std::vector<VecHandle> influence_;  ///< A^-1 g of the bordered chambers
+  std::vector<VecHandle> influence_;     ///< A^-1 g of the bordered chambers
+  std::optional<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle unknowns_;
   VecHandle residual_;
   SnesHandle snes_;

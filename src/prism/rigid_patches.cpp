@@ -1,0 +1,132 @@
+#include "prism/rigid_patches.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "mesh/partition.h"
+
+namespace pellicle {
+
+namespace {
+
+/// Owned vertices joined by the edges of the elements.
+CellGraph vertex_graph(const Membrane& membrane) {
+  const PetscInt owned = membrane.particles.owned;
+  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(owned));
+  for (const auto& triangle : membrane.triangles) {
+    for (const PetscInt a : triangle) {
+      for (const PetscInt b : triangle) {
+        if (a < owned && b < owned && a != b) {
+          neighbours[static_cast<std::size_t>(a)].push_back(static_cast<int>(b));
+        }
+      }
+    }
+  }
+  CellGraph graph;
+  graph.offsets.push_back(0);
+  for (auto& row : neighbours) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    graph.neighbours.insert(graph.neighbours.end(), row.begin(), row.end());
+    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+    graph.weights.push_back(1);
+  }
+  return graph;
+}
+
+Eigen::Matrix3d cross_product_matrix(const Eigen::Vector3d& v) {
+  return Eigen::Matrix3d{{0, -v[2], v[1]}, {v[2], 0, -v[0]}, {-v[1], v[0], 0}};
+}
+
+/// What the rigid motions of the patches, shifts and turns, do to the vertices of this rank: (3 owned x 6 patches),
+/// AIJ.
+MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
+  const PetscInt owned = membrane.particles.owned;
+  const int patches = (static_cast<int>(owned) + patch_size - 1) / patch_size;
+  const std::vector<int> patch =
+      patches > 0 ? partition_with_metis(vertex_graph(membrane), patches) : std::vector<int>();
+  Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, patches);
+  Eigen::VectorXd count = Eigen::VectorXd::Zero(patches);
+  for (PetscInt i = 0; i < owned; ++i) {
+    centre.col(patch[static_cast<std::size_t>(i)]) += membrane.rest.col(i);
+    count[patch[static_cast<std::size_t>(i)]] += 1;
+  }
+  centre.array().rowwise() /= count.transpose().array().max(1);
+  Eigen::VectorXd radius = Eigen::VectorXd::Zero(patches);  // so that turns and shifts are of like size
+  for (PetscInt i = 0; i < owned; ++i) {
+    const int p = patch[static_cast<std::size_t>(i)];
+    radius[p] = std::max(radius[p], (membrane.rest.col(i) - centre.col(p)).norm());
+  }
+
+  MatHandle interpolation;
+  check(MatCreateAIJ(membrane.comm(), 3 * owned, 6 * patches, PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr, 0, nullptr,
+                     interpolation.create()));
+  PetscInt first_column = 0;
+  check(MatGetOwnershipRangeColumn(interpolation, &first_column, nullptr));
+  for (PetscInt i = 0; i < owned; ++i) {
+    const int p = patch[static_cast<std::size_t>(i)];
+    Eigen::Matrix<double, 3, 6, Eigen::RowMajor> motion;
+    motion << Eigen::Matrix3d::Identity(),
+        -cross_product_matrix(membrane.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
+    motion = projectors[static_cast<std::size_t>(i)] * motion;
+    PetscInt rows[3];
+    PetscInt columns[6];
+    for (int k = 0; k < 3; ++k) {
+      rows[k] = 3 * (membrane.particles.first + i) + k;
+    }
+    for (int k = 0; k < 6; ++k) {
+      columns[k] = first_column + 6 * p + k;
+    }
+    check(MatSetValues(interpolation, 3, rows, 6, columns, motion.data(), INSERT_VALUES));
+  }
+  check(MatAssemblyBegin(interpolation, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(interpolation, MAT_FINAL_ASSEMBLY));
+  return interpolation;
+}
+
+}  // namespace
+
+std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Membrane& membrane,
+                                             const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
+  PC pc = nullptr;
+  PetscBool is_multigrid = PETSC_FALSE;
+  check(KSPGetPC(solver, &pc));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
+  if (is_multigrid == PETSC_FALSE) {
+    return std::nullopt;
+  }
+  PetscBool is_whole = PETSC_FALSE;
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(tangent), &is_whole, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ,
+                                  MATMPIBAIJ, ""));
+  if (is_whole == PETSC_FALSE) {
+    throw Error("-prism_pc_type mg: needs all entries of the matrix, expected prism.mat_type baij or aij");
+  }
+  RigidPatches patches;
+  patches.tangent_ = tangent;
+  patches.interpolation_ = motions_of_patches(membrane, projectors, patch_size);
+  KSP smoother = nullptr;
+  PC smoother_pc = nullptr;
+  check(PCMGSetLevels(pc, 2, nullptr));
+  check(PCMGSetInterpolation(pc, 1, patches.interpolation_));
+  check(PCMGGetSmoother(pc, 1, &smoother));
+  check(KSPGetPC(smoother, &smoother_pc));
+  check(PCSetType(smoother_pc, PCPBJACOBI));
+  check(PCMGGetCoarseSolve(pc, &patches.coarse_solver_));
+  return patches;
+}
+
+void RigidPatches::update() {
+  const MatReuse reuse = coarse_ == nullptr ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX;
+  Mat rows = tangent_;
+  PetscBool is_aij = PETSC_FALSE;
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(tangent_), &is_aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (is_aij == PETSC_FALSE) {
+    check(MatConvert(tangent_, MATAIJ, reuse, rows_.slot()));
+    rows = rows_;
+  }
+  check(MatPtAP(rows, interpolation_, reuse, 2.0, coarse_.slot()));
+  check(KSPSetOperators(coarse_solver_, coarse_, coarse_));
+}
+
+}  // namespace pellicle
