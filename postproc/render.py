@@ -136,19 +136,16 @@ def read_bodies(folder):
         return list((yaml.safe_load(deck).get("bodies") or {}).values())
 
 
-def body_shift(body, time):
-    """How far the body has moved from where it was at time 0: by its path, or else by its velocity."""
+def body_place(body, time):
+    """Where its centre or point is: on its path, or else where its velocity has taken it."""
     path = [numbers(row) for row in body.get("path") or []]
     if not path:
-        return [time * component for component in numbers(body.get("velocity") or (0, 0, 0))]
-
-    def at(moment):
-        before = max((row for row in path if row[0] <= moment), default=path[0])
-        after = min((row for row in path if row[0] >= moment), default=path[-1])
-        share = 0.0 if after[0] <= before[0] else (moment - before[0]) / (after[0] - before[0])
-        return [before[i] + share * (after[i] - before[i]) for i in (1, 2, 3)]
-
-    return [now - start for now, start in zip(at(time), at(0.0))]
+        start = numbers(body["point" if body.get("shape") == "plane" else "centre"])
+        return [place + time * speed for place, speed in zip(start, numbers(body.get("velocity") or (0, 0, 0)))]
+    before = max((row for row in path if row[0] <= time), default=path[0])
+    after = min((row for row in path if row[0] >= time), default=path[-1])
+    share = 0.0 if after[0] <= before[0] else (time - before[0]) / (after[0] - before[0])
+    return [before[i] + share * (after[i] - before[i]) for i in (1, 2, 3)]
 
 
 def cross(a, b):
@@ -163,7 +160,7 @@ def show_bodies(bodies, view, centre, size):
     shown = []
     for body in bodies:
         if body.get("shape") == "plane":
-            point, normal = numbers(body["point"]), numbers(body["normal"])
+            point, normal = body_place(body, 0.0), numbers(body["normal"])
             first = cross(normal, (0, 1, 0) if abs(normal[1]) < max(map(abs, normal)) else (1, 0, 0))
             second = cross(normal, first)
             upwards = cross(first, second)
@@ -174,7 +171,7 @@ def show_bodies(bodies, view, centre, size):
                                  Point2=[corner[i] + 2 * size * second[i] for i in range(3)])
             colour = (0.84, 0.85, 0.86)
         else:
-            solid = simple.Sphere(Center=numbers(body["centre"]), Radius=number(body["radius"]) * 0.995,
+            solid = simple.Sphere(Center=body_place(body, 0.0), Radius=number(body["radius"]) * 0.995,
                                   ThetaResolution=96, PhiResolution=64)
             colour = (0.55, 0.63, 0.72)
         display = simple.Show(solid, view)
@@ -251,7 +248,8 @@ def main():
     for frame in pictures:
         view.ViewTime = times[frame]
         for body, solid in zip(bodies, solids):
-            solid.Position = body_shift(body, times[frame])
+            places = zip(body_place(body, times[frame]), body_place(body, 0.0))
+            solid.Position = [now - start for now, start in places]
         path = os.path.join(options.folder, f"{name}_{frame:04d}.png")
         simple.SaveScreenshot(path, view)
         print(path)

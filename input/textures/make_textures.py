@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Makes the textures of the decks: fibres.png (the mass-loss rate of paper) and clouds.png (soft noise).
+"""Makes the textures of the decks: fibres.png (the mass-loss rate of paper), clouds.png (soft noise) and halves.png
+(black on the left, white on the right, a soft step between).
 
-Both repeat at their edges and have the mean 1/2.
+The first two repeat at their edges; all have the mean 1/2.
 Usage: make_textures.py [FOLDER]; the folder of this script unless given.
 """
 import os
@@ -48,6 +49,13 @@ def grey(picture):
     return numpy.rint(255 * picture.clip(0, 1)).astype(numpy.uint8)
 
 
+def halves():
+    """A step whose middle tenth is smooth."""
+    step = ((numpy.arange(SIZE) + 0.5) / SIZE * 10 - 4.5).clip(0, 1)
+    row = numpy.rint(255 * step**2 * (3 - 2 * step)).astype(numpy.uint8)
+    return numpy.tile(row, (SIZE, 1))
+
+
 def write(picture, path):
     image = vtk.vtkImageData()
     image.SetDimensions(SIZE, SIZE, 1)
@@ -63,6 +71,7 @@ def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
     for number, (name, make) in enumerate([("fibres", fibres), ("clouds", clouds)]):
         write(grey(make(numpy.random.default_rng(7 + number))), os.path.join(folder, name + ".png"))
+    write(halves(), os.path.join(folder, "halves.png"))
 
 
 main()
