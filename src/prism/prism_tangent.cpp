@@ -78,23 +78,21 @@ void PrismTangent::make_rows() {
     rows_.offsets.push_back(static_cast<PetscInt>(rows_.columns.size()));
   }
   for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
-    std::array<PetscInt, 9>& first_value = rows_.of_element.emplace_back();
+    std::array<PetscInt, 9>& blocks = rows_.of_element.emplace_back();
+    blocks.fill(-1);
     for (std::size_t a = 0; a < 3; ++a) {
-      for (std::size_t b = 0; b < 3; ++b) {
-        first_value[3 * a + b] = -1;
-        if (triangle[a] < owned()) {
-          const auto& row = columns[static_cast<std::size_t>(triangle[a])];
-          const std::pair<PetscInt, PetscInt> column{vertices.to_global(triangle[b]), triangle[b]};
-          const auto found = std::lower_bound(row.begin(), row.end(), column);
-          if (found != row.end() && *found == column) {
-            first_value[3 * a + b] = 9 * rows_.offsets[static_cast<std::size_t>(triangle[a])] +
-                                     3 * static_cast<PetscInt>(found - row.begin());
-          }
+      for (std::size_t b = 0; b < 3 && triangle[a] < owned(); ++b) {
+        const auto& row = columns[static_cast<std::size_t>(triangle[a])];
+        const std::pair<PetscInt, PetscInt> column{vertices.to_global(triangle[b]), triangle[b]};
+        const auto found = std::lower_bound(row.begin(), row.end(), column);
+        if (found != row.end() && *found == column) {
+          blocks[3 * a + b] =
+              rows_.offsets[static_cast<std::size_t>(triangle[a])] + static_cast<PetscInt>(found - row.begin());
         }
       }
     }
   }
-  rows_.values.resize(9 * rows_.columns.size());
+  rows_.blocks.resize(rows_.columns.size());
 }
 
 void PrismTangent::make_assembled() {
@@ -114,7 +112,7 @@ void PrismTangent::make_assembled() {
   check(MatXAIJSetPreallocation(matrix_, 3, own_blocks.data(), foreign_blocks.data(), own_blocks.data(),
                                 foreign_blocks.data()));
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
-  check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_TRUE));
+  check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
 }
 
 void PrismTangent::make_shell() {
@@ -177,7 +175,7 @@ void PrismTangent::update(const TangentInput& input) {
     held_ = 0;
     make_diagonal();
     double sum = 0;
-    for (const Block& block : diagonal_) {
+    for (const Eigen::Matrix3d& block : diagonal_) {
       sum += block.trace();
     }
     held_ = mean_of_diagonal(sum);
@@ -196,19 +194,10 @@ void PrismTangent::add_elements(const ElementStiffness& stiffness, double factor
   for (std::size_t e = 0; e < rows_.of_element.size(); ++e) {
     const ElementStiffness::Blocks blocks = stiffness.element_blocks(e);
     for (std::size_t a = 0; a < 3; ++a) {
-      const PetscInt i = elements_.membrane().triangles[e][a];
-      const PetscInt width =
-          i < owned()
-              ? 3 * (rows_.offsets[static_cast<std::size_t>(i) + 1] - rows_.offsets[static_cast<std::size_t>(i)])
-              : 0;
       for (std::size_t b = 0; b < 3; ++b) {
-        if (rows_.of_element[e][3 * a + b] >= 0) {
-          double* value = rows_.values.data() + rows_.of_element[e][3 * a + b];
-          for (int r = 0; r < 3; ++r, value += width) {
-            for (int c = 0; c < 3; ++c) {
-              value[c] += factor * blocks[a][b](r, c);
-            }
-          }
+        const PetscInt k = rows_.of_element[e][3 * a + b];
+        if (k >= 0) {
+          rows_.blocks[static_cast<std::size_t>(k)] += factor * blocks[a][b];
         }
       }
     }
@@ -216,43 +205,40 @@ void PrismTangent::add_elements(const ElementStiffness& stiffness, double factor
 }
 
 void PrismTangent::assemble() {
-  std::fill(rows_.values.begin(), rows_.values.end(), 0.0);
+  std::fill(rows_.blocks.begin(), rows_.blocks.end(), Eigen::Matrix3d::Zero());
   add_elements(*stiffness_, 1);
   if (lagged_factor_ != 0) {
     add_elements(lagged_, lagged_factor_);
   }
-  using Strided = Eigen::Map<Block, 0, Eigen::OuterStride<>>;
-  const auto block = [&](std::size_t row, PetscInt k) {
-    const PetscInt first = rows_.offsets[row];
-    const PetscInt blocks = rows_.offsets[row + 1] - first;
-    return Strided(rows_.values.data() + 9 * first + 3 * (k - first), Eigen::OuterStride<>(3 * blocks));
+  const auto diagonal_block = [&](std::size_t vertex) -> Eigen::Matrix3d& {
+    return rows_.blocks[static_cast<std::size_t>(rows_.diagonal[vertex])];
   };
-  for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
-    block(i, rows_.diagonal[i]) += vertex_blocks_[i];
+  for (std::size_t i = 0; i < vertex_blocks_.size(); ++i) {
+    diagonal_block(i) += vertex_blocks_[i];
   }
   if (any_constrained_) {
     double trace = 0;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
-      for (PetscInt k = rows_.offsets[i]; k < rows_.offsets[i + 1]; ++k) {
-        const auto j = static_cast<std::size_t>(rows_.local_columns[static_cast<std::size_t>(k)]);
-        block(i, k) = (projectors_[i] * block(i, k) * projectors_[j]).eval();
+    for (std::size_t i = 0; i < vertex_blocks_.size(); ++i) {
+      for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]);
+           ++k) {
+        const auto j = static_cast<std::size_t>(rows_.local_columns[k]);
+        rows_.blocks[k] = (projectors_[i] * rows_.blocks[k] * projectors_[j]).eval();
       }
-      trace += block(i, rows_.diagonal[i]).trace();
+      trace += diagonal_block(i).trace();
     }
     const double held = mean_of_diagonal(trace);
     for (const PetscInt i : constrained_) {
       if (i < owned()) {
-        const auto row = static_cast<std::size_t>(i);
-        block(row, rows_.diagonal[row]) += held * (Eigen::Matrix3d::Identity() - projectors_[row]);
+        const auto vertex = static_cast<std::size_t>(i);
+        diagonal_block(vertex) += held * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
       }
     }
   }
-  for (PetscInt i = 0; i < owned(); ++i) {
-    const PetscInt first = rows_.offsets[static_cast<std::size_t>(i)];
-    const PetscInt blocks = rows_.offsets[static_cast<std::size_t>(i) + 1] - first;
-    const PetscInt row = elements_.membrane().particles.first + i;
-    check(MatSetValuesBlocked(matrix_, 1, &row, blocks, rows_.columns.data() + first, rows_.values.data() + 9 * first,
-                              INSERT_VALUES));
+  for (std::size_t i = 0; i < vertex_blocks_.size(); ++i) {
+    const PetscInt row = elements_.membrane().particles.first + static_cast<PetscInt>(i);
+    const auto first = static_cast<std::size_t>(rows_.offsets[i]);
+    check(MatSetValuesBlocked(matrix_, 1, &row, rows_.offsets[i + 1] - rows_.offsets[i], rows_.columns.data() + first,
+                              rows_.blocks[first].data(), INSERT_VALUES));
   }
 }
 
@@ -280,7 +266,7 @@ void PrismTangent::make_diagonal() {
   for (const PetscInt i : constrained_) {
     if (i < owned()) {
       const Eigen::Matrix3d& projector = projectors_[static_cast<std::size_t>(i)];
-      Block& block = diagonal_[static_cast<std::size_t>(i)];
+      Eigen::Matrix3d& block = diagonal_[static_cast<std::size_t>(i)];
       block = (projector * block * projector + held_ * (Eigen::Matrix3d::Identity() - projector)).eval();
     }
   }
@@ -290,7 +276,7 @@ void PrismTangent::invert_diagonal() {
   make_diagonal();
   inverse_.resize(diagonal_.size());
   std::transform(diagonal_.begin(), diagonal_.end(), inverse_.begin(),
-                 [](const Block& block) -> Block { return block.inverse(); });
+                 [](const Eigen::Matrix3d& block) -> Eigen::Matrix3d { return block.inverse(); });
 }
 
 void PrismTangent::multiply(Vec in, Vec out) {

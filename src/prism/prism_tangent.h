@@ -47,17 +47,14 @@ class PrismTangent {
   Mat matrix() const { return matrix_; }
 
  private:
-  using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-  /// The pattern of an assembled matrix: the owned vertices' rows of blocks, sorted by global column. The values of a
-  /// row of n blocks are a dense matrix (3 x 3n), row by row.
+  /// The owned vertices' rows of an assembled matrix: blocks (3 x 3, by columns) in the order of their global columns.
   struct Rows {
     std::vector<PetscInt> offsets{0};                 ///< first block of each row, (owned + 1)
     std::vector<PetscInt> columns;                    ///< global vertex of each block
     std::vector<PetscInt> local_columns;              ///< local vertex of each block
     std::vector<PetscInt> diagonal;                   ///< block of each owned vertex with itself
-    std::vector<std::array<PetscInt, 9>> of_element;  ///< first value of the block of corners (a, b), or -1
-    std::vector<double> values;
+    std::vector<std::array<PetscInt, 9>> of_element;  ///< block that corners (a, b) add to, or -1
+    std::vector<Eigen::Matrix3d> blocks;
   };
 
   void make_rows();
@@ -84,12 +81,12 @@ class PrismTangent {
   double lagged_factor_ = 0;
   std::vector<Eigen::Matrix3d> vertex_blocks_;  ///< of the owned vertices [N/m]
 
-  Rows rows_;                    ///< of an assembled matrix
-  double held_ = 0;              ///< s of a shell [N/m]
-  Field argument_;               ///< of a product of the shell
-  Eigen::Matrix3Xd product_;     ///< likewise, (3 x local)
-  std::vector<Block> diagonal_;  ///< of the shell's owned vertices, or none until somebody asks
-  std::vector<Block> inverse_;   ///< of these blocks, likewise
+  Rows rows_;                              ///< of an assembled matrix
+  double held_ = 0;                        ///< s of a shell [N/m]
+  Field argument_;                         ///< of a product of the shell
+  Eigen::Matrix3Xd product_;               ///< likewise, (3 x local)
+  std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, or none until somebody asks
+  std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, likewise
   MatHandle matrix_;
 };
 

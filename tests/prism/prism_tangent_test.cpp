@@ -284,6 +284,20 @@ TEST(PrismTangent, lagged_stiffness_stays_where_it_was_taken) {
             1e-12 * largest(before));
 }
 
+TEST(PrismTangent, values_are_those_of_the_last_update) {
+  Dented balloon(PETSC_COMM_WORLD);
+  const Field w = balloon.random_field(1, 4);
+  for (const Way& way : ways()) {
+    Tangent used(balloon, way);
+    used.times(w);
+    balloon.deform({1.5, 1.2, 1.1}, 0.01);
+    Tangent fresh(balloon, way);
+    const Eigen::Matrix3Xd expected = fresh.times(w);
+    EXPECT_LE(largest(used.times(w) - expected), 1e-13 * largest(expected)) << way.mat_type << way.tangent;
+    balloon.deform({1.3, 1.1, 0.9}, 0.02);
+  }
+}
+
 // On every rank for itself: the matrix is small and dense.
 TEST(PrismTangent, positive_elements_have_no_negative_eigenvalue) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
