@@ -62,6 +62,7 @@ MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::
   MatHandle interpolation;
   check(MatCreateAIJ(membrane.comm(), 3 * owned, 6 * patches, PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr, 0, nullptr,
                      interpolation.create()));
+  check(MatSetOption(interpolation, MAT_IGNORE_ZERO_ENTRIES, PETSC_TRUE));  // half of them
   PetscInt first_column = 0;
   check(MatGetOwnershipRangeColumn(interpolation, &first_column, nullptr));
   for (PetscInt i = 0; i < owned; ++i) {
@@ -103,20 +104,35 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Memb
     throw Error("-prism_pc_type mg: needs all entries of the matrix, expected prism.mat_type baij or aij");
   }
   RigidPatches patches;
+  patches.solver_ = solver;
   patches.tangent_ = tangent;
   patches.interpolation_ = motions_of_patches(membrane, projectors, patch_size);
   KSP smoother = nullptr;
   PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
+  check(PCMGSetType(pc, PC_MG_ADDITIVE));
   check(PCMGSetInterpolation(pc, 1, patches.interpolation_));
   check(PCMGGetSmoother(pc, 1, &smoother));
   check(KSPGetPC(smoother, &smoother_pc));
+  check(KSPSetType(smoother, KSPPREONLY));
   check(PCSetType(smoother_pc, PCPBJACOBI));
   check(PCMGGetCoarseSolve(pc, &patches.coarse_solver_));
   return patches;
 }
 
 void RigidPatches::update() {
+  PetscInt iterations = 0;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check(KSPGetIterationNumber(solver_, &iterations));
+  check(KSPGetConvergedReason(solver_, &reason));
+  if (is_fresh_) {
+    fresh_iterations_ = iterations;
+    is_fresh_ = false;
+  }
+  if (coarse_ != nullptr && reason > 0 && 2 * iterations <= 3 * fresh_iterations_ + 10) {
+    return;
+  }
+  is_fresh_ = true;
   const MatReuse reuse = coarse_ == nullptr ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX;
   Mat rows = tangent_;
   PetscBool is_aij = PETSC_FALSE;

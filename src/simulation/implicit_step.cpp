@@ -88,8 +88,15 @@ void ImplicitStep::make_solver() {
     amat = low_rank_;
   }
   KspDefaults defaults;
-  const bool has_all_entries = options_.mat_type == "baij" || options_.mat_type == "aij";
-  defaults.preconditioner = has_all_entries ? PCMG : PCBJACOBI;
+  // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
+  // motions are all but free, and beyond a limit point only the volume that is prescribed holds it.
+  if (options_.mat_type == "sbaij") {
+    defaults.preconditioner = PCBJACOBI;
+  } else if (options_.mat_type == "shell" || !options_.inertia || bordered() > 0) {
+    defaults.preconditioner = PCPBJACOBI;
+  } else {
+    defaults.preconditioner = PCMG;
+  }
   defaults.rtol = options_.ksp_rtol;
   defaults.max_iterations = 10000;
   KspHandle linear = make_ksp(amat, tangent, "prism_", defaults);
@@ -136,6 +143,7 @@ void ImplicitStep::make_solver() {
   check(SNESLineSearchSetType(search, options_.line_search ? SNESLINESEARCHSHELL : SNESLINESEARCHBASIC));
   if (options_.line_search) {
     check(SNESLineSearchShellSetUserFunc(search, line_search_callback, this));
+    check(SNESSetMaxLinearSolveFailures(snes_, PETSC_MAX_INT));  // The line search judges what the solver has reached.
   }
   try {
     check(SNESSetFromOptions(snes_));
@@ -204,26 +212,15 @@ ImplicitResult ImplicitStep::advance(BalloonState& state, double h) {
 }
 
 std::string ImplicitStep::words_of_failure(SNESConvergedReason reason) const {
+  if (!linear_failure_.empty()) {
+    return linear_failure_;
+  }
   PetscInt iterations = 0;
   double norm = 0;
   check(SNESGetIterationNumber(snes_, &iterations));
   check(SNESGetFunctionNorm(snes_, &norm));
   char text[200];
   switch (reason) {
-    case SNES_DIVERGED_LINEAR_SOLVE: {
-      if (!linear_failure_.empty()) {
-        return linear_failure_;
-      }
-      KSP ksp = nullptr;
-      KSPConvergedReason linear = KSP_CONVERGED_ITERATING;
-      check(SNESGetKSP(snes_, &ksp));
-      check(KSPGetConvergedReason(ksp, &linear));
-      if (linear == KSP_DIVERGED_INDEFINITE_MAT || linear == KSP_DIVERGED_INDEFINITE_PC) {
-        return "the tangent is not positive definite: the balloon is at a limit of what this load can hold (beyond it "
-               "only its volume or its amount of gas can be prescribed), or the step is too long";
-      }
-      return std::string("the linear solver prism_ did not converge (") + KSPConvergedReasons[linear] + ")";
-    }
     case SNES_DIVERGED_LINE_SEARCH:
       return "no part of Newton's step lowers the potential without turning elements over";
     case SNES_DIVERGED_FNORM_NAN:
@@ -238,6 +235,31 @@ std::string ImplicitStep::words_of_failure(SNESConvergedReason reason) const {
     default:
       return std::string("Newton's method did not converge (") + SNESConvergedReasons[reason] + ")";
   }
+}
+
+/// Whether Newton's method can use what the linear solver has reached: its solution, or, where conjugate gradients met
+/// a direction in which the potential is concave, the way downhill until then.
+bool ImplicitStep::linear_solve_is_usable() {
+  if (bordered() > 0) {
+    return linear_failure_.empty();
+  }
+  KSP ksp = nullptr;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscInt iterations = 0;
+  check(SNESGetKSP(snes_, &ksp));
+  check(KSPGetConvergedReason(ksp, &reason));
+  check(KSPGetIterationNumber(ksp, &iterations));
+  if (reason > 0) {
+    linear_failure_.clear();
+    return true;
+  }
+  const bool is_indefinite = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC;
+  linear_failure_ =
+      is_indefinite
+          ? "the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
+            "that the balloon can hold (to go there prescribe its volume or its amount of gas), or the step is too long"
+          : std::string("the linear solver prism_ did not converge (") + KSPConvergedReasons[reason] + ")";
+  return reason == KSP_DIVERGED_INDEFINITE_MAT && iterations > 0;
 }
 
 void ImplicitStep::set_unknowns(Vec unknowns) const {
@@ -417,6 +439,9 @@ bool ImplicitStep::search_line(SNESLineSearch search) {
   check(SNESLineSearchGetVecs(search, &x, &f, &y, &w, nullptr));
   check(SNESLineSearchGetSNES(search, &snes));
   const MPI_Comm comm = model_.elements.membrane().comm();
+  if (!linear_solve_is_usable()) {
+    return false;
+  }
 
   double weight = 0;  // of the volumes' errors: more than any multiplier makes them an exact penalty
   const auto merit = [&] {

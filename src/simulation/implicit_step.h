@@ -83,6 +83,7 @@ class ImplicitStep {
   double bordering_stiffness(int chamber) const;
   Eigen::VectorXd border_values(Vec vector) const;
   bool search_line(SNESLineSearch search);
+  bool linear_solve_is_usable();
   void solve_bordered(Vec right_hand_side, Vec solution);
   void multiply_bordered(Vec x, Vec y);
   void make_solver();
