@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "prism/block_product.h"
 #include "prism/gradient_stiffness.h"
 
 namespace pellicle {
@@ -113,6 +114,9 @@ void PrismTangent::make_assembled() {
                                 foreign_blocks.data()));
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
+  if (mat_type_ == "baij") {
+    use_fast_product(matrix_);
+  }
 }
 
 void PrismTangent::make_shell() {
