@@ -1,6 +1,7 @@
 #include <mpi.h>
 #include <petscsys.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <thread>
@@ -14,6 +15,21 @@
 using namespace pellicle;
 
 namespace {
+
+/// PETSc's options without what decks, which may be made for both chains, say of solvers that this run does not have.
+std::vector<PetscOption> of_solvers_in_use(std::vector<PetscOption> petsc, const Options& options) {
+  const std::vector<std::string> idle = idle_solver_prefixes(options);
+  petsc.erase(std::remove_if(petsc.begin(), petsc.end(),
+                             [&](const PetscOption& option) {
+                               const bool from_deck = option.written.rfind('-', 0) != 0;
+                               return from_deck &&
+                                      std::any_of(idle.begin(), idle.end(), [&](const std::string& prefix) {
+                                        return option.name.rfind(prefix, 0) == 0;
+                                      });
+                             }),
+              petsc.end());
+  return petsc;
+}
 
 /// Reads the options and runs what they ask for. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
@@ -41,9 +57,10 @@ int run_program(int argc, char** argv, bool is_root) {
     record.decks.push_back(deck.path);
   }
   record.options = written_deck(table, arguments.petsc);
-  initialize_petsc(argv[0], arguments.petsc, table);
+  const std::vector<PetscOption> petsc = of_solvers_in_use(arguments.petsc, options);
+  initialize_petsc(argv[0], petsc, table);
   run(PETSC_COMM_WORLD, options, record);
-  warn_unused(PETSC_COMM_WORLD, arguments.petsc, table);
+  warn_unused(PETSC_COMM_WORLD, petsc, table);
   return 0;
 }
 

@@ -10,7 +10,7 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.max_steps", options.max_steps).at_least(0).help("or after so many steps; 0: no such limit");
   table.add("time.max_retries", options.max_retries)
       .range(0, 30)
-      .help("a step that fails is tried again with half its length, up to so many times in succession");
+      .help("a step that fails is tried again with half its length, down to time.step halved so many times");
   table.add("time.tolerance", options.tolerance)
       .at_least(0)
       .help(
@@ -66,6 +66,11 @@ void describe(OptionTable& table, Options& options) {
   table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
   describe(table, options.contact);
   describe(table, options.output);
+}
+
+std::vector<std::string> idle_solver_prefixes(const Options& options) {
+  return options.chain == "burn" ? std::vector<std::string>{"prism_"}
+                                 : std::vector<std::string>{"project_", "heat_", "spring_"};
 }
 
 }  // namespace pellicle

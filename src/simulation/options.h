@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "combustion/combustion_options.h"
 #include "contact/bodies.h"
@@ -29,10 +31,12 @@ struct TimeOptions {
   double step = 2e-3;              ///< h [s]
   double end = 1;                  ///< [s]
   int max_steps = 0;               ///< 0: no limit
-  int max_retries = 6;             ///< halvings of a failed step in succession
+  int max_retries = 6;             ///< how often `step` may be halved after failures
   double tolerance = 0;            ///< of a step's error, a share of the sheet's size; 0: steps of equal length
   std::optional<double> max_step;  ///< with a tolerance [s]
 
+  /// The shortest step that follows from failures or from a tolerance [s].
+  double shortest_step() const { return std::ldexp(step, -max_retries); }
   /// The longest step with a tolerance [s].
   double longest_step() const { return std::max(step, max_step.value_or(step)); }
 };
@@ -75,5 +79,8 @@ struct Options {
 };
 
 void describe(OptionTable& table, Options& options);
+
+/// Prefixes of the solvers that the chain does not have, such as "prism_" where a sheet burns.
+std::vector<std::string> idle_solver_prefixes(const Options& options);
 
 }  // namespace pellicle
