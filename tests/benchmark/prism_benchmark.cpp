@@ -1,0 +1,381 @@
+// The linear algebra of an implicit step of an inflated balloon, by matrix type and kernel, on one rank:
+//
+//     OPENBLAS_NUM_THREADS=1 build/release/tests/benchmark_pellicle --benchmark_filter=prism/.*10242
+//
+// - product: K w; `times_triad` is the ratio of its shortest time to that of the bytes that it must read and write at
+//   the bandwidth that a = b + s c reaches on as many bytes
+// - update: the values of the tangent at new positions
+// - solve: update, preconditioner and conjugate gradients to 1e-6 of M/h^2 + K and the gas, h = 10 ms, on a sphere
+// - step: a step of the teddy, three Newton iterations, at half its inflation
+//
+// Ratios within one run are what counts: a busy machine slows all alike.
+
+#include <benchmark/benchmark.h>
+#include <petscksp.h>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/arguments.h"
+#include "base/error.h"
+#include "base/ksp.h"
+#include "base/stage_clock.h"
+#include "geometry/pressure_load.h"
+#include "mesh/closed_shapes.h"
+#include "mesh/membrane.h"
+#include "prism/prism_tangent.h"
+#include "prism/wall.h"
+#include "simulation/inflate.h"
+#include "simulation/load_mesh.h"
+#include "simulation/options.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double pressure = 1400;  // [Pa]
+
+/// An icosphere of radius 0.1 m, 0.3 mm thick, blown up to stretches of 1.2 to 1.5 and not yet at rest.
+struct Inflated {
+  explicit Inflated(int level)
+      : membrane(make_membrane(PETSC_COMM_SELF, icosphere_mesh(level, 0.1), {})),
+        wall(make_wall(membrane, {}, {})),
+        elements(membrane, wall),
+        positions(membrane.particles, 3) {
+    for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
+      const Eigen::Vector3d rest = membrane.rest.col(i);
+      positions.vector(i) = (1.35 + 0.12 * std::sin(40 * rest[0] + 1) * std::cos(30 * rest[2])) * rest;
+    }
+    thickness_ratio.assign(membrane.triangles.size(), 1.0);
+    elements.update_thickness(positions, thickness_ratio);
+    load_pressure.assign(membrane.triangles.size(), pressure);
+    constexpr double h = 0.01;      // [s]
+    constexpr double damping = 20;  // [1/s]
+    for (const double mass : vertex_masses(membrane, wall)) {
+      vertex_blocks.emplace_back(mass * (1 / (h * h) + damping / h) * Eigen::Matrix3d::Identity());
+    }
+    volume_gradient = Eigen::Matrix3Xd::Zero(3, membrane.particles.local());
+    for (const auto& [a, b, c] : membrane.triangles) {
+      const Eigen::Vector3d share = area_vector(positions.vector(a), positions.vector(b), positions.vector(c)) / 3;
+      volume += enclosed_volume(positions.vector(a), positions.vector(b), positions.vector(c));
+      for (const PetscInt i : {a, b, c}) {
+        volume_gradient.col(i) += share;
+      }
+    }
+    force = pressure * volume_gradient;
+    elements.add_force(positions, thickness_ratio, force);
+  }
+
+  /// @param loads whether the exact tangent of the gas is wanted
+  TangentInput input(bool loads) const {
+    return {positions, thickness_ratio, loads ? load_pressure : no_pressure, Eigen::Vector3d::Zero(), vertex_blocks};
+  }
+
+  Membrane membrane;
+  Wall wall;
+  PrismElements elements;
+  Field positions;
+  std::vector<double> thickness_ratio;
+  std::vector<double> load_pressure;
+  std::vector<double> no_pressure;
+  double volume = 0;                 ///< of the gas [m^3]
+  Eigen::Matrix3Xd volume_gradient;  ///< [m^2]
+  std::vector<Eigen::Matrix3d> vertex_blocks;
+  Eigen::Matrix3Xd force;  ///< elastic and of the gas [N]
+};
+
+/// What is made once and must die before PETSc ends.
+template <class Key, class Value>
+class Made {
+ public:
+  static const Value& of(const Key& key) {
+    auto& place = values()[key];
+    if (place == nullptr) {
+      place = std::make_unique<Value>(key);
+      check(PetscRegisterFinalize([]() -> PetscErrorCode {
+        values().clear();
+        return 0;
+      }));
+    }
+    return *place;
+  }
+
+ private:
+  static std::map<Key, std::unique_ptr<Value>>& values() {
+    static std::map<Key, std::unique_ptr<Value>> made;
+    return made;
+  }
+};
+
+const Inflated& balloon(int level) { return Made<int, Inflated>::of(level); }
+
+/// PETSc options, without their prefix `prism_`.
+using PetscChoice = std::vector<std::pair<std::string, std::string>>;
+
+void set(const PetscChoice& choice) {
+  for (const auto& [name, value] : choice) {
+    check(PetscOptionsSetValue(nullptr, ("-prism_" + name).c_str(), value.c_str()));
+  }
+}
+
+void clear(const PetscChoice& choice) {
+  for (const auto& [name, value] : choice) {
+    check(PetscOptionsClearValue(nullptr, ("-prism_" + name).c_str()));
+  }
+}
+
+PrismOptions options_of(const std::string& mat_type, const std::string& tangent) {
+  PrismOptions options;
+  options.mat_type = mat_type;
+  options.tangent = tangent;
+  return options;
+}
+
+std::vector<Eigen::Matrix3d> no_constraints(const Inflated& inflated) {
+  return std::vector<Eigen::Matrix3d>(inflated.membrane.persistent_id.size(), Eigen::Matrix3d::Identity());
+}
+
+/// Bytes that a product must read or write once: its matrix or the elements' data, argument, result, vertex blocks.
+double product_bytes(const Inflated& inflated, const std::string& mat_type, const std::string& tangent) {
+  const double vertices = inflated.membrane.particles.owned;
+  const double elements = inflated.membrane.elements.owned;
+  const double vectors = 48 * vertices;
+  const double blocks = vertices + 3 * elements;  // a vertex and both directions of 3/2 edges an element
+  if (mat_type == "baij") {
+    return vectors + 76 * blocks;
+  }
+  if (mat_type == "aij") {
+    return vectors + 9 * 12 * blocks;
+  }
+  if (mat_type == "sbaij") {
+    return vectors + 76 * (blocks + vertices) / 2;
+  }
+  const double element_bytes = tangent == "exact" ? sizeof(StiffnessBatch) / 8.0 : 300;
+  return vectors + 72 * vertices + element_bytes * elements;
+}
+
+/// Bytes a second of a = b + s c on this many bytes in all.
+double triad_bandwidth(double bytes) {
+  static std::map<double, double> known;
+  const auto [place, is_new] = known.insert({bytes, 0});
+  if (is_new) {
+    const auto size = static_cast<std::size_t>(bytes / 24);
+    std::vector<double> a(size, 1.0), b(size, 2.0), c(size, 3.0);
+    for (int repeat = 0; repeat < 40; ++repeat) {
+      const auto start = std::chrono::steady_clock::now();
+      for (std::size_t i = 0; i < size; ++i) {
+        a[i] = b[i] + 0.3 * c[i];
+      }
+      benchmark::DoNotOptimize(a.data());
+      benchmark::ClobberMemory();
+      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+      place->second = std::max(place->second, 24 * static_cast<double>(size) / seconds.count());
+    }
+  }
+  return place->second;
+}
+
+void product(benchmark::State& state, const std::string& mat_type, const std::string& tangent_name, int level) {
+  const Inflated& inflated = balloon(level);
+  PrismTangent tangent(inflated.elements, options_of(mat_type, tangent_name), no_constraints(inflated));
+  tangent.update(inflated.input(true));
+  VecHandle in, out;
+  check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
+  check(VecSet(in, 1));
+  double best = 1e30;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    check(MatMult(tangent.matrix(), in, out));
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    best = std::min(best, seconds.count());
+  }
+  const double bytes = product_bytes(inflated, mat_type, tangent_name);
+  state.counters["best_ms"] = 1e3 * best;
+  state.counters["megabytes"] = 1e-6 * bytes;
+  state.counters["triad_GB_per_s"] = 1e-9 * triad_bandwidth(bytes);
+  state.counters["times_triad"] = best * triad_bandwidth(bytes) / bytes;
+}
+
+void update(benchmark::State& state, const std::string& mat_type, const std::string& tangent_name, int level) {
+  const Inflated& inflated = balloon(level);
+  PrismTangent tangent(inflated.elements, options_of(mat_type, tangent_name), no_constraints(inflated));
+  for (auto _ : state) {
+    tangent.update(inflated.input(true));
+  }
+}
+
+/// A choice of matrix and solver.
+struct Solver {
+  std::string name;
+  std::string mat_type;
+  std::string tangent;
+  PetscChoice petsc;
+  bool reuse = false;  ///< the preconditioner of the first solve
+};
+
+void linear_solve(benchmark::State& state, const Solver& solver, int level) {
+  const Inflated& inflated = balloon(level);
+  PrismTangent tangent(inflated.elements, options_of(solver.mat_type, solver.tangent), no_constraints(inflated));
+  const bool exact = solver.tangent != "paper";
+  tangent.update(inflated.input(exact));
+  // The gas: p V constant, -dp/dV = p/V, a third of it in the paper's tangent.
+  MatHandle column, system;
+  VecHandle slope;
+  Eigen::Matrix3Xd gradient = inflated.volume_gradient;
+  check(
+      MatCreateSeqDense(PETSC_COMM_SELF, static_cast<PetscInt>(gradient.size()), 1, gradient.data(), column.create()));
+  check(VecCreateSeq(PETSC_COMM_SELF, 1, slope.create()));
+  check(VecSet(slope, pressure / inflated.volume / (exact ? 1 : 3)));
+  check(MatCreateLRC(tangent.matrix(), column, slope, nullptr, system.create()));
+  set(solver.petsc);
+  VecHandle x, b;
+  check(MatCreateVecs(tangent.matrix(), x.create(), b.create()));
+  double* values = nullptr;
+  check(VecGetArrayWrite(b, &values));
+  Eigen::Map<Eigen::Matrix3Xd>(values, 3, inflated.membrane.particles.owned) = inflated.force;
+  check(VecRestoreArrayWrite(b, &values));
+  KspDefaults defaults;
+  defaults.preconditioner = PCPBJACOBI;
+  defaults.rtol = 1e-6;
+  defaults.max_iterations = 10000;
+  KspHandle ksp = make_ksp(system, tangent.matrix(), "prism_", defaults);
+  StageResult result = solve(ksp, b, x);
+  if (solver.reuse) {
+    check(KSPSetReusePreconditioner(ksp, PETSC_TRUE));
+  }
+  for (auto _ : state) {
+    tangent.update(inflated.input(exact));
+    result = solve(ksp, b, x);
+  }
+  if (!result.converged) {
+    state.SkipWithError(result.reason.c_str());
+  }
+  state.counters["iterations"] = result.iterations;
+  clear(solver.petsc);
+}
+
+std::vector<Solver> solvers() {
+  return {{"paper", "shell", "paper", {{"pc_type", "none"}}},
+          {"gradient", "shell", "gradient", {{"pc_type", "none"}}},
+          {"none", "baij", "exact", {{"pc_type", "none"}}},
+          {"pbjacobi", "baij", "exact", {}},
+          {"shell", "shell", "exact", {}},
+          {"icc", "sbaij", "exact", {{"pc_type", "icc"}}},
+          {"gamg", "aij", "exact", {{"pc_type", "gamg"}}, true}};
+}
+
+/// The paper's balloon of the deck's mesh, with p0 V0/V up to 7 kPa in half a second.
+Options balloon_options(const std::string& deck) {
+  Options options;
+  OptionTable table;
+  describe(table, options);
+  const std::string path = std::string(PELLICLE_SOURCE_DIR) + "/input/" + deck + ".yaml";
+  const std::vector<const char*> arguments{"benchmark", path.c_str()};
+  read_arguments(PETSC_COMM_SELF, static_cast<int>(arguments.size()), arguments.data(), table);
+  options.time.step = 0.01;
+  options.force.gravity.setZero();
+  options.prism = PrismOptions{};
+  options.prism.newton = "fixed";
+  options.prism.max_iterations = 3;
+  options.wall = WallOptions{};
+  options.chambers = {{"gas", ChamberOptions{}}};
+  options.chambers["gas"].pressure = {{0, 0}, {0.5, 7000}};
+  return options;
+}
+
+/// A balloon after 0.2 s.
+struct HalfBlown {
+  explicit HalfBlown(const std::string& deck) : options(balloon_options(deck)) {
+    Console console(PETSC_COMM_SELF, false);
+    membrane = make_membrane(PETSC_COMM_SELF, load_mesh(PETSC_COMM_SELF, options.mesh, console), {});
+    StageClock clock(Inflate::stage_names());
+    Inflate inflate(membrane, options, clock);
+    state = std::make_unique<BalloonState>(inflate.initial_state());
+    for (int step = 0; step < 20; ++step) {
+      const InflateStep result = inflate.advance(*state, options.time.step);
+      if (!result.converged) {
+        throw Error("a step of the benchmark failed: " + result.reason);
+      }
+      state->time += options.time.step;
+    }
+  }
+
+  Options options;
+  Membrane membrane;
+  std::unique_ptr<BalloonState> state;
+};
+
+/// A way to make a step.
+struct Way {
+  std::string name;
+  std::string mat_type;
+  std::string tangent;
+  std::string gas_tangent;
+  PetscChoice petsc;
+};
+
+void step(benchmark::State& state, const Way& way, const std::string& deck) {
+  const HalfBlown& half_blown = Made<std::string, HalfBlown>::of(deck);
+  Options options = half_blown.options;
+  options.prism.mat_type = way.mat_type;
+  options.prism.tangent = way.tangent;
+  options.gas.tangent = way.gas_tangent;
+  set(way.petsc);
+  StageClock clock(Inflate::stage_names());
+  Inflate inflate(half_blown.membrane, options, clock);
+  BalloonState balloon_state = inflate.initial_state();
+  InflateStep result;
+  const auto advance = [&] {
+    balloon_state.time = half_blown.state->time;
+    balloon_state.position.values() = half_blown.state->position.values();
+    balloon_state.velocity.values() = half_blown.state->velocity.values();
+    balloon_state.thickness_ratio = half_blown.state->thickness_ratio;
+    balloon_state.pressure = half_blown.state->pressure;
+    result = inflate.advance(balloon_state, options.time.step);
+  };
+  advance();  // The first one also makes what is kept from step to step.
+  for (auto _ : state) {
+    advance();
+  }
+  if (!result.converged) {
+    state.SkipWithError(result.reason.c_str());
+  }
+  state.counters["newton"] = result.newton_iterations;
+  state.counters["iterations"] = result.linear_iterations;
+  state.counters["residual"] = result.residual;
+  clear(way.petsc);
+}
+
+[[maybe_unused]] const bool registered = [] {
+  const auto add = [](const std::string& name, auto&&... arguments) {
+    benchmark::RegisterBenchmark(("prism/" + name).c_str(), arguments...)->Unit(benchmark::kMillisecond);
+  };
+  for (const auto& [level, vertices] : {std::pair{5, "10242/"}, {7, "163842/"}}) {
+    const std::string size = vertices;
+    for (const char* type : {"baij", "aij", "sbaij", "shell"}) {
+      add("product/" + size + type, product, type, "exact", level);
+      add("update/" + size + type, update, type, "exact", level);
+    }
+    for (const char* tangent : {"gradient", "paper"}) {
+      add("product/" + size + tangent, product, "shell", tangent, level);
+      add("update/" + size + tangent, update, "shell", tangent, level);
+    }
+    for (const Solver& solver : solvers()) {
+      add("solve/" + size + solver.name, linear_solve, solver, level);
+    }
+  }
+  const Way ours{"ours", PrismOptions{}.mat_type, PrismOptions{}.tangent, GasOptions{}.tangent, {}};
+  const Way paper{"paper", "shell", "paper", "paper", {{"pc_type", "none"}}};
+  const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}};
+  for (const Way& way : {paper, pbjacobi, ours}) {
+    add("step/teddy/" + way.name, step, way, "teddy");
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace pellicle
