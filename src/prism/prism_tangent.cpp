@@ -113,7 +113,6 @@ void PrismTangent::make_assembled() {
   check(MatXAIJSetPreallocation(matrix_, 3, own_blocks.data(), foreign_blocks.data(), own_blocks.data(),
                                 foreign_blocks.data()));
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
-  check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
   if (mat_type_ == "baij") {
     use_fast_product(matrix_);
   }
@@ -238,6 +237,8 @@ void PrismTangent::assemble() {
       }
     }
   }
+  // Here and not once for all: MatConvert makes the part of other ranks' columns anew, without the option.
+  check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
   for (std::size_t i = 0; i < vertex_blocks_.size(); ++i) {
     const PetscInt row = elements_.membrane().particles.first + static_cast<PetscInt>(i);
     const auto first = static_cast<std::size_t>(rows_.offsets[i]);
