@@ -68,24 +68,24 @@ inline std::string balloon_scene_mesh() {
 inline const std::string balloon_scene = R"(
 chain: inflate
 mesh: {file: balloons.obj}
-time: {step: 10 ms, end: 0.2 s}
+time: {step: 5 ms, end: 0.1 s}
 force: {gravity: [0, 0, -9.81]}
 wall: {thickness: 0.3 mm, material: neo_hookean, mu: 0.4 MPa}
 regions:
   thick: {group: dome, thickness: 0.5 mm, material: mooney_rivlin, c1: 0.2 MPa, c2: 0.02 MPa}
 prism: {thickness: incompressible, newton: converged, snes_rtol: 1e-10, ksp_rtol: 1e-10, stiffness_damping: 1 ms}
 chambers:
-  ball: {law: relative, vertex: 0, pressure: [[0, 0], [0.1, 6000]]}
-  dome: {law: adiabatic, amount_ratio: [[0, 1], [0.2, 1.6]]}
+  ball: {law: relative, vertex: 0, pressure: [[0, 0], [0.01, 30], [0.03, 600], [0.1, 6000]]}
+  dome: {law: adiabatic, amount_ratio: [[0, 1], [0.01, 1.001], [0.03, 1.01], [0.1, 1.4]]}
 symmetry:
   ground: {normal: [0, 0, 1], group: dome}
 pins:
-  top: {centre: [0, 0, 0.25], radius: 1 cm, path: [[0, 0, 0, 0], [0.2, 0, 0, 0.02]]}
+  top: {centre: [0, 0, 0.25], radius: 1 cm, path: [[0, 0, 0, 0], [0.1, 0, 0, 0.02]]}
 attachments:
   side: {box: [-0.07, -0.02, 0.001, -0.04, 0.02, 0.03], total_stiffness: 300 N/m,
-         path: [[0, 0, 0, 0], [0.2, -0.02, 0, 0]]}
+         path: [[0, 0, 0, 0], [0.1, -0.02, 0, 0]]}
 bodies:
-  plate: {shape: plane, point: [0.06, 0, 0], normal: [-1, 0, 0], velocity: [-0.05, 0, 0.02], friction: 0.3}
+  plate: {shape: plane, point: [0.06, 0, 0], normal: [-1, 0, 0], velocity: [-0.1, 0, 0.04], friction: 0.3}
 output:
   directory: out
   name: scene
