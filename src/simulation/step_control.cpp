@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/units.h"
 
 namespace pellicle {
 
@@ -23,8 +24,8 @@ double next_length(double h, double length, const StepResult& step, const TimeOp
   }
   // The error of a step of the implicit Euler method grows with h^2.
   const double wanted = 0.9 * std::sqrt(options.tolerance / step.step_error.value()) * h;
-  const double shortest = std::ldexp(options.step, -options.max_retries);
-  return std::clamp(std::clamp(wanted, 0.5 * h, std::max(2 * h, length)), shortest, options.longest_step());
+  return std::clamp(std::clamp(wanted, 0.5 * h, std::max(2 * h, length)), options.shortest_step(),
+                    options.longest_step());
 }
 
 }  // namespace
@@ -48,7 +49,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
     }
     int retries = 0;
     StepResult step = chain.advance(h);
-    while (!step.converged && retries < options.max_retries) {
+    while (!step.converged && h / 2 >= options.shortest_step()) {
       chain.restore();
       h /= 2;
       length = h;
@@ -61,7 +62,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
         chain.draw();
       }
       throw Error("step " + std::to_string(chain.step() + 1) + " at time " + std::to_string(chain.time()) +
-                  " s failed, also with its length halved " + std::to_string(retries) + " times: " + step.reason +
+                  " s failed, down to a length of " + number_text(h) + " s: " + step.reason +
                   "; the state before it is the last frame");
     }
     chain.set_time(without_drift(chain.time(), options.step));

@@ -48,9 +48,10 @@ class Chain {
 
 /// Steps a chain to the end of the run: the first frame and row are the caller's.
 ///
-/// A step that fails is put back and tried again with half its length, `time.max_retries` times at most; afterwards the
-/// length doubles up to `time.step`. With `time.tolerance` > 0 the next length follows from the estimated error e of
-/// the step instead, h times sqrt(tolerance/e), within the bounds of the options. Collective.
+/// A step that fails is put back and tried again with half its length, down to `time.step` halved `time.max_retries`
+/// times: however hard a run becomes, its steps do not die away. Afterwards the length doubles up to `time.step`. With
+/// `time.tolerance` > 0 the next length follows from the estimated error e of the step instead, h times
+/// sqrt(tolerance/e), within the bounds of the options. Collective.
 /// @throws Error when a step failed at every length tried, after the last good state has been drawn
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock);
 

@@ -168,14 +168,35 @@ TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
     run(chain, options);
     FAIL() << "no error";
   } catch (const Error& error) {
-    EXPECT_STREQ(error.what(),
-                 "step 3 at time 2.000000 s failed, also with its length halved 3 times: the step is too long; the "
-                 "state before it is the last frame");
+    EXPECT_STREQ(
+        error.what(),
+        "step 3 at time 2.000000 s failed, down to a length of 0.125 s: the step is too long; the state before "
+        "it is the last frame");
   }
   EXPECT_EQ(chain.attempts, 2 + 4);
   expect_near(chain.drawn, {2});
   EXPECT_DOUBLE_EQ(chain.drawn_sum, 2);
   EXPECT_EQ(chain.rows.size(), 2U);
+}
+
+/// It bears steps that are ever shorter.
+class HardeningChain : public FakeChain {
+ public:
+  StepResult advance(double h) override {
+    fails_above = std::exp2(-time());
+    return FakeChain::advance(h);
+  }
+};
+
+TEST(StepControl, StepsDoNotDieAway) {
+  HardeningChain chain;
+  chain.fails_until = 9;
+  TimeOptions options = options_for(1, 9);
+  options.max_retries = 3;
+  EXPECT_THROW(run(chain, options), Error);
+  EXPECT_NEAR(chain.rows.back().h, 0.125, 1e-12);
+  EXPECT_GT(chain.time(), 3);
+  EXPECT_LT(chain.time(), 3.2);
 }
 
 TEST(StepControl, AStateThatIsDrawnIsNotDrawnAgainOnFailure) {
