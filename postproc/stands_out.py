@@ -149,7 +149,8 @@ def measure(folder, options):
         rows.append([time, ratio[0], height, seam, ratio[1], ratio[2]**0.5, ratio[3], ratio[4]**0.5])
     with open(os.path.join(folder, "stands_out.csv"), "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(COLUMNS)
+        units = {"time": " [s]", "height": " [m]", "seam": " [m]"}
+        writer.writerow([name + units.get(name, "") for name in COLUMNS])
         writer.writerows([f"{value:.6g}" for value in row] for row in rows)
     return numpy.array(rows)
 
