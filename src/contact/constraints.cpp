@@ -1,11 +1,13 @@
 #include "contact/constraints.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
 #include <limits>
-#include <sstream>
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
 
 namespace pellicle {
 
@@ -63,12 +65,6 @@ Eigen::Matrix3d projector_across(const Eigen::Matrix3Xd& normals) {
   return Eigen::Matrix3d::Identity() - barred * barred.transpose();
 }
 
-std::string text(double length) {
-  std::ostringstream stream;
-  stream << length;
-  return stream.str();
-}
-
 }  // namespace
 
 void describe(OptionTable& table, SymmetryOptions& options) {
@@ -80,7 +76,6 @@ void describe(OptionTable& table, SymmetryOptions& options) {
 
 Constraints::Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
     : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()),
-      constrained_(pins.pinned()),
       has_planes_(!planes.empty()) {
   const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
   const double tolerance = nearness * box.diagonal().norm();
@@ -100,7 +95,7 @@ Constraints::Constraints(const PointSet& points, const std::map<std::string, Sym
     known.push_back({given.point, given.normal.normalized(), std::move(members)});
     const double nearest = nearest_distance(points, known.back());
     if (nearest > tolerance) {
-      throw Error(key + ": the nearest vertex is " + text(nearest) + " m away, expected vertices in the plane");
+      throw Error(key + ": the nearest vertex is " + number_text(nearest) + " m away, expected vertices in the plane");
     }
     origin_ = common_point(known, box.center());
     for (const Plane& plane : known) {
@@ -123,7 +118,6 @@ Constraints::Constraints(const PointSet& points, const std::map<std::string, Sym
     }
     if (normals.cols() > 0) {
       projectors_[i] = projector_across(normals);
-      constrained_[i] = true;
     }
   }
 }

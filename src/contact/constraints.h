@@ -31,15 +31,12 @@ class Constraints {
 
   /// Orthogonal projector on the directions in which each local particle may move: I, I - n n^T, ..., 0.
   const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
-  /// Whether the projector is not the identity.
-  const std::vector<bool>& constrained() const { return constrained_; }
   /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
   const Eigen::Vector3d& origin() const { return origin_; }
   bool has_planes() const { return has_planes_; }
 
  private:
   std::vector<Eigen::Matrix3d> projectors_;
-  std::vector<bool> constrained_;
   Eigen::Vector3d origin_;
   bool has_planes_;
 };

@@ -51,12 +51,10 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
                             points.persistent_id[static_cast<std::size_t>(i)]);
         }
         pinned_[static_cast<std::size_t>(i)] = true;
-        global_count_ += i < points.particles.owned ? 1 : 0;
       }
     });
     pins_.push_back(std::move(pin));
   }
-  MPI_Allreduce(MPI_IN_PLACE, &global_count_, 1, MPIU_INT, MPI_SUM, points.comm());
 }
 
 void Pins::impose(Field& positions, double time) const {

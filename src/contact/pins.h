@@ -29,8 +29,6 @@ class Pins {
 
   /// Of each local particle, ghosts included.
   const std::vector<bool>& pinned() const { return pinned_; }
-  /// Pinned particles of all ranks.
-  PetscInt global_count() const { return global_count_; }
 
   /// Puts the pinned local particles, ghosts included, where they are at `time` [s]. Not collective.
   /// @param positions [m]
@@ -47,7 +45,6 @@ class Pins {
   const PointSet* points_;
   std::vector<Pin> pins_;
   std::vector<bool> pinned_;
-  PetscInt global_count_ = 0;
 };
 
 }  // namespace pellicle

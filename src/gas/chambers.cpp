@@ -1,5 +1,6 @@
 #include "gas/chambers.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +15,8 @@ namespace pellicle {
 
 namespace {
 
-constexpr double default_temperature = 293.15;  // [K]
+constexpr double gas_constant = 8.31446261815324;  ///< R [J/(mol K)], exact
+constexpr double default_temperature = 293.15;     // [K]
 constexpr double default_gamma = 1.4;
 
 /// Key points of a chamber: which, what their values may be, which laws use them.

@@ -11,8 +11,6 @@
 
 namespace pellicle {
 
-inline constexpr double gas_constant = 8.314462618;  ///< R, exact in SI but for what follows [J/(mol K)]
-
 /// The gas of a chamber at a moment. What the law says nothing of is 0: amount and temperature for the laws relative,
 /// pressure and volume; all but the volume for the law volume, whose pressure the solver finds.
 struct GasState {

@@ -28,14 +28,12 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .at_least(-1)
       .help(
           "number of any vertex of the piece that bounds the chamber; -1: a chamber for every piece that no other "
-          "names "
-          "(NAME, NAME_2, ...)");
+          "names (NAME, NAME_2, ...)");
   table.add("pressure", options.pressure)
       .unit("s,Pa")
       .help(
           "key points (time, pressure), linear between, constant outside, as all below. Law relative: p0, absolute "
-          "with "
-          "nothing outside; law pressure: gauge, inside minus outside")
+          "with nothing outside; law pressure: gauge, inside minus outside")
       .source("balloon paper, eq. 14");
   table.add("amount", options.amount)
       .unit("s,mol")

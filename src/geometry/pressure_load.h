@@ -20,13 +20,9 @@ double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, con
 /// triangles round a vertex (balloon paper, eq. 15).
 Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3);
 
-/// Minus the derivative of the pressure force by the corners' positions, at constant pressure, in the symmetric form:
-/// summed over the surface, exact. (9 x 9), corner by corner [N/m].
+/// Adds the load's stiffness, minus the derivative of the force by the corners' positions `x` [m] at constant pressure,
+/// times their displacements `w` [m] to `result` [N], in the symmetric form: summed over the surface, exact.
 /// @param pressure inside minus outside, where the normals point [Pa]
-Eigen::Matrix<double, 9, 9> pressure_stiffness(double pressure, const Eigen::Vector3d& x1, const Eigen::Vector3d& x2,
-                                               const Eigen::Vector3d& x3);
-
-/// Adds pressure_stiffness times the corners' displacements `w` [m] to `result` [N], without the matrix.
 void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], const Eigen::Vector3d w[3],
                                    Eigen::Vector3d result[3]);
 

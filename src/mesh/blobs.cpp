@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/options.h"
+#include "base/units.h"
 #include "geometry/solid_distance.h"
 #include "mesh/implicit_surface.h"
 
@@ -32,7 +33,7 @@ Eigen::Matrix3d rotation_of(const BlobOptions& options) {
 }
 
 [[noreturn]] void refuse(const std::string& key, double given, const std::string& expected) {
-  throw Error(key + ": " + std::to_string(given) + " m given, expected " + expected);
+  throw Error(key + ": " + number_text(given) + " m given, expected " + expected);
 }
 
 void require_valid(const std::string& key, const BlobOptions& options) {

@@ -24,13 +24,13 @@ struct BlobOptions {
   std::optional<double> end_radius;        ///< of the capsule, at `end` [m]; nothing: as `radius`
   double tube_radius = 0.01;               ///< of the torus [m]
   Eigen::Vector3d size{0.05, 0.05, 0.05};  ///< of box and ellipsoid along their own axes [m]
-  Eigen::Vector3d rotation{0, 0,
-                           0};  ///< of box, ellipsoid and torus about x, y, z through the centre, in this order [rad]
-  double round = 0;             ///< radius of the edges of box and cylinder [m]
-  double blend = 5e-3;          ///< radius of the fillet where it meets the others at a right angle [m]
-  double relief = 0;            ///< height of the waves on its surface [m]
-  int flutes = 0;               ///< waves round its axis
-  double pitch = 0;             ///< length of a wave along its axis, 0: none [m]
+  /// Of box, ellipsoid and torus about x, y, z through the centre, in this order [rad].
+  Eigen::Vector3d rotation{0, 0, 0};
+  double round = 0;     ///< radius of the edges of box and cylinder [m]
+  double blend = 5e-3;  ///< radius of the fillet where it meets the others at a right angle [m]
+  double relief = 0;    ///< height of the waves on its surface [m]
+  int flutes = 0;       ///< waves round its axis
+  double pitch = 0;     ///< length of a wave along its axis, 0: none [m]
 };
 
 void describe(OptionTable& table, BlobOptions& options);

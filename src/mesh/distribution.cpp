@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 
 #include "base/error.h"
 
@@ -55,7 +56,7 @@ void set_partitioner(DM dm, const SurfaceMesh& mesh, const SheetOptions& options
   std::vector<PetscInt> sizes(static_cast<std::size_t>(ranks), 0);
   std::vector<PetscInt> cells;
   if (rank == 0) {
-    const std::vector<int> part = partition_with_metis(cell_graph(mesh, options), ranks);
+    const std::vector<int> part = partition_with_metis(cell_graph(mesh), ranks);
     cells.resize(part.size());
     std::iota(cells.begin(), cells.end(), 0);
     std::stable_sort(cells.begin(), cells.end(), [&](PetscInt a, PetscInt b) {
@@ -98,7 +99,7 @@ std::vector<bool> owned_points(DM dm) {
 
 }  // namespace
 
-CellGraph cell_graph(const SurfaceMesh& mesh, const SheetOptions& options) {
+CellGraph cell_graph(const SurfaceMesh& mesh) {
   std::unordered_map<std::int64_t, std::array<int, 2>> cells_of_edge;
   cells_of_edge.reserve(2 * mesh.faces.size());
   const auto count = static_cast<int>(mesh.faces.size());
@@ -125,9 +126,6 @@ CellGraph cell_graph(const SurfaceMesh& mesh, const SheetOptions& options) {
       }
     }
     graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
-    // In half springs: four red and two yellow of its own, and at each edge two: half a blue and half a green one where
-    // a neighbour shares it, one blue on the boundary.
-    graph.weights.push_back(options.weights == "cells" ? 1 : 12 + 2 * static_cast<int>(face.size()));
   }
   return graph;
 }

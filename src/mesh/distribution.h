@@ -18,8 +18,8 @@ namespace pellicle {
 
 // What shells and membranes share in spreading a mesh over the ranks. Internal to mesh.
 
-/// The faces of a mesh joined by common edges (of at most two faces), with the weights that the options ask for.
-CellGraph cell_graph(const SurfaceMesh& mesh, const SheetOptions& options);
+/// The faces of a mesh joined by common edges (of at most two faces).
+CellGraph cell_graph(const SurfaceMesh& mesh);
 
 /// Gives rank 0's names to every rank. Collective.
 void broadcast(MPI_Comm comm, std::vector<std::string>& names);

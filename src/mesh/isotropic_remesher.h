@@ -31,7 +31,6 @@ class IsotropicRemesher {
   void project();
 
   int points() const { return living_points_; }
-  double mean_edge_length() const;
   /// Whether all points are on the surface, to rounding, and all triangles face outward.
   bool follows_surface() const;
   /// Without gaps in the numbers.
@@ -46,6 +45,7 @@ class IsotropicRemesher {
   bool alive(int h) const { return from_[index(h)] >= 0; }
   const Eigen::Vector3d& place(int point) const { return points_[index(point)]; }
   double length(int h) const { return (place(to(h)) - place(from_[index(h)])).norm(); }
+  double mean_edge_length() const;
   Eigen::Vector3d area_vector(int a, int b, int c) const;
   double smallest_angle(int a, int b, int c) const;
 

@@ -102,7 +102,7 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
   Eigen::MatrixXd face_data;  // piece, then the fields
   if (rank == 0) {
     whole = ordered(mesh);
-    const std::vector<int> piece = find_pieces(whole, cell_graph(whole, options), membrane.piece_is_closed);
+    const std::vector<int> piece = find_pieces(whole, cell_graph(whole), membrane.piece_is_closed);
     const auto faces = static_cast<Eigen::Index>(whole.faces.size());
     face_data.setZero(1 + static_cast<Eigen::Index>(whole.face_fields.size()),
                       faces + static_cast<Eigen::Index>(whole.points.size()));

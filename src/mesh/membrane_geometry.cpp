@@ -8,10 +8,10 @@ namespace pellicle {
 
 std::vector<double> vertex_areas(const Membrane& membrane) {
   Field areas(membrane.particles, 1);
-  for (const auto& [a, b, c] : membrane.triangles) {
-    const Eigen::Vector3d first = membrane.rest.col(a);
-    const double area = (membrane.rest.col(b) - first).cross(membrane.rest.col(c) - first).norm() / 2;
-    for (const PetscInt corner : {a, b, c}) {
+  for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
+    const auto [e12, e13] = edges_of(membrane.rest.data(), triangle);
+    const double area = e12.cross(e13).norm() / 2;
+    for (const PetscInt corner : triangle) {
       areas.values()(0, corner) += area / 3;
     }
   }

@@ -8,8 +8,8 @@ namespace pellicle {
 
 std::vector<int> partition_with_metis(CellGraph graph, int parts) {
   static_assert(sizeof(idx_t) == sizeof(int), "METIS must be built with 32-bit indices");
-  auto cells = static_cast<idx_t>(graph.weights.size());
-  std::vector<int> part(graph.weights.size(), 0);
+  idx_t cells = graph.cells();
+  std::vector<int> part(static_cast<std::size_t>(cells), 0);
   if (parts == 1 || cells == 0) {
     return part;
   }
@@ -24,9 +24,8 @@ std::vector<int> partition_with_metis(CellGraph graph, int parts) {
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 0;
-  const int status =
-      METIS_PartGraphKway(&cells, &constraints, graph.offsets.data(), graph.neighbours.data(), graph.weights.data(),
-                          nullptr, nullptr, &parts, nullptr, nullptr, options, &edge_cut, part.data());
+  const int status = METIS_PartGraphKway(&cells, &constraints, graph.offsets.data(), graph.neighbours.data(), nullptr,
+                                         nullptr, nullptr, &parts, nullptr, nullptr, options, &edge_cut, part.data());
   if (status != METIS_OK) {
     throw Error("METIS could not split " + std::to_string(cells) + " cells into " + std::to_string(parts) + " parts");
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 namespace pellicle {
@@ -9,7 +8,8 @@ namespace pellicle {
 struct CellGraph {
   std::vector<int> offsets;     ///< (cells + 1)
   std::vector<int> neighbours;  ///< cell numbers
-  std::vector<int> weights;     ///< of each cell
+
+  int cells() const { return static_cast<int>(offsets.size()) - 1; }
 };
 
 /// Splits the graph with METIS (k-way, fixed seed). @returns the part of each cell; parts may be empty when there are

@@ -10,8 +10,7 @@ void describe(OptionTable& table, SheetOptions& options) {
       .at_least(0)
       .help(
           "distance of the lattice points from the layer of the corner points; a quarter of a cell gives fine "
-          "crumples, "
-          "a half folds")
+          "crumples, a half folds")
       .source("burning paper, section 3.2; README: parameters");
   table.add("sheet.areal_density", options.areal_density)
       .unit("kg/m^2")
@@ -21,9 +20,6 @@ void describe(OptionTable& table, SheetOptions& options) {
   table.add("sheet.partitioner", options.partitioner)
       .choices({"metis", "ptscotch", "simple"})
       .help("what splits the cells over the ranks");
-  table.add("sheet.weights", options.weights)
-      .choices({"springs", "cells"})
-      .help("what METIS balances: the springs of each cell, or the number of cells");
   table.add("sheet.perturbation", options.perturbation)
       .range(0, 0.5)
       .help(

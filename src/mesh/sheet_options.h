@@ -11,7 +11,6 @@ struct SheetOptions {
   double thickness = 2.5e-3;    ///< offset of the lattice points along the normal [m]
   double areal_density = 0.08;  ///< [kg/m^2]
   std::string partitioner = "metis";
-  std::string weights = "springs";
   double perturbation = 0;  ///< amplitude of the initial noise, as a share of the mean cell edge
   int seed = 1;             ///< of the initial noise
 };

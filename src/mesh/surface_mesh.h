@@ -12,8 +12,8 @@ namespace pellicle {
 struct SurfaceMesh {
   std::vector<Eigen::Vector3d> points;  ///< [m]
   std::vector<std::vector<int>> faces;  ///< point numbers of each polygon, in order round it
-  std::vector<std::vector<Eigen::Vector2d>>
-      uv;  ///< texture coordinate of each corner of each face, empty if the mesh has none
+  /// Texture coordinate of each corner of each face, empty if the mesh has none.
+  std::vector<std::vector<Eigen::Vector2d>> uv;
   std::map<std::string, std::vector<int>> groups;          ///< named sets of points (Gmsh physical groups, OBJ groups)
   std::map<std::string, std::vector<double>> face_fields;  ///< one number for each face, as in the file ("thickness")
 

@@ -5,11 +5,11 @@
 #include <vtkPoints.h>
 #include <vtkPolygon.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 
 #include "base/error.h"
+#include "geometry/pressure_load.h"
 
 namespace pellicle {
 
@@ -83,14 +83,12 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
 double enclosed_volume(const SurfaceMesh& mesh) {
   const SurfaceMesh triangles = triangulated(mesh);
   const Eigen::Vector3d& origin = mesh.points.front();  // near the mesh, so that little cancels
-  double six_volumes = 0;
+  double volume = 0;
   for (const std::vector<int>& face : triangles.faces) {
-    const Eigen::Vector3d a = point_at(mesh, face, 0) - origin;
-    const Eigen::Vector3d b = point_at(mesh, face, 1) - origin;
-    const Eigen::Vector3d c = point_at(mesh, face, 2) - origin;
-    six_volumes += a.dot(b.cross(c));
+    volume += enclosed_volume(point_at(mesh, face, 0) - origin, point_at(mesh, face, 1) - origin,
+                              point_at(mesh, face, 2) - origin);
   }
-  return six_volumes / 6;
+  return volume;
 }
 
 }  // namespace pellicle

@@ -39,22 +39,11 @@ Eigen::Matrix2d shear_moduli(const EnergyDensity& psi, double p, const Eigen::Ma
   return (first + second) / 2 * Eigen::Matrix2d::Identity() + (first - second) / 2 * deviator;
 }
 
-/// -V P dF/dx for the columns of P in the plane: the third one does no work, for the director's changes are normal to
-/// it.
-void add_up(const GradientElement& element, const Eigen::Vector3d& p1, const Eigen::Vector3d& p2,
-            Eigen::Vector3d force[3]) {
-  const Eigen::Matrix2d& r = element.inverse_edges;
-  force[1] = -element.volume * (r(0, 0) * p1 + r(0, 1) * p2);
-  force[2] = -element.volume * r(1, 1) * p2;
-  force[0] = -force[1] - force[2];
-}
-
 }  // namespace
 
 GradientElement gradient_element(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                  const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double given_ratio) {
-  const MetricEnergy energy =
-      metric_energy(material, rule, rest, {e12.dot(e12), e12.dot(e13), e13.dot(e13)}, given_ratio);
+  const MetricEnergy energy = metric_energy(material, rule, rest, metric(e12, e13), given_ratio);
   const double ratio = energy.thickness_ratio;
 
   GradientElement element;
@@ -79,13 +68,6 @@ GradientElement gradient_element(const Material& material, ThicknessRule rule, c
   return element;
 }
 
-Eigen::Matrix3d piola(const GradientElement& element) { return element.gradient * element.stress; }
-
-void gradient_force(const GradientElement& element, Eigen::Vector3d force[3]) {
-  const Eigen::Matrix3d p = piola(element);
-  add_up(element, p.col(0), p.col(1), force);
-}
-
 void gradient_action(const GradientElement& element, Director director, const Eigen::Vector3d w[3],
                      Eigen::Vector3d df[3]) {
   const Eigen::Matrix2d& r = element.inverse_edges;
@@ -105,7 +87,10 @@ void gradient_action(const GradientElement& element, Director director, const Ei
     dp1 += ds3[0] * f3;
     dp2 += ds3[1] * f3;
   }
-  add_up(element, dp1, dp2, df);
+  // The third column does no work: the director's changes are normal to it.
+  df[1] = -element.volume * (r(0, 0) * dp1 + r(0, 1) * dp2);
+  df[2] = -element.volume * r(1, 1) * dp2;
+  df[0] = -df[1] - df[2];
 }
 
 }  // namespace pellicle

@@ -30,13 +30,7 @@ struct GradientElement {
 GradientElement gradient_element(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                  const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double given_ratio);
 
-/// First Piola-Kirchhoff stress P = F S (eq. 9). [Pa]
-Eigen::Matrix3d piola(const GradientElement& element);
-
-/// Forces -V P dF/dx of the vertices (eq. 8). [N]
-void gradient_force(const GradientElement& element, Eigen::Vector3d force[3]);
-
-/// Change of the forces for displacements w: -V (dF S + F dS) dF/dx (eq. 11). [N]
+/// Change of the forces -V P dF/dx (eq. 8), P = F S, for displacements w [m]: -V (dF S + F dS) dF/dx (eq. 11). [N]
 void gradient_action(const GradientElement& element, Director director, const Eigen::Vector3d w[3],
                      Eigen::Vector3d df[3]);
 

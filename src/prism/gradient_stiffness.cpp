@@ -1,6 +1,7 @@
 #include "prism/gradient_stiffness.h"
 
 #include "geometry/pressure_load.h"
+#include "mesh/membrane_geometry.h"
 
 namespace pellicle {
 
@@ -11,10 +12,8 @@ void GradientStiffness::update(const Field& positions, const std::vector<double>
                                const LoadInput& load) {
   const Wall& wall = elements_->wall();
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
-    const auto [x1, x2, x3] = elements_->membrane().triangles[e];
-    linearised_[e] = gradient_element(wall.materials[static_cast<std::size_t>(wall.material[e])], wall.rule,
-                                      wall.rest[e], positions.vector(x2) - positions.vector(x1),
-                                      positions.vector(x3) - positions.vector(x1), thickness_ratio[e]);
+    const auto [e12, e13] = edges_of(positions.data(), elements_->membrane().triangles[e]);
+    linearised_[e] = gradient_element(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, thickness_ratio[e]);
   }
   positions_ = positions.values().colwise() - load.origin;
   pressure_ = load.pressure;

@@ -167,27 +167,4 @@ MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest) 
   return result;
 }
 
-Eigen::Matrix<double, 9, 9> element_matrix(const MetricTangent& tangent, const Eigen::Vector3d& e12,
-                                           const Eigen::Vector3d& e13) {
-  // By the edges (e12, e13) first: da = B (de12, de13), and the second derivatives of a weighted by the gradient.
-  Eigen::Matrix<double, 3, 6> b;
-  b << 2 * e12.transpose(), Eigen::RowVector3d::Zero(),  //
-      e13.transpose(), e12.transpose(),                  //
-      Eigen::RowVector3d::Zero(), 2 * e13.transpose();
-  const Eigen::Vector3d& g = tangent.gradient;
-  Eigen::Matrix<double, 6, 6> by_edges = b.transpose() * (tangent.hessian * b);
-  for (int i = 0; i < 3; ++i) {
-    by_edges(i, i) += 2 * g[0];
-    by_edges(i, i + 3) += g[1];
-    by_edges(i + 3, i) += g[1];
-    by_edges(i + 3, i + 3) += 2 * g[2];
-  }
-  // e12 = x2 - x1, e13 = x3 - x1: forces and displacements of x1 are minus the sums.
-  Eigen::Matrix<double, 9, 9> k;
-  k.bottomRightCorner<6, 6>() = by_edges;
-  k.topRightCorner<3, 6>() = -by_edges.topRows<3>() - by_edges.bottomRows<3>();
-  k.leftCols<3>() = -k.middleCols<3>(3) - k.rightCols<3>();
-  return k;
-}
-
 }  // namespace pellicle

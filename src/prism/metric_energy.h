@@ -36,6 +36,11 @@ Eigen::Matrix2d inverse_edges(const RestMetric& rest);
 /// times a. [1/m^2]
 Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest);
 
+/// a of the edges e12, e13 [m^2].
+inline Eigen::Vector3d metric(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13) {
+  return {e12.squaredNorm(), e12.dot(e13), e13.squaredNorm()};
+}
+
 /// Energy of an element and its derivatives by a = (e12.e12, e12.e13, e13.e13), the thickness eliminated by the rule.
 struct MetricEnergy {
   double energy = 0;           ///< U [J]
@@ -44,9 +49,9 @@ struct MetricEnergy {
   double thickness_ratio = 1;  ///< h/h0 = sqrt(c)
 };
 
-/// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress
 /// Infinite energy and nothing finite else where the element has collapsed (no area) or, for plane_stress, no thickness
 /// balances it.
+/// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
                            const Eigen::Vector3d& a, double given_ratio);
 
@@ -60,9 +65,5 @@ struct MetricTangent {
 /// with compressive principal stresses (second Piola-Kirchhoff) left out, and the Hessian, as stiffness in orthonormal
 /// undeformed axes, without negative eigenvalues. The exact ones where there is nothing to leave out.
 MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest);
-
-/// Element matrix K = d2U/dx2 of the vertices (x1, x2, x3), (9 x 9) [N/m], from gradient and Hessian by a.
-Eigen::Matrix<double, 9, 9> element_matrix(const MetricTangent& tangent, const Eigen::Vector3d& e12,
-                                           const Eigen::Vector3d& e13);
 
 }  // namespace pellicle

@@ -1,16 +1,13 @@
 #include "prism/metric_stiffness.h"
 
+#include "geometry/cross_matrix.h"
+#include "mesh/membrane_geometry.h"
+
 namespace pellicle {
 
 namespace {
 
 constexpr std::size_t lanes = StiffnessBatch::lanes;
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
-  return matrix;
-}
 
 /// The product of some batches. Inlined into one function for each set of instructions.
 [[gnu::always_inline]] inline void multiply(const StiffnessBatch* batches, std::size_t count, double factor,
@@ -127,10 +124,10 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
   for (std::size_t e = 0; e < triangles.size(); ++e) {
     StiffnessBatch& batch = batches_[e / lanes];
     const std::size_t lane = e % lanes;
-    const auto [x1, x2, x3] = triangles[e];
+    const auto [e12, e13] = edges_of(positions.data(), triangles[e]);
     for (int c = 0; c < 3; ++c) {
-      batch.e12[c][lane] = positions.vector(x2)[c] - positions.vector(x1)[c];
-      batch.e13[c][lane] = positions.vector(x3)[c] - positions.vector(x1)[c];
+      batch.e12[c][lane] = e12[c];
+      batch.e13[c][lane] = e13[c];
     }
     const MetricEnergy energy = elements_->element_energy(e, positions, thickness_ratio[e]);
     const MetricTangent tangent =

@@ -28,7 +28,7 @@ struct alignas(64) StiffnessBatch {
 ///     y3 =   U_2 w12 + 2 U_3 w13 + q2 e12 + 2 q3 e13      s = (2 e12.w12, e12.w13 + e13.w12, 2 e13.w13)
 ///
 /// and the load's -(p/6) (w12 x e13 + e12 x w13) for each corner, from (p/3) A n of eq. 15 (balloon paper). Summed over
-/// the surface that is pressure_stiffness.
+/// the surface that is what add_pressure_stiffness_action gives.
 class MetricStiffness : public ElementStiffness {
  public:
   /// Elements must outlive it. @param positive leaves out what would give an element negative eigenvalues, see

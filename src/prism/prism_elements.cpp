@@ -1,9 +1,11 @@
 #include "prism/prism_elements.h"
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <limits>
 
-#include "geometry/pressure_load.h"
+#include "mesh/membrane_geometry.h"
 
 namespace pellicle {
 
@@ -12,19 +14,10 @@ namespace {
 /// An element whose area is less than this share of its undeformed area has collapsed.
 constexpr double collapsed_area = 1e-12;
 
-/// Edges e12 and e13 of an element.
-struct Edges {
-  Eigen::Vector3d e12;
-  Eigen::Vector3d e13;
-};
-
-Edges edges(const Field& positions, const std::array<PetscInt, 3>& triangle) {
-  const auto x1 = positions.vector(triangle[0]);
-  return {positions.vector(triangle[1]) - x1, positions.vector(triangle[2]) - x1};
-}
-
+/// A n [m^2].
 Eigen::Vector3d element_area(const Field& positions, const std::array<PetscInt, 3>& triangle) {
-  return area_vector(positions.vector(triangle[0]), positions.vector(triangle[1]), positions.vector(triangle[2]));
+  const auto [e12, e13] = edges_of(positions.data(), triangle);
+  return e12.cross(e13) / 2;
 }
 
 }  // namespace
@@ -32,9 +25,8 @@ Eigen::Vector3d element_area(const Field& positions, const std::array<PetscInt, 
 PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membrane_(&membrane), wall_(&wall) {}
 
 MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio) const {
-  const auto [e12, e13] = edges(positions, membrane_->triangles[element]);
-  const Material& material = wall_->materials[static_cast<std::size_t>(wall_->material[element])];
-  return metric_energy(material, wall_->rule, wall_->rest[element], {e12.dot(e12), e12.dot(e13), e13.dot(e13)},
+  const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
+  return metric_energy(wall_->material_of(element), wall_->rule, wall_->rest[element], metric(e12, e13),
                        thickness_ratio);
 }
 
@@ -51,7 +43,7 @@ void PrismElements::add_force(const Field& positions, const std::vector<double>&
   const PetscInt owned = membrane_->particles.owned;
   for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
-    const auto [e12, e13] = edges(positions, triangle);
+    const auto [e12, e13] = edges_of(positions.data(), triangle);
     const Eigen::Vector3d gradient = element_energy(e, positions, thickness_ratio[e]).gradient;
     // dU/dx through a = (e12.e12, e12.e13, e13.e13)
     const Eigen::Vector3d by_x2 = 2 * gradient[0] * e12 + gradient[1] * e13;

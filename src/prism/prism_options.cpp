@@ -18,7 +18,7 @@ void describe(OptionTable& table, PrismOptions& options) {
   table.add("prism.snes_rtol", options.snes_rtol)
       .range(0, 1)
       .help("norm of the residual, relative to that at the start of the step, at which Newton's iteration ends");
-  table.add("prism.ksp_rtol", options.ksp_rtol).range(0, 1).help("relative tolerance of the linear solves");
+  table.add("prism.ksp_rtol", options.ksp_rtol).more_than(0).help("relative tolerance of the linear solves");
   table.add("prism.mat_type", options.mat_type)
       .choices({"baij", "aij", "sbaij", "shell"})
       .help(
@@ -46,11 +46,13 @@ void describe(OptionTable& table, PrismOptions& options) {
       .help("halve a Newton step until no element turns over and the potential of the step falls")
       .source("README: readings");
   table.add("prism.inertia", options.inertia)
-      .help("false: quasi-static, without mass; the damping stays, as a viscous resistance");
+      .help(
+          "false: quasi-static, without acceleration; the damping stays, mass_damping as a drag: 0 for steps from "
+          "equilibrium to equilibrium");
   table.add("prism.mass_damping", options.mass_damping)
       .unit("1/s")
       .at_least(0)
-      .help("a of the damping C = a M + b K")
+      .help("a of the damping C = a M + b K; without inertia a drag on every vertex all the same")
       .source("balloon paper, eq. 18; README: parameters");
   table.add("prism.stiffness_damping", options.stiffness_damping)
       .unit("s")

@@ -8,17 +8,16 @@ class OptionTable;
 
 /// The implicit step of a balloon (balloon paper, sections 4 and 6); solver options of PETSc have the prefix `prism_`.
 struct PrismOptions {
-  std::string newton = "converged";  ///< fixed: snes_max_it iterations are enough; converged: the tolerance must be met
+  std::string newton = "converged";  ///< converged: snes_rtol must be met; fixed: snes_max_it iterations are enough
   int max_iterations = 50;           ///< Newton iterations (snes_max_it); the paper: 3
   double snes_rtol = 1e-8;           ///< of the residual, against that at the start of the step
   double ksp_rtol = 1e-6;
   std::string mat_type = "baij";  ///< baij, aij, sbaij or shell
   int patch_size = 60;            ///< vertices of a rigid patch of the preconditioner's coarse level
-  std::string tangent =
-      "exact";  ///< exact: the metric's; gradient: F stored, director's derivative in; paper: left out
+  std::string tangent = "exact";  ///< exact: the metric's; gradient: from F, director varied; paper: director left out
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness
   bool line_search = true;        ///< on the potential of the step; elements may not turn over
-  bool inertia = true;            ///< false: quasi-static, no mass; damping as ever
+  bool inertia = true;            ///< false: quasi-static; the damping stays, as drag
   double mass_damping = 20;       ///< C = mass_damping M + stiffness_damping K [1/s]
   double stiffness_damping = 0;   ///< [s]
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "geometry/cross_matrix.h"
 #include "mesh/partition.h"
 
 namespace pellicle {
@@ -30,22 +31,17 @@ CellGraph vertex_graph(const Membrane& membrane) {
     row.erase(std::unique(row.begin(), row.end()), row.end());
     graph.neighbours.insert(graph.neighbours.end(), row.begin(), row.end());
     graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
-    graph.weights.push_back(1);
   }
   return graph;
 }
 
-Eigen::Matrix3d cross_product_matrix(const Eigen::Vector3d& v) {
-  return Eigen::Matrix3d{{0, -v[2], v[1]}, {v[2], 0, -v[0]}, {-v[1], v[0], 0}};
-}
-
 /// What the rigid motions of the patches, shifts and turns, do to the vertices of this rank: (3 owned x 6 patches),
-/// AIJ.
+/// AIJ. Collective.
 MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
   const PetscInt owned = membrane.particles.owned;
   const int patches = (static_cast<int>(owned) + patch_size - 1) / patch_size;
-  const std::vector<int> patch =
-      patches > 0 ? partition_with_metis(vertex_graph(membrane), patches) : std::vector<int>();
+  std::vector<int> patch;
+  together(membrane.comm(), [&] { patch = partition_with_metis(vertex_graph(membrane), patches); });
   Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, patches);
   Eigen::VectorXd count = Eigen::VectorXd::Zero(patches);
   for (PetscInt i = 0; i < owned; ++i) {
@@ -69,7 +65,7 @@ MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::
     const int p = patch[static_cast<std::size_t>(i)];
     Eigen::Matrix<double, 3, 6, Eigen::RowMajor> motion;
     motion << Eigen::Matrix3d::Identity(),
-        -cross_product_matrix(membrane.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
+        -cross_matrix(membrane.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
     motion = projectors[static_cast<std::size_t>(i)] * motion;
     PetscInt rows[3];
     PetscInt columns[6];

@@ -6,6 +6,7 @@
 
 #include "base/options.h"
 #include "base/units.h"
+#include "mesh/membrane_geometry.h"
 
 namespace pellicle {
 
@@ -18,16 +19,6 @@ void sum_over_ranks(MPI_Comm comm, std::vector<double>& values) {
   MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm);
 }
 
-struct Edges {
-  Eigen::Vector3d e12;
-  Eigen::Vector3d e13;
-};
-
-Edges edges_of(const Field& positions, const std::array<PetscInt, 3>& corners) {
-  const Eigen::Vector3d first = positions.vector(corners[0]);
-  return {positions.vector(corners[1]) - first, positions.vector(corners[2]) - first};
-}
-
 }  // namespace
 
 void describe(OptionTable& table, VolumeOptions& options) {
@@ -35,8 +26,7 @@ void describe(OptionTable& table, VolumeOptions& options) {
       .choices({"mass", "printed", "muller06"})
       .help(
           "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
-          "the "
-          "paper's formula, which diverges; muller06 the older one of position based dynamics")
+          "the paper's formula, which diverges; muller06 the older one of position based dynamics")
       .source("balloon paper, eq. 27; README: readings");
   table.add("volume.tolerance", options.tolerance)
       .range(1e-13, 1)
@@ -125,7 +115,7 @@ VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positio
   const auto weight = [this](double inverse_mass) { return rule_ == Rule::mass ? inverse_mass : 1.0; };
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const auto& corners = membrane.triangles[e];
-    const auto [e12, e13] = edges_of(positions, corners);
+    const auto [e12, e13] = edges_of(positions.data(), corners);
     const Eigen::Vector3d e14 = edge_to_virtual_vertex(e12, e13, thickness_ratio[e] * wall_->thickness[e]);
     const PrismVolume volume = prism_volume(e12, e13, e14);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -158,8 +148,8 @@ VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positio
   return constraint;
 }
 
-PetscInt VolumePreservation::correct(Field& positions, std::vector<double>& thickness_ratio,
-                                     const Constraint& constraint) const {
+void VolumePreservation::correct(Field& positions, std::vector<double>& thickness_ratio,
+                                 const Constraint& constraint) const {
   const auto multiplier = [&](int piece, double inverse_mass) {
     const auto p = static_cast<std::size_t>(piece);
     return factor(inverse_mass, piece) * constraint.value[p] / constraint.squared_norm[p];
@@ -169,31 +159,27 @@ PetscInt VolumePreservation::correct(Field& positions, std::vector<double>& thic
     positions.values().col(column) -= multiplier(piece_[i], inverse_mass_[i]) * constraint.gradient.col(column);
   }
   positions.update_ghosts();
-  PetscInt clamped = 0;
   for (std::size_t e = 0; e < thickness_ratio.size(); ++e) {
     const auto& corners = membrane_->triangles[e];
     const auto column = static_cast<Eigen::Index>(e);
     const Eigen::Vector3d moved =
         constraint.virtual_vertices.col(column) -
         multiplier(membrane_->piece[e], virtual_inverse_mass_[e]) * constraint.virtual_gradient.col(column);
-    const auto [e12, e13] = edges_of(positions, corners);
+    const auto [e12, e13] = edges_of(positions.data(), corners);
     // The prism's volume over its area: the height of the virtual vertex.
     const double ratio = (moved - positions.vector(corners[0])).dot(e12.cross(e13).normalized()) / wall_->thickness[e];
-    const double least = least_part * thickness_ratio[e];
-    clamped += ratio < least && static_cast<PetscInt>(e) < membrane_->elements.owned ? 1 : 0;
-    thickness_ratio[e] = std::max(ratio, least);
+    thickness_ratio[e] = std::max(ratio, least_part * thickness_ratio[e]);
   }
-  return clamped;
 }
 
-VolumeResult VolumePreservation::advance(Field& positions, std::vector<double>& thickness_ratio) const {
+StageResult VolumePreservation::advance(Field& positions, std::vector<double>& thickness_ratio) const {
   const Eigen::MatrixXd positions_before = positions.values();
   const std::vector<double> thickness_before = thickness_ratio;
-  VolumeResult result;
+  StageResult result;
   Constraint constraint = evaluate(positions, thickness_ratio);
   result.error = constraint.error;
   while (!(result.error <= options_.tolerance) && result.iterations < options_.max_iterations) {
-    result.clamped += correct(positions, thickness_ratio, constraint);
+    correct(positions, thickness_ratio, constraint);
     ++result.iterations;
     constraint = evaluate(positions, thickness_ratio);
     const double last_error = result.error;
@@ -208,7 +194,6 @@ VolumeResult VolumePreservation::advance(Field& positions, std::vector<double>& 
       break;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &result.clamped, 1, MPIU_INT, MPI_SUM, membrane_->comm());
   return result;
 }
 

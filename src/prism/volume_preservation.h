@@ -32,13 +32,6 @@ PrismVolume prism_volume(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13,
 /// From the first to the virtual vertex, in the middle of the prism's upper triangle.
 Eigen::Vector3d edge_to_virtual_vertex(const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness);
 
-/// What volume preservation says of its work: `iterations` counts corrections, `error` is the largest |C| of a piece
-/// relative to its undeformed volume. It has not converged when a correction made the error larger; when all
-/// corrections are used and the error is still above the tolerance, it is left so.
-struct VolumeResult : StageResult {
-  PetscInt clamped = 0;  ///< how often an element's thickness was kept from falling to less than a tenth at once
-};
-
 /// Volume preservation of the wall by Algorithm 2: each piece of the membrane keeps its undeformed volume as a whole,
 /// C = sum A h - V0 = 0 (eq. 24). The elements' thickness is a virtual vertex while positions are corrected.
 ///
@@ -53,11 +46,14 @@ class VolumePreservation {
   VolumePreservation(const Membrane& membrane, const Wall& wall, const std::vector<Eigen::Matrix3d>& projectors,
                      const VolumeOptions& options);
 
-  /// Corrects positions and thickness until the error is within the tolerance. Where it diverges both are given back as
-  /// they were. Collective.
+  /// Corrects positions and thickness until the error is within the tolerance; a correction leaves an element at least
+  /// a tenth of its thickness. Collective.
   /// @param positions [m], ghosts up to date before and after
   /// @param thickness_ratio h/h0 of the local elements
-  VolumeResult advance(Field& positions, std::vector<double>& thickness_ratio) const;
+  /// @returns `iterations`: corrections; `error`: largest |C| of a piece relative to its undeformed volume. Not
+  /// converged when a correction made the error larger: both are then given back as they were. When all corrections are
+  /// used and the error is still above the tolerance, it is left so.
+  StageResult advance(Field& positions, std::vector<double>& thickness_ratio) const;
 
  private:
   enum class Rule { mass, printed, muller06 };
@@ -73,7 +69,7 @@ class VolumePreservation {
   };
 
   Constraint evaluate(const Field& positions, const std::vector<double>& thickness_ratio) const;
-  PetscInt correct(Field& positions, std::vector<double>& thickness_ratio, const Constraint& constraint) const;
+  void correct(Field& positions, std::vector<double>& thickness_ratio, const Constraint& constraint) const;
   /// Factor of C g / sum |g|^2 in the displacement of a vertex.
   double factor(double inverse_mass, int piece) const;
 

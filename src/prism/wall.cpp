@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "mesh/membrane_geometry.h"
 
 namespace pellicle {
 
@@ -137,9 +138,7 @@ std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& 
   if (!options.thickness_field.empty()) {
     together(membrane.comm(), [&] {
       const auto field = membrane.element_fields.find(options.thickness_field);
-      if (field != membrane.element_fields.end()) {
-        thickness = field->second;
-      } else if (!thickness.empty()) {
+      if (field == membrane.element_fields.end()) {
         std::string known;
         for (const auto& [name, values] : membrane.element_fields) {
           known += (known.empty() ? "" : ", ") + name;
@@ -147,6 +146,7 @@ std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& 
         throw Error("wall.thickness_field: '" + options.thickness_field + "' is no field of the mesh's faces, " +
                     (known.empty() ? "which has none" : "expected one of " + known));
       }
+      thickness = field->second;
       for (std::size_t e = 0; e < thickness.size(); ++e) {
         if (!(thickness[e] > 0) || !std::isfinite(thickness[e])) {
           throw Error("wall.thickness_field: element " + std::to_string(membrane.element_id[e]) + " has " +
@@ -158,22 +158,14 @@ std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& 
   return thickness;
 }
 
-/// Undeformed edges of an element.
-struct Edges {
-  Eigen::Vector3d e12;
-  Eigen::Vector3d e13;
-};
-
-Edges rest_edges(const Membrane& membrane, const std::array<PetscInt, 3>& corners) {
-  const Eigen::Vector3d first = membrane.rest.col(corners[0]);
-  return {membrane.rest.col(corners[1]) - first, membrane.rest.col(corners[2]) - first};
-}
-
 /// The local elements of a region; each selector must find something on some rank. Collective.
 /// @param key "regions.NAME."
 std::vector<bool> select(const Membrane& membrane, const std::string& key, const RegionOptions& options) {
   if (options.group.empty() && options.box.empty() && !options.radius) {
     throw Error(key + "radius: nothing selects elements, expected group, box or centre and radius");
+  }
+  if (!options.radius && !options.centre.isZero(0)) {
+    throw Error(key + "centre: given without a radius, expected both");
   }
   std::vector<bool> chosen(membrane.triangles.size(), false);
   const auto add = [&](const std::string& selector, const auto& holds) {
@@ -190,7 +182,7 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
     }
   };
   const auto centroid = [&membrane](const std::array<PetscInt, 3>& corners) {
-    const auto [e12, e13] = rest_edges(membrane, corners);
+    const auto [e12, e13] = edges_of(membrane.rest.data(), corners);
     return Eigen::Vector3d(membrane.rest.col(corners[0]) + (e12 + e13) / 3);
   };
   if (!options.group.empty()) {
@@ -260,7 +252,7 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
   }
   wall.rest.reserve(membrane.triangles.size());
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
-    const auto [e12, e13] = rest_edges(membrane, membrane.triangles[e]);
+    const auto [e12, e13] = edges_of(membrane.rest.data(), membrane.triangles[e]);
     wall.rest.push_back(rest_metric(e12, e13, wall.thickness[e]));
   }
   return wall;

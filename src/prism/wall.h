@@ -18,6 +18,10 @@ struct Wall {
   std::vector<double> density;    ///< undeformed, of each local element [kg/m^3]
   std::vector<double> thickness;  ///< undeformed, of each local element [m]
   std::vector<RestMetric> rest;   ///< of each local element
+
+  const Material& material_of(std::size_t element) const {
+    return materials[static_cast<std::size_t>(material[element])];
+  }
 };
 
 /// The wall that the options describe. Materials: the wall's, then one a region. Every law goes with every rule:

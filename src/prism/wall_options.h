@@ -13,15 +13,15 @@ class OptionTable;
 /// A material as a deck gives it; `Number` is double, or std::optional<double> where values may be left out.
 template <class Number>
 struct MaterialOptions {
-  std::string law;                  ///< st_venant_kirchhoff, neo_hookean, mooney_rivlin or ogden; "wall": the wall's
-  Number mu{};                      ///< [Pa]
-  Number lambda{};                  ///< [Pa]
-  Number c1{};                      ///< [Pa]
-  Number c2{};                      ///< [Pa]
-  std::vector<double> ogden_mu;     ///< [Pa]
-  std::vector<double> ogden_alpha;  ///< as many
-  std::optional<double> young_modulus;  ///< E, with nu in place of mu and lambda [Pa]
-  std::optional<double> poisson_ratio;  ///< nu
+  std::string law;                    ///< st_venant_kirchhoff, neo_hookean, mooney_rivlin or ogden; "wall": the wall's
+  Number mu{};                        ///< [Pa]
+  Number lambda{};                    ///< [Pa]
+  Number c1{};                        ///< [Pa]
+  Number c2{};                        ///< [Pa]
+  std::vector<double> ogden_mu{};     ///< [Pa]
+  std::vector<double> ogden_alpha{};  ///< as many
+  std::optional<double> young_modulus{};  ///< E, with nu in place of mu and lambda [Pa]
+  std::optional<double> poisson_ratio{};  ///< nu
 };
 
 /// A part of the wall that differs: one of the named objects `regions`. What several selectors choose adds up; what is
@@ -44,7 +44,7 @@ struct WallOptions {
   std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
-  MaterialOptions<double> material{"neo_hookean", 4e5, 0, 2e5, 2e4, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}, {}, {}};
+  MaterialOptions<double> material{"neo_hookean", 4e5, 0, 2e5, 2e4, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;
 };
 

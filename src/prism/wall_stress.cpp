@@ -21,15 +21,15 @@ Eigen::Vector2d eigenvalues(const Eigen::Matrix2d& matrix) {
 
 PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio) {
-  const Eigen::Vector3d a(e12.squaredNorm(), e12.dot(e13), e13.squaredNorm());
+  const Eigen::Vector3d a = metric(e12, e13);
   const MetricEnergy state = metric_energy(material, rule, rest, a, thickness_ratio);
-  const Eigen::Matrix2d metric{{a[0], a[1]}, {a[1], a[2]}};
+  const Eigen::Matrix2d deformed{{a[0], a[1]}, {a[1], a[2]}};
   const Eigen::Matrix2d inverse{{rest.inverse[0], rest.inverse[1]}, {rest.inverse[1], rest.inverse[2]}};
   // dU = S:dE V0 with E = (a - a0)/2, S by the undeformed edges; sigma = S a / J in mixed components.
   const Eigen::Matrix2d stress{{2 * state.gradient[0], state.gradient[1]}, {state.gradient[1], 2 * state.gradient[2]}};
   const double present_volume =
       rest.volume / rest.area * e12.cross(e13).norm() / 2 * state.thickness_ratio;  // of the prism
-  return {eigenvalues(inverse * metric).cwiseSqrt(), eigenvalues(stress * metric / present_volume)};
+  return {eigenvalues(inverse * deformed).cwiseSqrt(), eigenvalues(stress * deformed / present_volume)};
 }
 
 }  // namespace pellicle

@@ -27,7 +27,7 @@ struct ImplicitResult {
   std::string reason;  ///< of a failure, in words
   int newton_iterations = 0;
   int linear_iterations = 0;
-  double residual = 0;  ///< norm at the end over that at the beginning
+  double residual = 0;  ///< of Newton's method at the end [N]
 };
 
 /// What a balloon is made of and what acts on it; all must outlive the step.

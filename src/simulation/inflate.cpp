@@ -74,7 +74,7 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   }
   if (volume_preservation_ != nullptr) {
     const auto timer = clock_.time("volume preservation");
-    const VolumeResult kept = volume_preservation_->advance(state.position, state.thickness_ratio);
+    const StageResult kept = volume_preservation_->advance(state.position, state.thickness_ratio);
     step.converged = kept.converged;
     step.reason = kept.reason;
     if (!kept.converged) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mesh/membrane_geometry.h"
 #include "prism/wall_stress.h"
 
 namespace pellicle {
@@ -50,12 +51,10 @@ void InflateRun::draw() {
   std::vector<double> stretch(2 * elements);
   std::vector<double> stress(2 * elements);
   for (std::size_t e = 0; e < elements; ++e) {
-    const auto& [a, b, c] = membrane_.triangles[e];
+    const auto [e12, e13] = edges_of(state_.position.data(), membrane_.triangles[e]);
     thickness[e] = wall.thickness[e] * state_.thickness_ratio[e];
     const PrincipalState principal =
-        principal_state(wall.materials[static_cast<std::size_t>(wall.material[e])], wall.rule, wall.rest[e],
-                        state_.position.vector(b) - state_.position.vector(a),
-                        state_.position.vector(c) - state_.position.vector(a), state_.thickness_ratio[e]);
+        principal_state(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, state_.thickness_ratio[e]);
     Eigen::Map<Eigen::Vector2d>(stretch.data() + 2 * e) = principal.stretch;
     Eigen::Map<Eigen::Vector2d>(stress.data() + 2 * e) = principal.stress;
   }

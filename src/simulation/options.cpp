@@ -30,7 +30,7 @@ void describe(OptionTable& table, ForceOptions& options) {
   table.add("force.damping", options.damping)
       .unit("1/s")
       .at_least(0)
-      .help("rate c at which velocities fade: v exp(-c h)")
+      .help("rate c at which velocities of a sheet fade: v exp(-c h); of a balloon: prism.mass_damping")
       .source("README: parameters");
 }
 

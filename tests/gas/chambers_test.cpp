@@ -61,10 +61,10 @@ TEST(Chambers, volume_of_a_cube_is_exact_wherever_it_is) {
 TEST(Chambers, volume_of_a_sphere_converges_in_second_order) {
   const double exact = 4 * pi / 3 * std::pow(radius, 3);
   double coarse = 0;
-  for (int level = 2; level <= 4; ++level) {
-    const Membrane sphere = membrane_of(sphere_mesh(level, radius));
+  for (int level = 1; level <= 3; ++level) {
+    const Membrane sphere = membrane_of(icosphere_mesh(level, radius));
     const double error = 1 - chambers_of(sphere, {{"air", relative(1)}}).initial_volume(0) / exact;
-    if (level > 2) {
+    if (level > 1) {
       EXPECT_NEAR(coarse / error, 4, 0.3) << "level " << level;
     }
     coarse = error;
@@ -73,7 +73,7 @@ TEST(Chambers, volume_of_a_sphere_converges_in_second_order) {
 }
 
 TEST(Chambers, gradient_is_the_derivative_of_the_volume) {
-  const Membrane sphere = membrane_of(sphere_mesh(2, radius));
+  const Membrane sphere = membrane_of(icosphere_mesh(1, radius));
   const Chambers chambers = chambers_of(sphere, {{"air", relative(1)}});
   Field x = rest_positions(sphere);
   x.values() += 0.2 * radius * scattered(sphere, 1).values();
@@ -88,7 +88,7 @@ TEST(Chambers, gradient_is_the_derivative_of_the_volume) {
 }
 
 TEST(Chambers, net_pressure_force_and_torque_are_zero) {
-  const Membrane sphere = membrane_of(sphere_mesh(3, radius));
+  const Membrane sphere = membrane_of(icosphere_mesh(2, radius));
   const Chambers chambers = chambers_of(sphere, {{"air", relative(1)}});
   Field x = rest_positions(sphere);
   x.values() += 0.1 * radius * scattered(sphere, 1).values();
@@ -98,7 +98,7 @@ TEST(Chambers, net_pressure_force_and_torque_are_zero) {
     torque += x.vector(i).cross(Eigen::Vector3d(gradient.col(i)));
   }
   const double area = sum_over_ranks(gradient.colwise().norm().sum());
-  EXPECT_GT(area, 4 * pi * radius * radius);
+  EXPECT_GT(area, 3.9 * pi * radius * radius);
   EXPECT_LT(sum_over_ranks(gradient.rowwise().sum()).norm(), 1e-14 * area);
   EXPECT_LT(sum_over_ranks(torque).norm(), 1e-14 * area * radius);
 }
@@ -107,10 +107,10 @@ TEST(Chambers, net_pressure_force_and_torque_are_zero) {
 
 class TwoSpheres : public ::testing::Test {
  protected:
-  TwoSpheres() : membrane(membrane_of(side_by_side(first, second, Eigen::Vector3d(4 * radius, 0, 0)))) {}
+  TwoSpheres() : membrane(membrane_of(joined(first, second, {4 * radius, 0, 0}))) {}
 
-  const SurfaceMesh first = sphere_mesh(2, radius);
-  const SurfaceMesh second = sphere_mesh(2, 2 * radius);
+  const SurfaceMesh first = icosphere_mesh(1, radius);
+  const SurfaceMesh second = icosphere_mesh(1, 2 * radius);
   const int in_second = static_cast<int>(first.points.size());
   const Membrane membrane;
 };
@@ -154,7 +154,7 @@ TEST_F(TwoSpheres, a_piece_that_no_chamber_names_bounds_none) {
 class HalfSphere : public ::testing::Test {
  protected:
   explicit HalfSphere(double height = 0.3) : plane(0, 0, height) {
-    SurfaceMesh mesh = sphere_mesh(3, radius, true);
+    SurfaceMesh mesh = dome_mesh(2, radius);
     for (Eigen::Vector3d& point : mesh.points) {
       point += plane;
     }
@@ -174,7 +174,7 @@ class HalfSphere : public ::testing::Test {
 
 TEST_F(HalfSphere, a_symmetry_plane_closes_a_piece) {
   const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, true, projectors);
-  const Membrane whole = membrane_of(sphere_mesh(3, radius));
+  const Membrane whole = membrane_of(icosphere_mesh(2, radius));
   EXPECT_NEAR(chambers.initial_volume(0) / chambers_of(whole, {{"air", relative(1)}}).initial_volume(0), 0.5, 1e-14);
 }
 
@@ -188,8 +188,7 @@ TEST_F(HalfSphere, an_open_piece_has_no_volume_but_may_have_a_pressure) {
     }
   };
   refused(false, projectors, "chambers.air.law: relative needs a volume, but the piece is open, expected");
-  refused(true, free_to_move(membrane),
-          "chambers.air.law: relative needs a volume, but the piece is open at vertex 0,");
+  refused(true, free_to_move(membrane), "chambers.air.law: relative needs a volume, but the piece is open at vertex ");
   ChamberOptions prescribed = of_law("pressure");
   prescribed.pressure = {{0, 500}};
   EXPECT_EQ(chambers_of(membrane, {{"air", prescribed}}).state(0, 0, 0).pressure, 500);
@@ -243,7 +242,7 @@ TEST_F(GasLaw, isothermal_starts_in_balance_and_keeps_pV) {
     const GasState state = chambers.state(0, volume, 0);
     EXPECT_NEAR(state.absolute_pressure * volume, ambient * v0, 1e-14 * ambient * v0);
     EXPECT_NEAR(state.pressure, state.absolute_pressure - ambient, 1e-9);
-    EXPECT_NEAR(state.amount, ambient * v0 / (8.314462618 * 293.15), 1e-9);
+    EXPECT_NEAR(state.amount, ambient * v0 / (8.31446261815324 * 293.15), 1e-9);
     EXPECT_EQ(state.temperature, 293.15);
     expect_consistent(chambers, volume, 0);
   }
@@ -260,7 +259,7 @@ TEST_F(GasLaw, isothermal_follows_amount_and_temperature) {
     const GasState state = chambers.state(0, 5, time);
     EXPECT_NEAR(state.amount, amount, 1e-12 * amount);
     EXPECT_NEAR(state.temperature, temperature, 1e-12 * temperature);
-    EXPECT_NEAR(state.absolute_pressure * 5, amount * 8.314462618 * temperature, 1e-8);
+    EXPECT_NEAR(state.absolute_pressure * 5, amount * 8.31446261815324 * temperature, 1e-8);
     expect_consistent(chambers, 5, time);
   }
 }
@@ -285,7 +284,7 @@ TEST_F(GasLaw, adiabatic_keeps_pV_to_the_gamma) {
       const GasState state = chambers.state(0, volume, 0);
       const double entropy = ambient * std::pow(v0, gamma);
       EXPECT_NEAR(state.absolute_pressure * std::pow(volume, gamma), entropy, 1e-14 * entropy);
-      EXPECT_NEAR(state.absolute_pressure * volume, state.amount * 8.314462618 * state.temperature,
+      EXPECT_NEAR(state.absolute_pressure * volume, state.amount * 8.31446261815324 * state.temperature,
                   1e-14 * state.absolute_pressure * volume);
       EXPECT_NEAR(state.temperature, 293.15 * std::pow(v0 / volume, gamma - 1), 1e-11);
       expect_consistent(chambers, volume, 0);
@@ -341,7 +340,7 @@ TEST_F(GasLaw, without_a_volume_nothing_is_finite) {
 // --- Tangents ----------------------------------------------------------------------------------------------------
 
 TEST(GasTangent, complete_tangent_is_the_derivative_of_the_force_for_every_law) {
-  const Membrane sphere = membrane_of(sphere_mesh(2, radius));
+  const Membrane sphere = membrane_of(icosphere_mesh(1, radius));
   Field x = rest_positions(sphere);
   x.values() += 0.1 * radius * scattered(sphere, 1).values();
   const Field w = scattered(sphere, 2);
@@ -367,7 +366,7 @@ TEST(GasTangent, complete_tangent_is_the_derivative_of_the_force_for_every_law) 
 }
 
 TEST(GasTangent, the_papers_factor_is_right_for_dilation_and_a_third_of_the_rank_one_part) {
-  const Membrane sphere = membrane_of(sphere_mesh(3, radius));
+  const Membrane sphere = membrane_of(icosphere_mesh(2, radius));
   const Chambers chambers = chambers_of(sphere, {{"air", relative(7000)}});
   Field x = rest_positions(sphere);
   x.values() *= 1.5;

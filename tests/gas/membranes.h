@@ -8,6 +8,7 @@
 #include "geometry/pressure_load.h"
 #include "mesh/field.h"
 #include "mesh/membrane.h"
+#include "tests/support/balls.h"
 
 namespace pellicle {
 
@@ -34,25 +35,6 @@ inline SurfaceMesh refined(const SurfaceMesh& mesh) {
   return result;
 }
 
-/// An octahedron refined `level` times, its points moved to the sphere, or the upper half of that: the part above z =
-/// 0.
-inline SurfaceMesh sphere_mesh(int level, double radius, bool upper_half = false) {
-  SurfaceMesh mesh;
-  mesh.points = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
-  mesh.faces = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}};
-  if (!upper_half) {
-    mesh.points.emplace_back(0, 0, -1);
-    mesh.faces.insert(mesh.faces.end(), {{2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}});
-  }
-  for (int i = 0; i < level; ++i) {
-    mesh = refined(mesh);
-  }
-  for (Eigen::Vector3d& point : mesh.points) {
-    point *= radius / point.norm();
-  }
-  return mesh;
-}
-
 /// The cube [0, edge]^3 of 12 triangles, refined once.
 inline SurfaceMesh cube_mesh(double edge) {
   SurfaceMesh mesh;
@@ -65,18 +47,6 @@ inline SurfaceMesh cube_mesh(double edge) {
     mesh.faces.push_back({side[0], side[2], side[3]});
   }
   return refined(mesh);
-}
-
-/// Two meshes as pieces of one, the second moved.
-inline SurfaceMesh side_by_side(SurfaceMesh first, const SurfaceMesh& second, const Eigen::Vector3d& shift) {
-  const auto offset = static_cast<int>(first.points.size());
-  for (const Eigen::Vector3d& point : second.points) {
-    first.points.push_back(point + shift);
-  }
-  for (const auto& face : second.faces) {
-    first.faces.push_back({face[0] + offset, face[1] + offset, face[2] + offset});
-  }
-  return first;
 }
 
 inline Membrane membrane_of(const SurfaceMesh& mesh) { return make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions()); }

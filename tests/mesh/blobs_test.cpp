@@ -203,18 +203,16 @@ TEST(BlobsMesh, BadObjectsAreErrorsInOneLine) {
   bad.end = {0, 0, 0.01};
   bad.end_radius = 0.01;
   EXPECT_EQ(message_for({{"arm", bad}}),
-            "mesh.blobs.arm.end_radius: 0.010000 m given, expected one end that is not inside the other");
+            "mesh.blobs.arm.end_radius: 0.01 m given, expected one end that is not inside the other");
   bad.shape = "cylinder";
   bad.round = 0.02;
-  EXPECT_EQ(message_for({{"rod", bad}}),
-            "mesh.blobs.rod.round: 0.020000 m given, expected at most half of its thickness");
+  EXPECT_EQ(message_for({{"rod", bad}}), "mesh.blobs.rod.round: 0.02 m given, expected at most half of its thickness");
   bad.shape = "torus";
   bad.tube_radius = 0.02;
   EXPECT_EQ(message_for({{"ring", bad}}, 6),  // the fewest points of a torus are 7
             "mesh.vertices: 6 are too few for mesh.blobs, expected more, or a larger blend and round");
   bad.tube_radius = 0.06;
-  EXPECT_EQ(message_for({{"ring", bad}}),
-            "mesh.blobs.ring.tube_radius: 0.060000 m given, expected less than the radius");
+  EXPECT_EQ(message_for({{"ring", bad}}), "mesh.blobs.ring.tube_radius: 0.06 m given, expected less than the radius");
 }
 
 TEST(BlobOptions, AreDeclared) {

@@ -23,7 +23,7 @@ MetricEnergy energy_of(const Material& material, ThicknessRule rule, const TestE
 }
 
 Matrix9d matrix_of(const MetricEnergy& energy, const TestElement& element) {
-  return element_matrix({energy.gradient, energy.hessian}, element.e12, element.e13);
+  return element_matrix({energy.gradient, energy.hessian}, element);
 }
 
 TestElement moved(TestElement element, const Vector9d& w) {
@@ -290,7 +290,7 @@ TEST(PositivePart, of_any_element_is_symmetric_and_has_no_negative_eigenvalue) {
           continue;  // St. Venant-Kirchhoff at 4 in plane stress
         }
         const MetricTangent positive = positive_part(exact, rest);
-        const Matrix9d k = element_matrix(positive, element.e12, element.e13);
+        const Matrix9d k = element_matrix(positive, element);
         const Eigen::Vector2d range = range_of_eigenvalues(k);
         EXPECT_GE(range[0], -1e-13 * range[1]) << material_name << ", " << rule_name << " at " << stretch.transpose();
         EXPECT_LT((k - k.transpose()).norm(), 1e-14 * k.norm());

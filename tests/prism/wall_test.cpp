@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 #include <tuple>
@@ -9,7 +10,7 @@
 #include "base/deck.h"
 #include "base/error.h"
 #include "base/options.h"
-#include "tests/support/ball_mesh.h"
+#include "mesh/closed_shapes.h"
 
 namespace pellicle {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 constexpr double radius = 0.05;
 
 Membrane ball() {
-  SurfaceMesh mesh = ball_mesh(2, radius);
+  SurfaceMesh mesh = icosphere_mesh(2, radius);
   std::vector<double>& field = mesh.face_fields["wall"];
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     field.push_back(1e-4 + 1e-6 * static_cast<double>(f));

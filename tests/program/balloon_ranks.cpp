@@ -64,7 +64,7 @@ TEST_F(BalloonRanksTest, EveryPartitionerInASceneWithEverything) {
   write("balloons.obj", balloon_scene_mesh());
   const std::string scene = write("scene.yaml", balloon_scene);
   const DrawnFrame one = run(1, {scene});
-  EXPECT_EQ(one.points.at("position").size(), 258U + 145);
+  EXPECT_EQ(one.points.at("position").size(), 162U + 91);
   EXPECT_GT(history_.at("gas_volume_ball").back(), 1.3 * history_.at("gas_volume_ball").front()) << "the ball swells";
   EXPECT_GT(history_.at("gas_volume_dome").back(), 1.1 * history_.at("gas_volume_dome").front()) << "the dome swells";
   const std::map<std::string, std::vector<int>> rank_counts{

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"
 #include "tests/support/frames.h"
 #include "tests/support/program.h"
@@ -27,8 +28,9 @@ class OptionsTest : public ProgramTest {
 TEST_F(OptionsTest, HelpExplainsTheProgramByModuleWithUnits) {
   const CommandResult help = succeed(1, {"-help"});
   for (const char* text :
-       {"usage: mpirun", "\nmesh\n", "\nheat\n", "\ncombustion\n", "\nproject\n", "\noutput\n", "-heat_diffusivity",
-        "m^2/s", "-bodies_NAME_radius", "-project_red_", "burning paper, eq. 4"}) {
+       {"usage: mpirun", "\nmesh\n", "\nheat\n", "\ncombustion\n", "\nproject\n", "\nprism\n", "\nwall\n", "\nvolume\n",
+        "\ngas\n", "\noutput\n", "-heat_diffusivity", "m^2/s", "-bodies_NAME_radius", "-chambers_NAME_law",
+        "-project_red_", "begin with -prism_", "burning paper, eq. 4", "balloon paper, eq. 16"}) {
     EXPECT_NE(help.output.find(text), std::string::npos) << text;
   }
   EXPECT_EQ(help.errors, "");
@@ -106,6 +108,21 @@ TEST_F(OptionsTest, TheRecordRunsAgainWithTheSameResult) {
   expect_same_fields(first, last_frame(folder() / "again" / "scene.pvd"), 0, "run again into the same folder");
 }
 
+TEST_F(OptionsTest, TheRecordOfABalloonRunsAgainWithTheSameResult) {
+  write("balloons.obj", balloon_scene_mesh());
+  const std::string deck = write("scene.yaml", balloon_scene);
+  succeed(2, {deck, "-time_max_steps", "5", "-prism_ksp_type", "minres", "-chambers_ball_pressure", "0,0; 0.1,2 kPa"});
+  const DrawnFrame first = last_frame(folder() / "out" / "scene.pvd");
+  EXPECT_GT(range_of(first.cell_values.at("stretch")).second, 1.01);
+  const std::string record = text_of(folder() / "out" / "options.yaml");
+  for (const char* text : {"minres", "2000", "balloons.obj", "mooney_rivlin"}) {
+    EXPECT_NE(record.find(text), std::string::npos) << text << " is not in " << record;
+  }
+
+  succeed(2, {"out/options.yaml", "-output_directory", "again"});
+  expect_same_balloon(first, last_frame(folder() / "again" / "scene.pvd"), 0, "run again");
+}
+
 TEST_F(OptionsTest, TheFolderTellsHowTheRunWasMade) {
   const std::string deck = write("small.yaml", small_deck);
   succeed(2, {deck, "-time_step", "0.5 ms"});
@@ -133,6 +150,14 @@ TEST_F(OptionsTest, LogViewHasALineForEachStage) {
   const CommandResult result = succeed(1, {write("small.yaml", small_deck), "-log_view"});
   for (const char* stage :
        {"\nheat ", "\ncombustion ", "\nexternal force ", "\nprojection ", "\nvelocity ", "\noutput "}) {
+    EXPECT_NE(result.output.find(stage), std::string::npos) << stage << "\n" << result;
+  }
+}
+
+TEST_F(OptionsTest, LogViewHasALineForEachStageOfABalloon) {
+  const CommandResult result = succeed(1, {"-chain", "inflate", "-mesh_shape", "icosphere", "-mesh_level", "1",
+                                           "-time_max_steps", "1", "-output_directory", "out", "-log_view"});
+  for (const char* stage : {"\nimplicit step ", "\nvolume preservation ", "\nvelocity ", "\noutput "}) {
     EXPECT_NE(result.output.find(stage), std::string::npos) << stage << "\n" << result;
   }
 }

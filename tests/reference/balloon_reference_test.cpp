@@ -179,7 +179,7 @@ TEST_P(ReferenceBalloon, volume_preservation) {
     options.max_iterations = 1;
     Field x = c.field(c.params["x"]);
     std::vector<double> ratio(c.membrane.triangles.size(), 1.0);
-    const VolumeResult result = VolumePreservation(c.membrane, wall, free, options).advance(x, ratio);
+    const StageResult result = VolumePreservation(c.membrane, wall, free, options).advance(x, ratio);
     c.expect(x.values().leftCols(c.membrane.particles.owned), expected[rule]["x"], rule);
     EXPECT_NEAR(result.error, std::abs(expected[rule]["C_rel"][1].as<double>()), tolerance) << rule;
     for (std::size_t e = 0; e < ratio.size(); ++e) {
