@@ -48,12 +48,13 @@ TEST_F(BalloonRanksTest, TheSphere) {
 }
 
 TEST_F(BalloonRanksTest, ATeddyWithVolumePreservation) {
-  const Arguments teddy =
-      Arguments{deck("inflate_sphere"),   deck("teddy"),   "-mesh_vertices",    "1500", "-prism_thickness", "global",
-                "-chambers_gas_pressure", "0,0; 0.1,6000", "-volume_tolerance", "1e-13"} +
-      exactly;
+  // The paper's way, three Newton iterations a step, each solved exactly; the gas comes gently, as the deck has it.
+  const Arguments teddy{deck("teddy"), "-mesh_vertices",         "1500",  "-time_max_steps",
+                        "20",          "-output_interval_steps", "20",    "-prism_snes_rtol",
+                        "1e-14",       "-prism_ksp_rtol",        "1e-12", "-volume_tolerance",
+                        "1e-13"};
   const DrawnFrame one = run(1, teddy);
-  EXPECT_GT(history_.at("gas_volume_ratio").back(), 1.1) << "it swells";
+  EXPECT_GT(history_.at("gas_volume_ratio").back(), 1.05) << "it swells";
   EXPECT_NEAR(history_.at("rubber_volume_ratio").back(), 1, 1e-12);
   for (const int ranks : {2, 3, 4}) {
     expect_same_balloon(one, run(ranks, teddy), tolerance, std::to_string(ranks) + " ranks");
@@ -83,7 +84,7 @@ TEST_F(BalloonRanksTest, PrescribedVolumeAndQuasiStatic) {
   const Arguments scene{write("scene.yaml", balloon_scene),
                         write("more.yaml",
                               "chambers:\n"
-                              "  ball: {law: volume, pressure: [], volume_ratio: [[0, 1], [0.2, 2]]}\n"
+                              "  ball: {law: volume, pressure: [], volume_ratio: [[0, 1], [0.1, 2]]}\n"
                               "prism: {inertia: false, stiffness_damping: 0}\n")};
   const DrawnFrame one = run(1, scene);
   EXPECT_NEAR(history_.at("gas_volume_ball").back(), 2 * history_.at("gas_volume_ball").front(),

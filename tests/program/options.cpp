@@ -155,8 +155,9 @@ TEST_F(OptionsTest, LogViewHasALineForEachStage) {
 }
 
 TEST_F(OptionsTest, LogViewHasALineForEachStageOfABalloon) {
-  const CommandResult result = succeed(1, {"-chain", "inflate", "-mesh_shape", "icosphere", "-mesh_level", "1",
-                                           "-time_max_steps", "1", "-output_directory", "out", "-log_view"});
+  const CommandResult result =
+      succeed(1, {"-chain", "inflate", "-mesh_shape", "icosphere", "-mesh_level", "1", "-prism_thickness", "global",
+                  "-time_max_steps", "1", "-output_directory", "out", "-log_view"});
   for (const char* stage : {"\nimplicit step ", "\nvolume preservation ", "\nvelocity ", "\noutput "}) {
     EXPECT_NE(result.output.find(stage), std::string::npos) << stage << "\n" << result;
   }
