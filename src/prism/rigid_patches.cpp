@@ -1,5 +1,6 @@
 #include "prism/rigid_patches.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -35,13 +36,29 @@ CellGraph vertex_graph(const Membrane& membrane) {
   return graph;
 }
 
-/// What the rigid motions of the patches, shifts and turns, do to the vertices of this rank: (3 owned x 6 patches),
-/// AIJ. Collective.
+using Motion = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Coordinates of the independent ones among six motions, (6 x as many): turns of a vertex round itself are none, and
+/// what is held does not move.
+/// @param gram matrix of the motions
+Eigen::MatrixXd independent_motions(const Eigen::Matrix<double, 6, 6>& gram) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram);
+  constexpr double negligible = 1e-6;
+  const auto count = (solver.eigenvalues().array() > negligible * gram.trace()).count();
+  if (count == 6) {
+    return Eigen::MatrixXd::Identity(6, 6);  // Half of its motions' entries are zero.
+  }
+  return solver.eigenvectors().rightCols(count);
+}
+
+/// What the rigid motions of the patches, shifts and turns, do to the vertices of this rank: (3 owned x at most 6
+/// patches), AIJ. Collective.
 MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
   const PetscInt owned = membrane.particles.owned;
   const int patches = (static_cast<int>(owned) + patch_size - 1) / patch_size;
   std::vector<int> patch;
   together(membrane.comm(), [&] { patch = partition_with_metis(vertex_graph(membrane), patches); });
+  const auto patch_of = [&patch](PetscInt i) { return static_cast<std::size_t>(patch[static_cast<std::size_t>(i)]); };
   Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, patches);
   Eigen::VectorXd count = Eigen::VectorXd::Zero(patches);
   for (PetscInt i = 0; i < owned; ++i) {
@@ -54,28 +71,43 @@ MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::
     const int p = patch[static_cast<std::size_t>(i)];
     radius[p] = std::max(radius[p], (membrane.rest.col(i) - centre.col(p)).norm());
   }
+  const auto motion_of = [&](PetscInt i) {
+    const int p = patch[static_cast<std::size_t>(i)];
+    Eigen::Matrix<double, 3, 6> motion;
+    motion << Eigen::Matrix3d::Identity(),
+        -cross_matrix(membrane.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
+    return Eigen::Matrix<double, 3, 6>(projectors[static_cast<std::size_t>(i)] * motion);
+  };
+
+  std::vector<Eigen::Matrix<double, 6, 6>> gram(static_cast<std::size_t>(patches), Eigen::Matrix<double, 6, 6>::Zero());
+  for (PetscInt i = 0; i < owned; ++i) {
+    gram[patch_of(i)] += motion_of(i).transpose() * motion_of(i);
+  }
+  std::vector<Eigen::MatrixXd> coordinates;
+  std::vector<PetscInt> first_columns{0};  // of this rank
+  for (const auto& matrix : gram) {
+    coordinates.push_back(independent_motions(matrix));
+    first_columns.push_back(first_columns.back() + static_cast<PetscInt>(coordinates.back().cols()));
+  }
 
   MatHandle interpolation;
-  check(MatCreateAIJ(membrane.comm(), 3 * owned, 6 * patches, PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr, 0, nullptr,
-                     interpolation.create()));
-  check(MatSetOption(interpolation, MAT_IGNORE_ZERO_ENTRIES, PETSC_TRUE));  // half of them
+  check(MatCreateAIJ(membrane.comm(), 3 * owned, first_columns.back(), PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr, 0,
+                     nullptr, interpolation.create()));
+  check(MatSetOption(interpolation, MAT_IGNORE_ZERO_ENTRIES, PETSC_TRUE));
   PetscInt first_column = 0;
   check(MatGetOwnershipRangeColumn(interpolation, &first_column, nullptr));
   for (PetscInt i = 0; i < owned; ++i) {
-    const int p = patch[static_cast<std::size_t>(i)];
-    Eigen::Matrix<double, 3, 6, Eigen::RowMajor> motion;
-    motion << Eigen::Matrix3d::Identity(),
-        -cross_matrix(membrane.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
-    motion = projectors[static_cast<std::size_t>(i)] * motion;
+    const Motion motion = motion_of(i) * coordinates[patch_of(i)];
     PetscInt rows[3];
     PetscInt columns[6];
     for (int k = 0; k < 3; ++k) {
       rows[k] = 3 * (membrane.particles.first + i) + k;
     }
     for (int k = 0; k < 6; ++k) {
-      columns[k] = first_column + 6 * p + k;
+      columns[k] = first_column + first_columns[patch_of(i)] + k;
     }
-    check(MatSetValues(interpolation, 3, rows, 6, columns, motion.data(), INSERT_VALUES));
+    check(MatSetValues(interpolation, 3, rows, static_cast<PetscInt>(motion.cols()), columns, motion.data(),
+                       INSERT_VALUES));
   }
   check(MatAssemblyBegin(interpolation, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(interpolation, MAT_FINAL_ASSEMBLY));

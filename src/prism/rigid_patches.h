@@ -36,7 +36,7 @@ class RigidPatches {
   KSP solver_ = nullptr;
   Mat tangent_ = nullptr;
   MatHandle rows_;           ///< the tangent as AIJ, where it is not
-  MatHandle interpolation_;  ///< (3 vertices x 6 patches)
+  MatHandle interpolation_;  ///< (3 vertices x at most 6 patches)
   MatHandle coarse_;         ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
   bool is_fresh_ = false;          ///< no solve yet with the present coarse level
