@@ -94,6 +94,20 @@ TEST_F(BalloonRanksTest, PrescribedVolumeAndQuasiStatic) {
   }
 }
 
+TEST_F(BalloonRanksTest, WhereMostIsHeld) {
+  // The preconditioner's patches of vertices that cannot move, or of very few.
+  const Arguments sphere =
+      Arguments{deck("inflate_sphere"), write("half.yaml", "pins: {half: {box: [-1, -1, -1, 1, 1, 0.03]}}\n"),
+                "-mesh_level",          "2",
+                "-prism_patch_size",    "10"} +
+      exactly;
+  const DrawnFrame one = run(1, sphere);
+  EXPECT_GT(history_.at("gas_volume_ratio").back(), 1.1) << "the rest swells";
+  for (const int ranks : {2, 4}) {
+    expect_same_balloon(one, run(ranks, sphere), tolerance, std::to_string(ranks) + " ranks");
+  }
+}
+
 TEST_F(BalloonRanksTest, RanksWithoutElements) {
   // A tetrahedron of four elements on four ranks, and a stretched icosahedron of twenty.
   write("tetrahedron.obj", "v 1 1 1\nv 1 -1 -1\nv -1 1.5 -1\nv -2 -1 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
