@@ -86,7 +86,7 @@ void add_uv(const PointSet& points, const std::vector<PetscInt>& particles, vtkP
 /// Values of the points of a drawing.
 vtkSmartPointer<vtkDoubleArray> at_points(const Drawing& drawing, const DrawnField& field) {
   const int components = field.components;
-  const auto array = double_array(field.name, components, drawing.particles.size() + drawing.centre_of.size());
+  auto array = double_array(field.name, components, drawing.particles.size() + drawing.centre_of.size());
   vtkIdType point = 0;
   for (const PetscInt particle : drawing.particles) {
     array->SetTuple(point++, field.values + components * particle);

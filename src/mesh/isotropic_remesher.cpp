@@ -101,7 +101,7 @@ void IsotropicRemesher::split(int h) {
   const int across_db = twin_[index(tp)];
   const int m = static_cast<int>(points_.size());
   const Eigen::Vector3d middle = 0.5 * (place(a) + place(b));
-  points_.push_back(middle + surface_.step_onto(middle, 0.5 * length(h)));
+  points_.emplace_back(middle + surface_.step_onto(middle, 0.5 * length(h)));
   const int one = half_edges();  // (m, b, c)
   const int other = one + 3;     // (b, m, d)
   from_.insert(from_.end(), {m, b, c, b, m, d});

@@ -6,7 +6,7 @@
 namespace pellicle {
 
 BalloonLedger::BalloonLedger(const Inflate& chain, const Options& options, const StageClock& clock)
-    : chain_(chain), options_(options), clock_(clock) {
+    : chain_(chain), clock_(clock) {
   const Membrane& membrane = chain.elements().membrane();
   std::vector<History::Column> columns{{"time", "s"},
                                        {"step", ""},

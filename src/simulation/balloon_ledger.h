@@ -11,7 +11,7 @@ namespace pellicle {
 /// The books of a balloon: a row of history.csv for the initial state and for each step.
 class BalloonLedger {
  public:
-  /// Makes the file. Chain, options and clock must outlive it. Collective. @throws Error when it cannot be written
+  /// Makes the file. Chain and clock must outlive it. Collective. @throws Error when it cannot be written
   BalloonLedger(const Inflate& chain, const Options& options, const StageClock& clock);
 
   /// @param h length of the step [s]
@@ -20,7 +20,6 @@ class BalloonLedger {
 
  private:
   const Inflate& chain_;
-  const Options& options_;
   const StageClock& clock_;
   std::unique_ptr<History> history_;
   double initial_rubber_volume_ = 0;      ///< [m^3]
