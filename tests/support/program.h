@@ -77,7 +77,10 @@ class ProgramTest : public testing::Test {
     return (folder_ / name).string();
   }
 
-  /// Runs a command in the test's folder, for two minutes at most.
+  /// How long a command may take, two minutes unless said here.
+  void set_time_limit(int seconds) { time_limit_ = seconds; }
+
+  /// Runs a command in the test's folder.
   CommandResult run_command(const Arguments& words) const { return run_command_in(folder_, words); }
 
   CommandResult run_command_in(const std::filesystem::path& place, const Arguments& words) const {
@@ -90,7 +93,7 @@ class ProgramTest : public testing::Test {
     };
     const std::filesystem::path output = folder_ / ".standard_output";
     const std::filesystem::path errors = folder_ / ".standard_error";
-    std::string line = "cd " + quoted(place.string()) + " && timeout 120";
+    std::string line = "cd " + quoted(place.string()) + " && timeout " + std::to_string(time_limit_);
     for (const std::string& word : words) {
       line += " " + quoted(word);
     }
@@ -121,6 +124,7 @@ class ProgramTest : public testing::Test {
 
  private:
   std::filesystem::path folder_;
+  int time_limit_ = 120;  // [s]
 };
 
 }  // namespace pellicle
