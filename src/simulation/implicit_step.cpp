@@ -46,7 +46,6 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
       displacement_(model.elements.membrane().particles, 3),
-      line_start_(model.elements.membrane().particles, 3),
       predicted_(3, owned()),
       gradients_(3 * owned(), model.chambers.count()) {
   const Membrane& membrane = model_.elements.membrane();
@@ -464,14 +463,13 @@ bool ImplicitStep::search_line(SNESLineSearch search) {
     slope = 0;  // only a decrease is asked for
   }
   read_unknowns(x);
-  line_start_.values() = position_.values();
   const double merit_before = merit();
   const double rounding = 1e-13 * (std::abs(merit_before) + force_scale_ * length_scale_);
   double lambda = 1;
   for (int halvings = 0; halvings <= max_halvings; ++halvings, lambda /= 2) {
     check(VecWAXPY(w, -lambda, y, x));
     read_unknowns(w);
-    if (sum_over_ranks(comm, static_cast<double>(model_.elements.inverted(line_start_, position_))) > 0) {
+    if (sum_over_ranks(comm, static_cast<double>(model_.elements.inverted(start_, position_))) > 0) {
       continue;
     }
     if (merit() <= merit_before - 1e-4 * lambda * slope + rounding) {

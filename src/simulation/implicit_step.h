@@ -50,8 +50,9 @@ struct BalloonModel {
 ///             + U(x) + W(V(x)) - sum_i m_i g.x_i + loads,
 ///
 /// with C = mass_damping M + stiffness_damping K(x^n), elastic energy U and the gas's potential W; without inertia the
-/// first term is left out. Newton starts from x^n + h v^n (README: readings). Steps are halved until no element turns
-/// over and Pi falls. The gas's rank-one part stays low-rank (MatCreateLRC over the assembled or matrix-free part).
+/// first term is left out. Newton starts from x^n + h v^n (README: readings). Its steps are halved until no element has
+/// turned over since x^n and Pi falls. The gas's rank-one part stays low-rank (MatCreateLRC over the assembled or
+/// matrix-free part).
 ///
 /// A chamber of prescribed volume adds its pressure as an unknown, the multiplier of V(x) = V*: a bordered system,
 /// solved by block elimination with A + rho g g^T in place of A, g = dV/dx, which has the same solution and stays
@@ -106,7 +107,6 @@ class ImplicitStep {
   Field start_;                 ///< x^n
   Field position_;              ///< x
   Field displacement_;          ///< x - x^n, for the stiffness damping
-  Field line_start_;            ///< where the line search begins
   Eigen::Matrix3Xd predicted_;  ///< x^n + h v^n of the owned vertices
   std::vector<double> thickness_ratio_;
   Eigen::VectorXd volumes_;     ///< of the chambers at `position_`
