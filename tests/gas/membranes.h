@@ -20,8 +20,8 @@ inline SurfaceMesh refined(const SurfaceMesh& mesh) {
   const auto middle = [&](int a, int b) {
     const auto [entry, is_new] = middle_of_edge.try_emplace(std::minmax(a, b), static_cast<int>(result.points.size()));
     if (is_new) {
-      result.points.push_back(0.5 *
-                              (mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]));
+      result.points.emplace_back(0.5 *
+                                 (mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]));
     }
     return entry->second;
   };

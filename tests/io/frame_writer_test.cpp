@@ -201,10 +201,11 @@ TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
   std::multiset<long> counted;
   for (vtkIdType point = 0; point < drawn->GetNumberOfPoints(); ++point) {
     const long id = static_cast<long>(ids->GetComponent(point, 0));
-    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[0], static_cast<double>(id / 2));
+    const long column = id / 2;
+    EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[0], static_cast<double>(column));
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[1], static_cast<double>(id % 2));
     EXPECT_DOUBLE_EQ(drawn_height->GetComponent(point, 0), 100.0 + static_cast<double>(id));
-    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 0), static_cast<double>(id / 2) / cell_count);
+    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 0), static_cast<double>(column) / cell_count);
     if (ghost->GetComponent(point, 0) == 0) {
       counted.insert(id);
     }

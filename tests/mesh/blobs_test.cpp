@@ -41,7 +41,7 @@ BlobOptions cut(BlobOptions options) {
 
 /// A closed mesh of one piece with as many points as asked, which needs no repair.
 MeshReport report_of(SurfaceMesh mesh, int vertices, int genus) {
-  const MeshReport report = check_and_repair(mesh, "blobs");
+  MeshReport report = check_and_repair(mesh, "blobs");
   EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
   EXPECT_EQ(report.intersections, 0);
   EXPECT_EQ(report.components, 1);
@@ -182,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(Input, DeckShapesTest,
                          [](const auto& shape) { return std::string(shape.param.deck); });
 
 std::string message_for(const Objects& objects, int vertices = 500) {
-  const std::string message = message_of<Error>([&] { blobs_mesh(objects, vertices); });
+  std::string message = message_of<Error>([&] { blobs_mesh(objects, vertices); });
   EXPECT_EQ(message.find('\n'), std::string::npos);
   return message;
 }

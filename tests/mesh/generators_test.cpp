@@ -140,7 +140,7 @@ TEST(Roof, FlatLimitHasTheAreaOfItsQuads) {
 
 /// An open, flat mesh of triangles in the x-y plane that faces +z.
 MeshReport report_of_flat(SurfaceMesh mesh) {
-  const MeshReport report = check_and_repair(mesh, "generated");
+  MeshReport report = check_and_repair(mesh, "generated");
   EXPECT_EQ(report.lines().size(), 2U) << "needed repair";
   EXPECT_EQ(report.triangles, report.faces);
   EXPECT_EQ(report.euler_characteristic(), 1);

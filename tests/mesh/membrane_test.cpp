@@ -12,25 +12,14 @@
 #include "mesh/generators.h"
 #include "mesh/triangulation.h"
 #include "mesh/weld.h"
+#include "tests/support/balls.h"
 
 namespace pellicle {
 namespace {
 
 /// A closed torus and an open rectangle in triangles, points and faces in a random order, with uv, a group and fields.
 SurfaceMesh two_pieces() {
-  SurfaceMesh mesh = torus_mesh({12, 8}, 1, 0.4);
-  const int offset = static_cast<int>(mesh.points.size());
-  const SurfaceMesh sheet = rectangle_mesh({5, 4}, {2, 1});
-  for (const Eigen::Vector3d& point : sheet.points) {
-    mesh.points.push_back(point + Eigen::Vector3d(0, 0, 3));
-  }
-  for (std::vector<int> face : sheet.faces) {
-    for (int& point : face) {
-      point += offset;
-    }
-    mesh.faces.push_back(face);
-  }
-  mesh.uv.insert(mesh.uv.end(), sheet.uv.begin(), sheet.uv.end());
+  SurfaceMesh mesh = joined(torus_mesh({12, 8}, 1, 0.4), rectangle_mesh({5, 4}, {2, 1}), {0, 0, 3});
   mesh.groups.clear();
   mesh.groups["none"];
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "mesh/generators.h"
 #include "tests/mesh/scratch_file.h"
+#include "tests/support/balls.h"
 
 namespace pellicle {
 namespace {
@@ -221,16 +222,8 @@ TEST(MeshCheck, CountsFaultsAndNamesTheFirst) {
 TEST(MeshCheck, CountsPiecesAndLoops) {
   SurfaceMesh mesh = rectangle_mesh({5, 5}, {1, 1});
   mesh.faces.erase(mesh.faces.begin() + 12);  // a hole in the middle
-  mesh.uv.clear();
-  const int offset = static_cast<int>(mesh.points.size());
-  const SurfaceMesh torus = torus_mesh({8, 6}, 3, 1);
-  mesh.points.insert(mesh.points.end(), torus.points.begin(), torus.points.end());
-  for (std::vector<int> face : torus.faces) {
-    for (int& point : face) {
-      point += offset;
-    }
-    mesh.faces.push_back(face);
-  }
+  mesh.uv.erase(mesh.uv.begin() + 12);
+  mesh = joined(mesh, torus_mesh({8, 6}, 3, 1), Eigen::Vector3d::Zero());
   const MeshReport report = check_and_repair(mesh, "it");
   EXPECT_EQ(report.components, 2);
   EXPECT_EQ(report.boundary_loops, 2);

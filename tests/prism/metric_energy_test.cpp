@@ -168,7 +168,7 @@ TEST(MetricEnergy, equibiaxial_and_uniaxial_stresses_have_their_closed_forms) {
       const RestMetric rest = element.rest();
       const MetricEnergy energy = metric_energy(material, ThicknessRule::incompressible, rest, element.metric(), 1);
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> stress(in_plane_stress(energy.gradient, rest));
-      const Eigen::Vector2d s = stress.eigenvalues();
+      const Eigen::Vector2d& s = stress.eigenvalues();
       EXPECT_NEAR((l > 1 ? s[1] : s[0]) * l * l, uniaxial, 1e-11 * 1e6 * l * l * l);
       EXPECT_NEAR((l > 1 ? s[0] : s[1]) / l, 0, 1e-11 * 1e6 * l * l * l);
       EXPECT_NEAR(energy.thickness_ratio, 1 / std::sqrt(l), 1e-13);

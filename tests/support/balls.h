@@ -4,11 +4,12 @@
 
 namespace pellicle {
 
-/// Both meshes as one, the second moved: its points and faces after the first's. Without texture coordinates.
+/// Both meshes as one, the second moved: its points and faces after the first's. Both have texture coordinates, or
+/// neither.
 inline SurfaceMesh joined(SurfaceMesh first, const SurfaceMesh& second, const Eigen::Vector3d& shift) {
   const auto offset = static_cast<int>(first.points.size());
   for (const Eigen::Vector3d& point : second.points) {
-    first.points.push_back(point + shift);
+    first.points.emplace_back(point + shift);
   }
   for (std::vector<int> face : second.faces) {
     for (int& point : face) {
@@ -16,7 +17,7 @@ inline SurfaceMesh joined(SurfaceMesh first, const SurfaceMesh& second, const Ei
     }
     first.faces.push_back(face);
   }
-  first.uv.clear();
+  first.uv.insert(first.uv.end(), second.uv.begin(), second.uv.end());
   return first;
 }
 
