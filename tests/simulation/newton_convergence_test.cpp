@@ -117,7 +117,7 @@ TEST_P(NewtonConvergence, IsQuadraticWithTheExactTangentOnly) {
       norms.push_back(step.residual);
       print_once(" %.1e", step.residual);
     }
-    print_once(" N\n");
+    print_once("%s\n", " N");
     if (options.gas.tangent == "exact") {
       exact = norms.back();
       EXPECT_LT(exact, 1e-9);

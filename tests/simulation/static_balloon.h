@@ -30,7 +30,7 @@ struct StaticBalloon {
 
   /// One step to a time [s].
   InflateStep step_to(double time) {
-    const InflateStep result = chain.advance(state, time - state.time);
+    InflateStep result = chain.advance(state, time - state.time);
     newton_iterations += result.newton_iterations;
     linear_iterations += result.linear_iterations;
     return result;
