@@ -12,6 +12,9 @@ namespace pellicle {
 
 namespace {
 
+/// Iterations that cost about as much as a new coarse level.
+constexpr PetscInt worth_renewing = 50;
+
 /// Owned vertices joined by the edges of the elements.
 CellGraph vertex_graph(const Membrane& membrane) {
   const PetscInt owned = membrane.particles.owned;
@@ -153,14 +156,15 @@ void RigidPatches::update() {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   check(KSPGetIterationNumber(solver_, &iterations));
   check(KSPGetConvergedReason(solver_, &reason));
-  if (is_fresh_) {
-    fresh_iterations_ = iterations;
-    is_fresh_ = false;
+  if (coarse_ != nullptr && reason > 0) {
+    fewest_iterations_ = std::min(fewest_iterations_, iterations);
+    wasted_iterations_ += iterations - fewest_iterations_;
+    if (wasted_iterations_ < worth_renewing) {
+      return;
+    }
   }
-  if (coarse_ != nullptr && reason > 0 && 2 * iterations <= 3 * fresh_iterations_ + 10) {
-    return;
-  }
-  is_fresh_ = true;
+  fewest_iterations_ = PETSC_MAX_INT;
+  wasted_iterations_ = 0;
   const MatReuse reuse = coarse_ == nullptr ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX;
   Mat rows = tangent_;
   PetscBool is_aij = PETSC_FALSE;

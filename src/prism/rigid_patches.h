@@ -28,8 +28,8 @@ class RigidPatches {
   static std::optional<RigidPatches> of(KSP solver, Mat tangent, const Membrane& membrane,
                                         const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
 
-  /// Takes the tangent's new values over to the coarse level, once the last solve took more than half as many
-  /// iterations again as the first one with the present level. Collective.
+  /// Takes the tangent's new values over to the coarse level, once solves with the present one have taken so many more
+  /// iterations than the shortest of them that a new one would have been cheaper. Collective.
   void update();
 
  private:
@@ -39,8 +39,8 @@ class RigidPatches {
   MatHandle interpolation_;  ///< (3 vertices x at most 6 patches)
   MatHandle coarse_;         ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
-  bool is_fresh_ = false;          ///< no solve yet with the present coarse level
-  PetscInt fresh_iterations_ = 0;  ///< of the first solve with it
+  PetscInt fewest_iterations_ = 0;  ///< of the solves with the present coarse level
+  PetscInt wasted_iterations_ = 0;  ///< of its solves beyond the fewest
 };
 
 }  // namespace pellicle
