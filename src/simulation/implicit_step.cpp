@@ -238,8 +238,8 @@ std::string ImplicitStep::words_of_failure(SNESConvergedReason reason) const {
   }
 }
 
-/// Whether Newton's method can use what the linear solver has reached: its solution, or, where conjugate gradients met
-/// a direction in which the potential is concave, the way downhill until then.
+/// Whether Newton's method can use what the linear solver has reached: its solution, or, where conjugate gradients met a
+/// concave direction, the potential's or the preconditioner's, the way downhill until then.
 bool ImplicitStep::linear_solve_is_usable() {
   if (bordered() > 0) {
     return linear_failure_.empty();
@@ -260,7 +260,7 @@ bool ImplicitStep::linear_solve_is_usable() {
           ? "the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
             "that the balloon can hold (to go there prescribe its volume or its amount of gas), or the step is too long"
           : std::string("the linear solver prism_ did not converge (") + KSPConvergedReasons[reason] + ")";
-  return reason == KSP_DIVERGED_INDEFINITE_MAT && iterations > 0;
+  return is_indefinite && iterations > 0;
 }
 
 void ImplicitStep::set_unknowns(Vec unknowns) const {
