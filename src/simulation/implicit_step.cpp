@@ -238,8 +238,8 @@ std::string ImplicitStep::words_of_failure(SNESConvergedReason reason) const {
   }
 }
 
-/// Whether Newton's method can use what the linear solver has reached: its solution, or, where conjugate gradients met a
-/// concave direction, the potential's or the preconditioner's, the way downhill until then.
+/// Whether Newton's method can use what the linear solver has reached: its solution, or, where conjugate gradients met
+/// a concave direction, the potential's or the preconditioner's, the way downhill until then.
 bool ImplicitStep::linear_solve_is_usable() {
   if (bordered() > 0) {
     return linear_failure_.empty();
