@@ -31,8 +31,10 @@ vtkSmartPointer<Array> named_array(const char* name) {
   return array;
 }
 
-/// Point data that never changes: persistent ids and the marks of what other ranks own.
-void add_point_identity(const PointSet& points, const std::vector<PetscInt>& particles, vtkPolyData* piece) {
+/// Data that never change: of the points persistent ids and the marks of what other ranks own, of the cells the rank
+/// and `of_cells`.
+void add_identity(const PointSet& points, const std::vector<PetscInt>& particles, vtkDataArray* of_cells,
+                  vtkPolyData* piece) {
   const auto ids = named_array<vtkTypeInt64Array>("vertex_id");
   const auto ghost = named_array<vtkUnsignedCharArray>(vtkDataSetAttributes::GhostArrayName());
   for (const PetscInt particle : particles) {
@@ -41,6 +43,13 @@ void add_point_identity(const PointSet& points, const std::vector<PetscInt>& par
   }
   piece->GetPointData()->AddArray(ids);
   piece->GetPointData()->AddArray(ghost);
+  int own_rank = 0;
+  MPI_Comm_rank(points.comm(), &own_rank);
+  const auto rank = named_array<vtkIntArray>("rank");
+  rank->SetNumberOfValues(of_cells->GetNumberOfTuples());
+  rank->FillValue(own_rank);
+  piece->GetCellData()->AddArray(rank);
+  piece->GetCellData()->AddArray(of_cells);
 }
 
 /// Local numbers 0, 1, 2, ... for particles in the order in which they are first used.
@@ -62,12 +71,6 @@ class Numbering {
   std::vector<vtkIdType> number_;
   std::vector<PetscInt> particles_;
 };
-
-int rank_of(const PointSet& points) {
-  int rank = 0;
-  MPI_Comm_rank(points.comm(), &rank);
-  return rank;
-}
 
 /// Adds the texture coordinates of the points, if the mesh has any. Collective.
 void add_uv(const PointSet& points, const std::vector<PetscInt>& particles, vtkPolyData* piece) {
@@ -117,7 +120,6 @@ Drawing drawing_of(const Sheet& sheet) {
   Drawing drawing;
   drawing.particles = number.particles();
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
-  const auto rank = named_array<vtkIntArray>("rank");
   const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
   std::vector<PetscInt> points = drawing.particles;
   vtkNew<vtkCellArray> triangles;
@@ -129,15 +131,12 @@ Drawing drawing_of(const Sheet& sheet) {
     for (std::size_t edge = 0; edge < 4; ++edge) {
       const vtkIdType triangle[] = {number(sheet.cells[cell][edge]), number(sheet.cells[cell][(edge + 1) % 4]), centre};
       triangles->InsertNextCell(3, triangle);
-      rank->InsertNextValue(rank_of(sheet));
       cell_id->InsertNextValue(id);
       drawing.items.push_back(static_cast<PetscInt>(cell));
     }
   }
   drawing.skeleton->SetPolys(triangles);
-  drawing.skeleton->GetCellData()->AddArray(rank);
-  drawing.skeleton->GetCellData()->AddArray(cell_id);
-  add_point_identity(sheet, points, drawing.skeleton);
+  add_identity(sheet, points, cell_id, drawing.skeleton);
   add_uv(sheet, points, drawing.skeleton);
   return drawing;
 }
@@ -146,22 +145,18 @@ Drawing drawing_of(const Membrane& membrane) {
   Numbering number(membrane.particles.local());
   Drawing drawing;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
-  const auto rank = named_array<vtkIntArray>("rank");
   const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
   vtkNew<vtkCellArray> triangles;
   for (PetscInt element = 0; element < membrane.elements.owned; ++element) {
     const auto& corners = membrane.triangles[static_cast<std::size_t>(element)];
     const vtkIdType triangle[] = {number(corners[0]), number(corners[1]), number(corners[2])};
     triangles->InsertNextCell(3, triangle);
-    rank->InsertNextValue(rank_of(membrane));
     cell_id->InsertNextValue(membrane.element_id[static_cast<std::size_t>(element)]);
     drawing.items.push_back(element);
   }
   drawing.particles = number.particles();
   drawing.skeleton->SetPolys(triangles);
-  drawing.skeleton->GetCellData()->AddArray(rank);
-  drawing.skeleton->GetCellData()->AddArray(cell_id);
-  add_point_identity(membrane, drawing.particles, drawing.skeleton);
+  add_identity(membrane, drawing.particles, cell_id, drawing.skeleton);
   add_uv(membrane, drawing.particles, drawing.skeleton);
   return drawing;
 }
@@ -170,7 +165,6 @@ Drawing drawing_of_springs(const Sheet& sheet) {
   Numbering number(sheet.particles.local());
   Drawing drawing;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
-  const auto rank = named_array<vtkIntArray>("rank");
   const auto colour_of_line = named_array<vtkIntArray>("colour");
   vtkNew<vtkCellArray> lines;
   for (const Colour colour : all_colours) {
@@ -178,15 +172,12 @@ Drawing drawing_of_springs(const Sheet& sheet) {
     for (std::size_t spring = 0; spring < static_cast<std::size_t>(springs.owned()); ++spring) {
       const vtkIdType line[] = {number(springs.ends[spring][0]), number(springs.ends[spring][1])};
       drawing.items.push_back(static_cast<PetscInt>(lines->InsertNextCell(2, line)));
-      rank->InsertNextValue(rank_of(sheet));
       colour_of_line->InsertNextValue(static_cast<int>(colour));
     }
   }
   drawing.particles = number.particles();
   drawing.skeleton->SetLines(lines);
-  drawing.skeleton->GetCellData()->AddArray(rank);
-  drawing.skeleton->GetCellData()->AddArray(colour_of_line);
-  add_point_identity(sheet, drawing.particles, drawing.skeleton);
+  add_identity(sheet, drawing.particles, colour_of_line, drawing.skeleton);
   return drawing;
 }
 
