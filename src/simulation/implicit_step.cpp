@@ -204,10 +204,9 @@ ImplicitResult ImplicitStep::advance(BalloonState& state, double h) {
   }
   check(SNESGetFunctionNorm(snes_, &result.residual));
   read_unknowns(unknowns_);
-  evaluate_gas();
   state.position.values() = position_.values();
-  for (std::size_t chamber = 0; chamber < gas_.size(); ++chamber) {
-    state.pressure[static_cast<Eigen::Index>(chamber)] = gas_[chamber].pressure;
+  for (int border = 0; border < bordered(); ++border) {
+    state.pressure[bordered_chambers_[static_cast<std::size_t>(border)]] = multiplier_[border];
   }
   return result;
 }
@@ -456,10 +455,10 @@ bool ImplicitStep::search_line(SNESLineSearch search) {
   };
   double slope = 0;
   check(VecDot(f, y, &slope));
-  check(VecWAXPY(w, -1, y, x));
-  read_unknowns(w);
-  weight = bordered() > 0 ? 2 * multiplier_.cwiseAbs().maxCoeff() : 0;
   if (bordered() > 0) {
+    check(VecWAXPY(w, -1, y, x));
+    read_unknowns(w);
+    weight = 2 * multiplier_.cwiseAbs().maxCoeff();
     slope = 0;  // only a decrease is asked for
   }
   read_unknowns(x);

@@ -62,9 +62,13 @@ class ImplicitStep {
   /// Collective. @throws Error on solver options that PETSc does not know
   ImplicitStep(const BalloonModel& model, const PrismOptions& options);
 
-  /// Moves positions (ghosts too) and the pressures of the state to `state.time + h`; velocities, thickness, time and
-  /// step are the caller's. The state is spoilt when the result has not converged. Collective.
+  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to `state.time + h`; velocities,
+  /// thickness, other pressures, time and step are the caller's. The state is spoilt when the result has not converged.
+  /// Collective.
   ImplicitResult advance(BalloonState& state, double h);
+
+  /// Square root of the wall's undeformed area, the same on every rank [m].
+  double length_scale() const { return length_scale_; }
 
  private:
   static PetscErrorCode residual_callback(SNES snes, Vec unknowns, Vec residual, void* context);

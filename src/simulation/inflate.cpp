@@ -33,12 +33,6 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
     volume_preservation_ =
         std::make_unique<VolumePreservation>(membrane, wall_, constraints_.projectors(), options.volume);
   }
-  double area = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
-    area += wall_.rest[e].area;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
-  length_scale_ = std::sqrt(area);
 }
 
 BalloonState Inflate::initial_state() const {
@@ -49,10 +43,7 @@ BalloonState Inflate::initial_state() const {
   }
   pins_.impose(state.position, 0);
   elements_.update_thickness(state.position, state.thickness_ratio);
-  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
-  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    state.pressure[chamber] = chambers_.state(chamber, volumes[chamber], 0).pressure;
-  }
+  set_pressures(state);
   return state;
 }
 
@@ -84,18 +75,22 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   const auto timer = clock_.time("velocity");
   state.time += h;
   ++state.step;
-  // The pressure that the gas has now: volume preservation has moved the wall.
-  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
-  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    state.pressure[chamber] = gas(chamber, volumes[chamber], state).pressure;
-  }
+  set_pressures(state);
   const Eigen::MatrixXd velocity = (state.position.values() - start_.values()) / h;
   if (velocity.cols() > 0) {
-    step.step_error = h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / length_scale_;
+    step.step_error =
+        h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / implicit_.length_scale();
   }
   MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
   state.velocity.values() = velocity;
   return step;
+}
+
+void Inflate::set_pressures(BalloonState& state) const {
+  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    state.pressure[chamber] = gas(chamber, volumes[chamber], state).pressure;
+  }
 }
 
 GasState Inflate::gas(int chamber, double volume, const BalloonState& state) const {

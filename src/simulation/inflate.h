@@ -45,6 +45,9 @@ class Inflate {
   static const std::vector<std::string>& stage_names();
 
  private:
+  /// What the gas has at the state's positions and time; prescribed volumes keep their multipliers. Collective.
+  void set_pressures(BalloonState& state) const;
+
   const Membrane& membrane_;
   const Options& options_;
   StageClock& clock_;
@@ -58,7 +61,6 @@ class Inflate {
   ImplicitStep implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   Field start_;                                              ///< positions at the beginning of the step
-  double length_scale_ = 0;                                  ///< square root of the wall's area [m]
 };
 
 }  // namespace pellicle
