@@ -18,6 +18,10 @@ struct SpringSet {
   Layout layout;
   std::vector<std::array<PetscInt, 2>> ends;  ///< local particle numbers
   std::vector<double> initial_length;         ///< l^init [m]
+  /// Drawn triangles that share each local spring: two of its cell for a red one, those at its edge for a blue one and
+  /// at the edge that it crosses for a green one, all four of its cell for a yellow one. -1 where there is none, or
+  /// where it is not local, which happens to ghosts only.
+  std::vector<std::array<PetscInt, 4>> triangles;
 
   PetscInt owned() const { return layout.owned; }
   PetscInt local() const { return layout.local(); }
@@ -30,12 +34,14 @@ struct SpringSet {
 /// ids: the vertex number in the file, or first_lattice_id + the cell number in the file.
 struct Sheet : PointSet {
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
-  PetscInt global_corners = 0;    ///< vertices of the whole mesh
-  PetscInt global_cells = 0;      ///< cells of the whole mesh
+  PetscInt global_corners = 0;    ///< corners of all ranks
+  PetscInt global_cells = 0;      ///< cells of all ranks
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
+  PetscInt id_end = 0;            ///< all persistent ids are smaller, also those of cells that were removed
   std::vector<double> initial_mass;  ///< m^init of the local particles [kg]
 
   /// Cells whose corners and lattice point are local; owned cells come first. Local particle numbers, round the cell.
+  /// Drawn triangle 4 c + k of cell c joins its corners k and k + 1 with its centre.
   std::vector<std::array<PetscInt, 4>> cells;
   std::vector<PetscInt> lattice;  ///< lattice particle of each cell
   PetscInt owned_cells = 0;

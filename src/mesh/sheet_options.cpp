@@ -27,6 +27,11 @@ void describe(OptionTable& table, SheetOptions& options) {
           "sheet can buckle; depends on the persistent ids only, never on ranks")
       .source("README: parameters");
   table.add("sheet.seed", options.seed).at_least(0).help("seed of the initial noise");
+  table.add("sheet.imbalance_limit", options.imbalance_limit)
+      .at_least(1)
+      .help(
+          "when burnt cells are removed, the rest is spread over the ranks anew if the largest number of cells of a "
+          "rank is more than this times the mean");
 }
 
 }  // namespace pellicle

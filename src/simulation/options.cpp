@@ -51,6 +51,7 @@ void describe(OptionTable& table, Options& options) {
       .source("burning paper, section 7 and Fig. 7");
   describe(table, options.heat);
   describe(table, options.combustion);
+  describe(table, options.ablation);
   describe(table, options.force);
   describe(table, options.project);
   describe(table, options.spring);

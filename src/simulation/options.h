@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "ablation/ablation_options.h"
 #include "combustion/combustion_options.h"
 #include "contact/bodies.h"
 #include "contact/constraints.h"
@@ -61,6 +62,7 @@ struct Options {
   TimeOptions time;
   HeatOptions heat;
   CombustionOptions combustion;
+  AblationOptions ablation;
   ForceOptions force;
   ProjectOptions project;
   SpringOptions spring;

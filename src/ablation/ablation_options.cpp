@@ -1,0 +1,43 @@
+#include "ablation/ablation_options.h"
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, AblationOptions& options) {
+  table.add("ablation.loss_mass", options.loss_mass)
+      .range(0, 1)
+      .help(
+          "m^loss: below this fraction of its initial mass a particle has burnt away; 0, or no more than "
+          "combustion.min_mass: the sheet wrinkles but stays whole")
+      .source("burning paper, section 6");
+  table.add("ablation.compact_fraction", options.compact_fraction)
+      .range(0, 1)
+      .help(
+          "cells of which nothing is left are removed, and the rest is numbered anew, when they are more than this "
+          "share of all; until then they are only left out. 1: never. The answer does not depend on it");
+  table.add("ablation.strength", options.strength)
+      .unit("N/m")
+      .more_than(0)
+      .help(
+          "force per width at which the unburnt sheet tears; a spring carries a width of its initial length. Nothing "
+          "tears unless given")
+      .source("burning paper, section 8.2; README: readings");
+  table.add("ablation.strength_texture", options.strength_texture)
+      .file()
+      .help("image whose brightness at the uv coordinates weights the strength");
+  table.add("ablation.strength_range", options.strength_range)
+      .length(2)
+      .help("factors on the strength where the image is black and where it is white");
+  table.add("ablation.char_strength", options.char_strength)
+      .range(0, 1)
+      .help("share of the strength that is left at the least mass; in between the strength is linear in the mass");
+  table.add("ablation.strength_scatter", options.strength_scatter)
+      .range(0, 1)
+      .help(
+          "largest share by which the strength of a spring differs at random; depends on the seed and the persistent "
+          "ids only");
+  table.add("ablation.seed", options.seed).at_least(0).help("seed of the scatter of the strength");
+}
+
+}  // namespace pellicle

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pellicle {
+
+class OptionTable;
+
+/// How a sheet burns away and tears (burning paper, sections 6 and 8.2).
+struct AblationOptions {
+  double loss_mass = 0;            ///< m^loss, as a fraction of the initial mass; 0: nothing burns away
+  double compact_fraction = 0.2;   ///< share of the cells that may be gone before they are removed; 1: never
+  std::optional<double> strength;  ///< of the unburnt sheet, force per width [N/m]; none: nothing tears
+  std::string strength_texture;    ///< file of an image that weights the strength; none when empty
+  std::vector<double> strength_range{0.2, 1.8};  ///< factors on the strength at black and at white
+  double char_strength = 0.1;                    ///< share of the strength that is left at the least mass
+  double strength_scatter = 0;                   ///< largest share by which the strength of a spring differs at random
+  int seed = 1;                                  ///< of the scatter
+};
+
+/// Declares the options `ablation.*`.
+void describe(OptionTable& table, AblationOptions& options);
+
+}  // namespace pellicle

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "ablation/ablation_options.h"
+#include "mesh/field.h"
+#include "mesh/living.h"
+#include "mesh/sheet.h"
+
+namespace pellicle {
+
+/// What tearing needs to know of a step.
+struct TearingInput {
+  const Living& living;
+  /// How much shorter each owned spring's own constraint made it in the step, by colour; negative where longer [m].
+  const std::array<std::vector<double>, 4>& pull;
+  const Field& mass;                ///< [kg], ghosts up to date
+  const std::vector<bool>& pinned;  ///< local particles that nothing moves
+  double h = 0;                     ///< length of the step [s]
+  double min_mass = 0;              ///< m^min as a fraction of the initial mass
+};
+
+/// Tearing by stress, which the burning paper leaves out (section 8.2): a spring tears when the tension that the
+/// projection needed to keep its length exceeds the strength of what is left of the sheet.
+class Tearing {
+ public:
+  /// The sheet must outlive this object.
+  /// @param texture factor on the strength of each local particle, or empty for 1
+  Tearing(const Sheet& sheet, const AblationOptions& options, std::vector<double> texture);
+
+  /// Owned springs of each colour that tear. Not collective.
+  std::array<std::vector<PetscInt>, 4> torn(const TearingInput& input) const;
+
+ private:
+  const Sheet& sheet_;
+  AblationOptions options_;
+  std::vector<double> texture_;
+};
+
+}  // namespace pellicle
