@@ -13,7 +13,8 @@ inline constexpr std::array<Colour, 4> all_colours{Colour::red, Colour::green, C
 inline constexpr std::array<const char*, 4> colour_names{"red", "green", "blue", "yellow"};
 
 /// The springs of one colour. Local numbers run over owned springs, then ghosts: springs of other ranks that end at a
-/// particle of this rank or share a particle with an owned spring. Both ends of every local spring are local particles.
+/// particle of this rank, share a particle with an owned spring, or lie in a cell of this rank. Both ends of every
+/// local spring are local particles.
 struct SpringSet {
   Layout layout;
   std::vector<std::array<PetscInt, 2>> ends;  ///< local particle numbers

@@ -40,10 +40,21 @@ struct FoundSpring {
   PetscInt point;  ///< DMPlex cell (red, yellow) or edge (blue, green)
   PetscInt index;  ///< among the springs of this colour at the point
   std::array<PetscInt, 2> ends;
+  std::array<PetscInt, 4> triangles;  ///< SpringSet::triangles
 };
 
-/// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank nor share one
-/// with an owned spring. Collective.
+/// Which side of a cell joins these corners: k when it runs between corners k and k + 1.
+PetscInt side(const std::array<PetscInt, 4>& cell, const std::array<PetscInt, 2>& ends) {
+  PetscInt k = 0;
+  while (std::minmax(cell[static_cast<std::size_t>(k)], cell[static_cast<std::size_t>((k + 1) % 4)]) !=
+         std::minmax(ends[0], ends[1])) {
+    ++k;
+  }
+  return k;
+}
+
+/// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank, nor share one
+/// with an owned spring, nor lie in an owned cell. Collective.
 SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& distribution, const Sheet& sheet) {
   SpringSet set;
   std::vector<PetscInt> first_at_point(static_cast<std::size_t>(distribution.points()), -1);
@@ -51,6 +62,7 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
   std::fill_n(needed.begin(), sheet.particles.owned, true);
   const auto add = [&](const FoundSpring& spring) {
     set.ends.push_back(spring.ends);
+    set.triangles.push_back(spring.triangles);
     set.initial_length.push_back((sheet.rest.col(spring.ends[0]) - sheet.rest.col(spring.ends[1])).norm());
   };
   for (const FoundSpring& spring : found) {
@@ -70,7 +82,9 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
   distribution.fetch(first_at_point);
   for (const FoundSpring& spring : found) {
     const bool is_needed =
-        needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])];
+        needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
+        std::any_of(spring.triangles.begin(), spring.triangles.end(),
+                    [&sheet](PetscInt triangle) { return triangle >= 0 && triangle < 4 * sheet.owned_cells; });
     if (!distribution.is_owned(spring.point) && is_needed) {
       set.layout.ghost_global.push_back(first_at_point[static_cast<std::size_t>(spring.point)] + spring.index);
       add(spring);
@@ -86,16 +100,19 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
   MPI_Comm_rank(comm, &rank);
   Sheet sheet;
   Eigen::MatrixXd shell;
-  std::array<PetscInt, 3> sizes{};
+  std::array<PetscInt, 4> sizes{};
   if (rank == 0) {
     const auto points = static_cast<PetscInt>(mesh.points.size());
-    sizes = {points, static_cast<PetscInt>(mesh.faces.size()), points > 0 ? mesh.id_of_point(points - 1) + 1 : 0};
+    const auto faces = static_cast<PetscInt>(mesh.faces.size());
+    const PetscInt first_lattice_id = mesh.id_of_point(points - 1) + 1;
+    sizes = {points, faces, first_lattice_id, first_lattice_id + mesh.id_of_face(faces - 1) + 1};
     shell = masses_and_lattice(mesh, options);
   }
   MPI_Bcast(sizes.data(), static_cast<int>(sizes.size()), MPIU_INT, 0, comm);
   sheet.global_corners = sizes[0];
   sheet.global_cells = sizes[1];
   sheet.first_lattice_id = sizes[2];
+  sheet.id_end = sizes[3];
   // Two layers of neighbours: a green spring's neighbours end one cell beyond the next cell.
   const Distribution distribution(comm, mesh, 2, options, std::move(shell));
 
@@ -129,6 +146,7 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
   // Cells, owned first, and the springs that belong to a cell.
   std::vector<FoundSpring> red;
   std::vector<FoundSpring> yellow;
+  std::vector<PetscInt> cell_of_point(static_cast<std::size_t>(distribution.points()), -1);
   sheet.cell_count.assign(static_cast<std::size_t>(sheet.particles.owned), 0);
   for (const bool owned : {true, false}) {
     for (PetscInt point = cells.begin; point < cells.end; ++point) {
@@ -136,16 +154,20 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
         continue;
       }
       const PetscInt lattice = particle_of_point[static_cast<std::size_t>(point)];
+      const auto triangle = 4 * static_cast<PetscInt>(sheet.cells.size());
+      const std::array<PetscInt, 4> triangles{triangle, triangle + 1, triangle + 2, triangle + 3};
       std::array<PetscInt, 4> corners = distribution.corners<4>(point);
       for (std::size_t k = 0; k < 4; ++k) {
         corners[k] = particle_of_point[static_cast<std::size_t>(corners[k])];
-        red.push_back({point, static_cast<PetscInt>(k), {corners[k], lattice}});
+        red.push_back(
+            {point, static_cast<PetscInt>(k), {corners[k], lattice}, {triangles[k], triangles[(k + 3) % 4], -1, -1}});
         if (corners[k] < sheet.owned_corners) {
           ++sheet.cell_count[static_cast<std::size_t>(corners[k])];
         }
       }
-      yellow.push_back({point, 0, {corners[0], corners[2]}});
-      yellow.push_back({point, 1, {corners[1], corners[3]}});
+      yellow.push_back({point, 0, {corners[0], corners[2]}, triangles});
+      yellow.push_back({point, 1, {corners[1], corners[3]}, triangles});
+      cell_of_point[static_cast<std::size_t>(point)] = static_cast<PetscInt>(sheet.cells.size());
       sheet.cells.push_back(corners);
       sheet.lattice.push_back(lattice);
       sheet.owned_cells += owned ? 1 : 0;
@@ -157,20 +179,26 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
   std::vector<FoundSpring> green;
   const Distribution::Range edges = distribution.edges();
   for (PetscInt edge = edges.begin; edge < edges.end; ++edge) {
-    const PetscInt* points = nullptr;
-    PetscInt support = 0;
-    check(DMPlexGetCone(distribution.dm(), edge, &points));
-    blue.push_back({edge,
-                    0,
-                    {particle_of_point[static_cast<std::size_t>(points[0])],
-                     particle_of_point[static_cast<std::size_t>(points[1])]}});
-    check(DMPlexGetSupportSize(distribution.dm(), edge, &support));
-    check(DMPlexGetSupport(distribution.dm(), edge, &points));
-    if (support == 2) {
+    const PetscInt* vertices = nullptr;
+    const PetscInt* beside = nullptr;
+    PetscInt count = 0;
+    check(DMPlexGetCone(distribution.dm(), edge, &vertices));
+    check(DMPlexGetSupportSize(distribution.dm(), edge, &count));
+    check(DMPlexGetSupport(distribution.dm(), edge, &beside));
+    const std::array<PetscInt, 2> ends{particle_of_point[static_cast<std::size_t>(vertices[0])],
+                                       particle_of_point[static_cast<std::size_t>(vertices[1])]};
+    std::array<PetscInt, 4> triangles{-1, -1, -1, -1};
+    for (PetscInt i = 0; i < count; ++i) {
+      const PetscInt cell = cell_of_point[static_cast<std::size_t>(beside[i])];
+      triangles[static_cast<std::size_t>(i)] = 4 * cell + side(sheet.cells[static_cast<std::size_t>(cell)], ends);
+    }
+    blue.push_back({edge, 0, ends, triangles});
+    if (count == 2) {
       green.push_back({edge,
                        0,
-                       {particle_of_point[static_cast<std::size_t>(points[0])],
-                        particle_of_point[static_cast<std::size_t>(points[1])]}});
+                       {particle_of_point[static_cast<std::size_t>(beside[0])],
+                        particle_of_point[static_cast<std::size_t>(beside[1])]},
+                       triangles});
     }
   }
   sheet.of(Colour::red) = make_spring_set(red, distribution, sheet);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 
@@ -124,6 +125,75 @@ TEST_P(Shell, ghosts_complete_the_springs_round_owned_ones) {
       EXPECT_EQ(ids.values().col(s), pair(s));
     }
   }
+}
+
+// What the triangles of a spring are follows from where its ends lie.
+TEST_P(Shell, springs_name_the_triangles_that_share_them) {
+  const Sheet sheet = make(grid_mesh(7, 5, 0.25));
+  const auto is_on_outline = [&sheet](PetscInt a, PetscInt b) {
+    const Eigen::Vector2d middle = (sheet.rest.col(a) + sheet.rest.col(b)).head<2>() / 2;
+    return middle.minCoeff() < 1e-9 || middle.x() > 7 * 0.25 - 1e-9 || middle.y() > 5 * 0.25 - 1e-9;
+  };
+  std::array<std::vector<int>, 4> named;  // springs of each colour that name a triangle
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet.of(colour);
+    std::vector<int>& count = named[static_cast<std::size_t>(colour)];
+    count.assign(4 * sheet.cells.size(), 0);
+    ASSERT_EQ(static_cast<PetscInt>(set.triangles.size()), set.local());
+    for (PetscInt s = 0; s < set.local(); ++s) {
+      const auto& [a, b] = set.ends[static_cast<std::size_t>(s)];
+      int triangles = 0;
+      for (const PetscInt triangle : set.triangles[static_cast<std::size_t>(s)]) {
+        if (triangle < 0) {
+          continue;
+        }
+        ++triangles;
+        ASSERT_LT(triangle, static_cast<PetscInt>(count.size()));
+        ++count[static_cast<std::size_t>(triangle)];
+        const auto& cell = sheet.cells[static_cast<std::size_t>(triangle / 4)];
+        const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(triangle / 4)];
+        const PetscInt begin = cell[static_cast<std::size_t>(triangle % 4)];
+        const PetscInt end = cell[static_cast<std::size_t>((triangle + 1) % 4)];
+        const auto is_corner = [&cell](PetscInt i) { return std::find(cell.begin(), cell.end(), i) != cell.end(); };
+        if (colour == Colour::red) {
+          EXPECT_TRUE((a == begin || a == end) && b == lattice);
+        } else if (colour == Colour::blue) {
+          EXPECT_EQ(std::minmax(a, b), std::minmax(begin, end));
+        } else if (colour == Colour::yellow) {
+          EXPECT_TRUE(is_corner(a) && is_corner(b));
+        } else {
+          EXPECT_TRUE(a == lattice || b == lattice);
+          const PetscInt other = a == lattice ? b : a;  // as far beyond the edge as this lattice point before it
+          EXPECT_NEAR((sheet.rest.col(lattice) + sheet.rest.col(other) - sheet.rest.col(begin) - sheet.rest.col(end))
+                          .head<2>()
+                          .norm(),
+                      0, 1e-14);
+        }
+      }
+      if (s < set.owned()) {
+        const std::array<int, 4> expected{2, 2, is_on_outline(a, b) ? 1 : 2, 4};
+        EXPECT_EQ(triangles, expected[static_cast<std::size_t>(colour)]);
+      }
+    }
+  }
+  for (std::size_t triangle = 0; triangle < 4 * static_cast<std::size_t>(sheet.owned_cells); ++triangle) {
+    const auto& cell = sheet.cells[triangle / 4];
+    const bool is_outer = is_on_outline(cell[triangle % 4], cell[(triangle + 1) % 4]);
+    EXPECT_EQ(named[0][triangle], 2);
+    EXPECT_EQ(named[1][triangle], is_outer ? 0 : 1);
+    EXPECT_EQ(named[2][triangle], 1);
+    EXPECT_EQ(named[3][triangle], 2);
+  }
+}
+
+TEST_P(Shell, ids_end_behind_the_last_cell_of_the_file) {
+  SurfaceMesh mesh = grid_mesh(3, 2, 0.25);
+  EXPECT_EQ(make(mesh).id_end, 12 + 6);
+  mesh.point_id = {0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 20};
+  mesh.face_id = {1, 2, 3, 4, 5, 9};
+  const Sheet sheet = make(mesh);
+  EXPECT_EQ(sheet.first_lattice_id, 21);
+  EXPECT_EQ(sheet.id_end, 21 + 9 + 1);
 }
 
 TEST_P(Shell, ghost_particles_carry_their_owners_data) {
