@@ -37,7 +37,7 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field&
                         const CombustionOptions& options) {
   std::vector<double> ratio(static_cast<std::size_t>(sheet.particles.local()));
   for (std::size_t i = 0; i < ratio.size(); ++i) {
-    ratio[i] = volume_ratio(mass.data()[i] / sheet.initial_mass[i], options);
+    ratio[i] = volume_ratio(mass.data()[i] > 0 ? mass.data()[i] / sheet.initial_mass[i] : options.min_mass, options);
   }
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);

@@ -32,7 +32,8 @@ double burn(Field& mass, Field& mass_change, const Sheet& sheet, const BurnInput
 /// @param mass_ratio m/m^init
 double volume_ratio(double mass_ratio, const CombustionOptions& options);
 
-/// l = l^init (v_0 + v_1)/2 of all local springs (burning paper, eq. 6). Not collective.
+/// l = l^init (v_0 + v_1)/2 of all local springs (burning paper, eq. 6), > 0: a particle that has left, of mass 0,
+/// counts as one of the least mass. Not collective.
 /// @param mass [kg], ghosts up to date, (1 x local)
 void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
                         const CombustionOptions& options);

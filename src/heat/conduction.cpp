@@ -92,9 +92,9 @@ void Conduction::create_shell() {
 
 void Conduction::update_operator(const ConductionInput& input) {
   if (umbrella_) {
-    set_umbrella(graph_, sheet_, diffusivity_, input.positions);
+    set_umbrella(graph_, sheet_, diffusivity_, input.positions, input.living);
   } else {
-    set_cotangent(graph_, sheet_, diffusivity_, input.positions, input.mass);
+    set_cotangent(graph_, sheet_, diffusivity_, input.positions, input.mass, input.living);
   }
   const PetscInt owned = sheet_.particles.owned;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(sheet_.particles.local());
@@ -104,6 +104,11 @@ void Conduction::update_operator(const ConductionInput& input) {
     sum[graph_.pairs[p][1]] += graph_.weights[p];
   }
   diagonal_ = graph_.capacity + sum.head(owned);
+  for (Eigen::Index i = 0; i < owned; ++i) {
+    if (diagonal_[i] == 0) {  // The particle has left: any capacity keeps its temperature.
+      graph_.capacity[i] = diagonal_[i] = 1;
+    }
+  }
 
   if (assembled_) {
     std::copy(diagonal_.begin(), diagonal_.end(), entries_.begin());

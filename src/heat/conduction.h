@@ -7,20 +7,23 @@
 #include "heat/diffusion_graph.h"
 #include "heat/heat_options.h"
 #include "mesh/field.h"
+#include "mesh/living.h"
 #include "mesh/sheet.h"
 
 namespace pellicle {
 
 /// What conduction needs to know of a step. Fields with ghosts up to date.
 struct ConductionInput {
-  const Field& positions;  ///< [m], (3 x local)
-  const Field& mass;       ///< [kg], (1 x local); the consistent operator alone reads it
-  double time_step = 0;    ///< h [s]
+  const Field& positions;          ///< [m], (3 x local)
+  const Field& mass;               ///< [kg], (1 x local); the consistent operator alone reads it
+  double time_step = 0;            ///< h [s]
+  const Living* living = nullptr;  ///< what has not burnt; none: all of it
 };
 
 /// Heat conduction over all particles of a sheet by backward Euler (burning paper, eq. 2, 3 and section 5):
 /// (capacity + h K) (T^{n+1} - T^n) = -h K T^n, a symmetric positive definite system for CG.
 ///
+/// A particle to which nothing conducts any more keeps its temperature.
 /// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.
 class Conduction {
  public:

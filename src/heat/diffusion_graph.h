@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mesh/field.h"
+#include "mesh/living.h"
 #include "mesh/sheet.h"
 
 namespace pellicle {
@@ -26,11 +27,13 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet);
 
 /// Sets weights and capacity to the scale-dependent umbrella as printed (burning paper, eq. 3, acting on T), row i
 /// times E_i/2 so that it is symmetric: weight_ij = alpha_ij / d_ij with the present distance, not below 1e-3 of the
-/// initial length, and the mean alpha of both ends; capacity_i = E_i/2 with E_i = sum_j d_ij.
+/// initial length, and the mean alpha of both ends; capacity_i = E_i/2 with E_i = sum_j d_ij. Dead springs
+/// neither conduct nor count.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
+/// @param living none: everything lives
 void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
-                  const Field& positions);
+                  const Field& positions, const Living* living = nullptr);
 
 /// Pairs of the consistent operator: the eight edges of the four drawn triangles of each local cell.
 std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet);
@@ -42,11 +45,12 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet);
 /// In conservation form, m_i dT_i/dt = sum over triangles of alpha sigma K_ij T_j, with the areal density sigma of the
 /// cell: with equal density this converges to alpha times the Laplacian, and it keeps sum_i m_i T_i always. The share
 /// of a half of the cell's mass on the lattice particle makes every row exact on a square grid. alpha is the mean of
-/// the triangle's particles; areas are not taken below 1e-3 of the initial ones.
+/// the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not conduct.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param mass [kg], ghosts up to date, (1 x local); the capacity
+/// @param living none: everything lives
 void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
-                   const Field& positions, const Field& mass);
+                   const Field& positions, const Field& mass, const Living* living = nullptr);
 
 }  // namespace pellicle

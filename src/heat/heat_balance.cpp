@@ -20,6 +20,9 @@ double release_burning_heat(Field& temperature, const Sheet& sheet, const Field&
                             const HeatOptions& options) {
   double heat = 0;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    if (mass.data()[i] == 0) {
+      continue;
+    }
     const double rise = -options.burning_heat * mass_change.data()[i] / sheet.initial_mass[static_cast<std::size_t>(i)];
     temperature.data()[i] += rise;
     if (i < sheet.particles.owned) {
@@ -29,27 +32,30 @@ double release_burning_heat(Field& temperature, const Sheet& sheet, const Field&
   return heat;
 }
 
-Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions) {
+Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living* living) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(sheet.particles.local());
   for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
     const std::array<PetscInt, 4>& cell = sheet.cells[c];
     const Eigen::Vector3d first_diagonal = positions.vector(cell[2]) - positions.vector(cell[0]);
     const Eigen::Vector3d second_diagonal = positions.vector(cell[3]) - positions.vector(cell[1]);
     const double cell_area = 0.5 * first_diagonal.cross(second_diagonal).norm();
-    for (const PetscInt corner : cell) {
-      area[corner] += cell_area / 8;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (living == nullptr || living->triangles[4 * c + k]) {
+        area[cell[k]] += cell_area / 16;
+        area[cell[(k + 1) % 4]] += cell_area / 16;
+        area[sheet.lattice[c]] += cell_area / 8;
+      }
     }
-    area[sheet.lattice[c]] += cell_area / 2;
   }
   return area.head(sheet.particles.owned);
 }
 
 double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass, double time_step,
-                 const HeatOptions& options) {
+                 const HeatOptions& options, const Living* living) {
   if (options.convection == 0 && options.emissivity == 0) {
     return 0;
   }
-  const Eigen::VectorXd area = particle_areas(sheet, positions);
+  const Eigen::VectorXd area = particle_areas(sheet, positions, living);
   const double ambient = options.ambient_temperature;
   // Heat transfer coefficient of convection and of radiation written as such: T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
   const auto transfer = [&](double value) {

@@ -2,6 +2,7 @@
 
 #include "heat/heat_options.h"
 #include "mesh/field.h"
+#include "mesh/living.h"
 #include "mesh/sheet.h"
 
 namespace pellicle {
@@ -11,20 +12,23 @@ namespace pellicle {
 double heat_content(const Sheet& sheet, const Field& mass, const Field& temperature, double capacity);
 
 /// Heat released by burning (burning paper, eq. 1 with the sign mended): T -= eta dm / m^init, of which dm <= 0 is the
-/// mass change of the step before. Not collective: ghosts are heated alike.
+/// mass change of the step before; particles of mass 0 have left. Not collective: ghosts are heated alike.
 /// @returns the heat added to the owned particles [J].
 double release_burning_heat(Field& temperature, const Sheet& sheet, const Field& mass_change, const Field& mass,
                             const HeatOptions& options);
 
 /// Area of the sheet that belongs to each owned particle [m^2]: half of a cell to its lattice particle, an eighth to
-/// each corner, as the masses are shared. Not collective.
-Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions);
+/// each corner, as the masses are shared; each dead triangle takes away a quarter of what its cell gives its particles.
+/// Not collective.
+/// @param living none: everything lives
+Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living* living = nullptr);
 
 /// Loss to the surroundings from both sides by convection and radiation,
 /// m c dT/dt = -2 A (h_c (T - T_amb) + epsilon sigma (T^4 - T_amb^4)), by the exponential midpoint rule: exact for
 /// convection, second order for radiation, never beyond T_amb. Nothing when both are off. Collective.
+/// @param living none: everything lives
 /// @returns the heat added to the owned particles, negative when they cool [J].
 double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass, double time_step,
-                 const HeatOptions& options);
+                 const HeatOptions& options, const Living* living = nullptr);
 
 }  // namespace pellicle

@@ -63,6 +63,9 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
   const double ball_share = -std::expm1(-source.rate * input.time_step);
   double heat = 0;
   for (PetscInt i = 0; i < particles.local(); ++i) {
+    if (input.mass.data()[i] == 0) {
+      continue;
+    }
     double share = 0;
     if (ball) {
       const double squared = (input.positions.vector(i) - centre).squaredNorm() / (source.radius * source.radius);

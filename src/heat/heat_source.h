@@ -50,8 +50,8 @@ struct HeatSourceInput {
 
 /// One step of exchange, T^ext of eq. 1; nothing when the source is not active. A ball:
 /// T += (1 - exp(-rate h)) (1 - (r/R)^2)^2 max(T_source - T, 0) at distance r < R of its centre at the start of the
-/// step; a texture with value f: T += (1 - exp(-rate f h)) max(T_source - T, 0). Not collective: ghosts are heated
-/// alike.
+/// step; a texture with value f: T += (1 - exp(-rate f h)) max(T_source - T, 0). Particles of mass 0 have left. Not
+/// collective: ghosts are heated alike.
 /// @returns the heat added to the owned particles [J].
 double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
 
