@@ -14,11 +14,17 @@ using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 
 }  // namespace
 
-void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result) {
+void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result,
+               const std::vector<bool>* living) {
   const std::size_t count = springs.ends.size();
   result.error.resize(static_cast<Eigen::Index>(count));
   result.gradient.resize(3, static_cast<Eigen::Index>(count));
   for (std::size_t s = 0; s < count; ++s) {
+    if (living != nullptr && !(*living)[s]) {
+      result.error[static_cast<Eigen::Index>(s)] = 0;
+      result.gradient.col(static_cast<Eigen::Index>(s)).setZero();
+      continue;
+    }
     const auto& [a, b] = springs.ends[s];
     const Eigen::Vector3d d = ConstVector(x + 3 * a) - ConstVector(x + 3 * b);
     const double l = target[s];
@@ -27,9 +33,13 @@ void linearise(const SpringSet& springs, const double* x, const std::vector<doub
   }
 }
 
-double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target) {
+double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
+                     const std::vector<bool>* living) {
   double sum = 0;
   for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+    if (living != nullptr && !(*living)[s]) {
+      continue;
+    }
     const auto& [a, b] = springs.ends[s];
     const double error = (ConstVector(x + 3 * a) - ConstVector(x + 3 * b)).squaredNorm() / target[s] - target[s];
     sum += error * error;

@@ -18,13 +18,16 @@ struct Linearisation {
   Eigen::Matrix3Xd gradient;  ///< 2 (x_a - x_b)/l of the local springs, by x_a; minus that by x_b, (3 x local)
 };
 
-/// Evaluates C and its gradient.
+/// Evaluates C and its gradient; both are 0 for a dead spring.
 /// @param x positions of the local particles [m], ghosts up to date
 /// @param target target length l > 0 of the local springs [m]
-void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result);
+/// @param living which of the local springs live; none: all
+void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result,
+               const std::vector<bool>* living = nullptr);
 
-/// Sum of C^2 over the owned springs [m^2].
-double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target);
+/// Sum of C^2 over the owned springs that live [m^2].
+double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
+                     const std::vector<bool>* living = nullptr);
 
 /// J W J^T of one colour (eq. 16): W holds the inverse masses of the particles. Rows are the springs.
 ///
@@ -36,8 +39,9 @@ class Gram {
   Gram(const Gram&) = delete;
   Gram& operator=(const Gram&) = delete;
 
-  /// New values: J W J^T + shift times the largest diagonal entry. A spring without length or without a particle that
-  /// may move has an empty row; it gets that largest entry on its diagonal, so that it harms nobody. Collective.
+  /// New values: J W J^T + shift times the largest diagonal entry. A spring that is dead, without length or without a
+  /// particle that may move has an empty row; it gets that largest entry on its diagonal, so that it harms nobody.
+  /// Collective.
   /// @param gradient of the local springs, must stay unchanged while a shell is used
   /// @param inverse_mass of the local particles
   void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift);

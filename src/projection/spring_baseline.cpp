@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -22,6 +21,10 @@ constexpr int most_halvings = 20;
 constexpr double rounding = 1e-13;
 
 using Block = Eigen::Matrix<PetscScalar, 3, 3, Eigen::RowMajor>;
+
+bool lives(const SpringInput& input, std::size_t colour, std::size_t spring) {
+  return input.living == nullptr || input.living->springs[colour][spring];
+}
 
 }  // namespace
 
@@ -83,20 +86,13 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   defaults.preconditioner = PCPBJACOBI;
   defaults.rtol = 1e-6;
   solver_ = make_ksp(tangent_, tangent_, "spring_", defaults);
-
-  std::array<double, 2> length_and_count{0, 0};
-  for (const SpringSet& set : sheet.springs) {
-    length_and_count[0] += std::accumulate(set.initial_length.begin(), set.initial_length.begin() + set.owned(), 0.0);
-    length_and_count[1] += static_cast<double>(set.owned());
-  }
-  MPI_Allreduce(MPI_IN_PLACE, length_and_count.data(), 2, MPI_DOUBLE, MPI_SUM, particles.comm);
-  mean_length_ = length_and_count[0] / std::max(1.0, length_and_count[1]);
 }
 
 void SpringBaseline::combine(const SpringInput& input) {
   // A spring and the dashpot beside it act as one spring.
   const double dashpot = options_.stiffness * options_.damping / input.h;
   combined_stiffness_ = options_.stiffness + dashpot;
+  std::array<double, 2> length_and_count{0, 0};
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];
     std::vector<double>& lengths = combined_length_[colour];
@@ -105,8 +101,14 @@ void SpringBaseline::combine(const SpringInput& input) {
       const auto [a, b] = set.ends[s];
       const double start_length = (input.start.vector(a) - input.start.vector(b)).norm();
       lengths[s] = (options_.stiffness * input.target_length[colour][s] + dashpot * start_length) / combined_stiffness_;
+      if (s < static_cast<std::size_t>(set.owned()) && lives(input, colour, s)) {
+        length_and_count[0] += set.initial_length[s];
+        length_and_count[1] += 1;
+      }
     }
   }
+  MPI_Allreduce(MPI_IN_PLACE, length_and_count.data(), 2, MPI_DOUBLE, MPI_SUM, sheet_->comm());
+  mean_length_ = length_and_count[0] / std::max(1.0, length_and_count[1]);
 }
 
 double SpringBaseline::potential(const Field& positions, const SpringInput& input) const {
@@ -119,6 +121,9 @@ double SpringBaseline::potential(const Field& positions, const SpringInput& inpu
     const SpringSet& set = sheet_->springs[colour];
     // Owned springs only: a ghost spring is counted by its owner.
     for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      if (!lives(input, colour, s)) {
+        continue;
+      }
       const auto [a, b] = set.ends[s];
       const double stretch = (positions.vector(a) - positions.vector(b)).norm() - combined_length_[colour][s];
       sum += combined_stiffness_ * stretch * stretch;
@@ -143,15 +148,16 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
   for (PetscInt i = 0; i < particles.owned; ++i) {
     const double inertia = input.mass[static_cast<std::size_t>(i)] / (input.h * input.h);
     residual.col(i) = -inertia * (positions.vector(i) - unconstrained_.vector(i));
-    add_block(i, i, inertia * Block::Identity());
+    // A particle that has left has neither inertia nor springs: any stiffness holds it.
+    add_block(i, i, (inertia > 0 ? inertia : combined_stiffness_) * Block::Identity());
   }
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto [a, b] = set.ends[s];
       const Eigen::Vector3d arm = positions.vector(a) - positions.vector(b);
-      const double d = arm.norm();
-      // Without a direction a spring is idle, but its blocks belong to the pattern.
+      const double d = lives(input, colour, s) ? arm.norm() : 0;
+      // A spring that is dead or without a direction is idle, but its blocks belong to the pattern.
       const Eigen::Vector3d n = d > 0 ? Eigen::Vector3d(arm / d) : Eigen::Vector3d(Eigen::Vector3d::Zero());
       const double across = d > 0 ? std::max(0.0, 1 - combined_length_[colour][s] / d) : 0;
       const Eigen::Vector3d force_on_a = -combined_stiffness_ * (d - combined_length_[colour][s]) * n;

@@ -6,6 +6,7 @@
 #include "base/handle.h"
 #include "base/stage_result.h"
 #include "mesh/field.h"
+#include "mesh/living.h"
 #include "mesh/sheet.h"
 
 namespace pellicle {
@@ -24,10 +25,11 @@ void describe(OptionTable& table, SpringOptions& options);
 /// What one step of the mass-spring sheet reads besides the positions that it moves.
 struct SpringInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< l of the local springs of each colour [m]
-  const std::vector<double>& mass;                          ///< of the local particles, positive [kg]
+  const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
   const std::vector<bool>& pinned;                          ///< local particles that the springs must not move
   const Field& start;                                       ///< positions at the beginning of the step [m]
   double h = 0;                                             ///< [s]
+  const Living* living = nullptr;                           ///< what has not burnt; none: all of it
 };
 
 /// The mass-spring sheet that successive fast projection is compared with (burning paper, section 8, Fig. 7 b, d):
@@ -41,7 +43,8 @@ struct SpringInput {
 /// x the positions at the beginning of the step, d the length of a spring, c its dashpot; the velocities follow from
 /// the displacement (eq. 13). Newton's method from x~ with the step halved until P falls, so that the springs cannot
 /// gain energy from a large step; the tangent of a spring, whose negative part is left out when it is compressed, is K
-/// [n n^T + max(0, 1 - L/d) (I - n n^T)] with direction n, K = k + c/h and L = (k l + c d(x)/h) / K.
+/// [n n^T + max(0, 1 - L/d) (I - n n^T)] with direction n, K = k + c/h and L = (k l + c d(x)/h) / K. Dead springs do
+/// nothing, and particles that have left stay where they are.
 ///
 /// One 3x3-blocked matrix whose pattern is made once; a rank assembles the rows of its own particles alone. KSP prefix
 /// `spring_`: conjugate gradients with 3x3 block Jacobi unless told otherwise; `-spring_mat_type aij` for the
@@ -64,7 +67,7 @@ class SpringBaseline {
 
   const Sheet* sheet_;
   SpringOptions options_;
-  double mean_length_ = 0;  ///< of the springs [m]
+  double mean_length_ = 0;  ///< of the living springs [m]
   Field unconstrained_;     ///< x~
   Field before_update_;
   double combined_stiffness_ = 0;                       ///< K [N/m]

@@ -30,6 +30,10 @@ std::string solver_prefix(Colour colour) {
   return std::string("project_") + colour_names[static_cast<std::size_t>(colour)] + "_";
 }
 
+const std::vector<bool>* living_springs(const Living* living, std::size_t colour) {
+  return living == nullptr ? nullptr : &living->springs[colour];
+}
+
 double global_sum(MPI_Comm comm, double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
@@ -40,7 +44,6 @@ double global_sum(MPI_Comm comm, double value) {
 SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                                            std::array<std::vector<double>, 4> spring_weight)
     : sheet_(sheet), options_(options), order_(parse_order(options.order)) {
-  double squared_length = 0;
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
@@ -70,11 +73,16 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
       std::transform(system.weight.begin(), system.weight.end(), spring_weight[index].begin(), system.weight.begin(),
                      std::multiplies<>());
     }
-    squared_length +=
-        std::inner_product(springs.initial_length.begin(), springs.initial_length.begin() + springs.owned(),
-                           springs.initial_length.begin(), 0.0);
   }
-  length_norm_ = std::sqrt(global_sum(sheet.comm(), squared_length));
+}
+
+void SuccessiveProjection::begin(const ProjectionInput& input) {
+  set_inverse_masses(input);
+  if (input.pull != nullptr) {
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      (*input.pull)[colour].assign(static_cast<std::size_t>(sheet_.springs[colour].owned()), 0);
+    }
+  }
 }
 
 void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
@@ -85,21 +93,36 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
     const double sum = std::accumulate(input.mass.begin(), input.mass.begin() + sheet_.particles.owned, 0.0);
     const double mean = global_sum(sheet_.comm(), sum) / static_cast<double>(sheet_.particles.global);
     std::transform(input.mass.begin(), input.mass.end(), gram_inverse_mass_.begin(),
-                   [mean](double mass) { return mean / mass; });
+                   [mean](double mass) { return mean / mass; });  // Infinite where a particle has left: replaced below.
   }
   move_inverse_mass_ = gram_inverse_mass_;
   for (std::size_t i = 0; i < count; ++i) {
-    if (input.pinned[i]) {
+    const bool has_left = input.mass[i] == 0;
+    if (input.pinned[i] || has_left) {
       move_inverse_mass_[i] = 0;
-      if (options_.pins == "exact") {
+      if (has_left || options_.pins == "exact") {
         gram_inverse_mass_[i] = 0;
       }
     }
   }
 }
 
+/// ||l^init|| of the living springs [m]. Collective.
+double SuccessiveProjection::length_norm(const Living* living) const {
+  double sum = 0;
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    const SpringSet& springs = sheet_.springs[colour];
+    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+      if (living == nullptr || living->springs[colour][s]) {
+        sum += springs.initial_length[s] * springs.initial_length[s];
+      }
+    }
+  }
+  return std::sqrt(global_sum(sheet_.comm(), sum));
+}
+
 StageResult SuccessiveProjection::project(Field& x, Colour colour, const ProjectionInput& input) {
-  set_inverse_masses(input);
+  begin(input);
   return project_colour(x, colour, input);
 }
 
@@ -108,7 +131,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   const SpringSet& springs = sheet_.of(colour);
   System& system = systems_[index];
   Linearisation& constraint = system.linearisation;
-  linearise(springs, x.data(), input.target_length[index], constraint);
+  linearise(springs, x.data(), input.target_length[index], constraint, living_springs(input.living, index));
   system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift);
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
@@ -129,14 +152,29 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
     x.vector(i) -= move_inverse_mass_[static_cast<std::size_t>(i)] * displacement_.col(i);
   }
   x.update_ghosts();
+  if (input.pull != nullptr) {
+    add_pull(system, springs, (*input.pull)[index]);
+  }
   return result;
+}
+
+void SuccessiveProjection::add_pull(const System& system, const SpringSet& springs, std::vector<double>& pull) const {
+  const double* lambda = nullptr;
+  check(VecGetArrayRead(system.lambda, &lambda));
+  for (std::size_t s = 0; s < pull.size(); ++s) {
+    const auto& [a, b] = springs.ends[s];
+    pull[s] += (move_inverse_mass_[static_cast<std::size_t>(a)] + move_inverse_mass_[static_cast<std::size_t>(b)]) *
+               system.linearisation.gradient.col(static_cast<Eigen::Index>(s)).norm() * lambda[s];
+  }
+  check(VecRestoreArrayRead(system.lambda, &lambda));
 }
 
 ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInput& input) const {
   ProjectionError error;
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    error.colour[index] = squared_error(sheet_.of(colour), x.data(), input.target_length[index]);
+    error.colour[index] =
+        squared_error(sheet_.of(colour), x.data(), input.target_length[index], living_springs(input.living, index));
   }
   MPI_Allreduce(MPI_IN_PLACE, error.colour.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
@@ -148,7 +186,8 @@ ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInp
 
 StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input) {
   StageResult result;
-  set_inverse_masses(input);
+  begin(input);
+  const double initial_length = length_norm(input.living);
   monitored_.clear();
   iterations_ = {};
   const auto after_step = [&] {
@@ -183,9 +222,9 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
       monitor(step, colour);
     }
     after_step();
-    if (!(result.error <= options_.error_limit * length_norm_)) {  // also when it is not a number
+    if (!(result.error <= options_.error_limit * initial_length)) {  // also when it is not a number
       result.converged = false;
-      result.reason = "the projection diverged: ||C|| / ||l|| = " + std::to_string(result.error / length_norm_) +
+      result.reason = "the projection diverged: ||C|| / ||l|| = " + std::to_string(result.error / initial_length) +
                       " after projection step " + std::to_string(step) + ", above project.error_limit " +
                       std::to_string(options_.error_limit);
       return result;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/ksp.h"
+#include "mesh/living.h"
 #include "projection/gram.h"
 #include "projection/line_elimination.h"
 #include "projection/project_options.h"
@@ -25,9 +26,13 @@ struct ProjectionError {
 /// What a projection reads besides the positions that it moves.
 struct ProjectionInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
-  const std::vector<double>& mass;                          ///< of the local particles [kg]
+  const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
   const std::vector<bool>& pinned;                          ///< local particles that the projection must not move
   std::function<void(Field&)> after_step;  ///< applied to the positions after each full step (contact), may be empty
+  const Living* living = nullptr;          ///< what has not burnt; none: all of it
+  /// Receives how much shorter each owned spring's own constraint made it, by colour; negative where longer [m]:
+  /// (w_a + w_b) |grad C| lambda, with the inverse masses w that move its ends, summed over the projection steps.
+  std::array<std::vector<double>, 4>* pull = nullptr;
 };
 
 /// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
@@ -65,8 +70,11 @@ class SuccessiveProjection {
     std::vector<double> weight;  ///< of the owned springs
   };
 
+  void begin(const ProjectionInput& input);
   void set_inverse_masses(const ProjectionInput& input);
+  double length_norm(const Living* living) const;
   StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input);
+  void add_pull(const System& system, const SpringSet& springs, std::vector<double>& pull) const;
 
   const Sheet& sheet_;
   ProjectOptions options_;
@@ -75,7 +83,6 @@ class SuccessiveProjection {
   std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
   std::vector<double> move_inverse_mass_;  ///< W of the displacement
   Eigen::Matrix3Xd displacement_;
-  double length_norm_ = 0;  ///< ||l^init||
   std::vector<ProjectionError> monitored_;
   std::array<int, 4> iterations_{};
 };
