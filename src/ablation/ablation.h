@@ -37,7 +37,14 @@ class Ablation {
   std::vector<PetscInt> bare_particles(const Living& living, const Field& mass) const;
 
  private:
+  /// Tells the other ranks which triangles of this rank's cells live, and then which of its springs.
+  /// @param died whether a triangle of this rank's cells has died
+  /// @returns whether one has on any rank
+  bool spread(Living& living, bool died);
+
   const Sheet& sheet_;
+  Field of_triangles_;               ///< a number for each triangle of a cell, at the cell's lattice particle
+  std::array<Field, 4> of_springs_;  ///< by colour
 };
 
 /// Owned cells of which nothing is left: no spring of theirs but blue ones, which neighbours may share, lives. Not

@@ -1,0 +1,146 @@
+#include "ablation/ablation.h"
+
+#include <algorithm>
+
+namespace pellicle {
+
+namespace {
+
+bool on_any_rank(const Sheet& sheet, bool here) {
+  MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, sheet.comm());
+  return here;
+}
+
+/// Local particles at which a local spring lives; of owned ones all springs are local.
+std::vector<bool> held_particles(const Sheet& sheet, const Living& living) {
+  std::vector<bool> held(static_cast<std::size_t>(sheet.particles.local()), false);
+  for (const Colour colour : all_colours) {
+    const std::vector<std::array<PetscInt, 2>>& ends = sheet.of(colour).ends;
+    const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
+    for (std::size_t s = 0; s < ends.size(); ++s) {
+      if (lives[s]) {
+        held[static_cast<std::size_t>(ends[s][0])] = true;
+        held[static_cast<std::size_t>(ends[s][1])] = true;
+      }
+    }
+  }
+  return held;
+}
+
+}  // namespace
+
+std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass) {
+  std::vector<double> level(static_cast<std::size_t>(sheet.particles.local()));
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    level[i] = mass.data()[i] / sheet.initial_mass[i] - loss_mass;
+  }
+  return level;
+}
+
+Ablation::Ablation(const Sheet& sheet) : sheet_(sheet), of_triangles_(sheet.particles, 4) {
+  for (const Colour colour : all_colours) {
+    of_springs_[static_cast<std::size_t>(colour)] = Field(sheet.of(colour).layout, 1);
+  }
+}
+
+bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
+  const auto has_burnt = [&level](PetscInt particle) { return level[static_cast<std::size_t>(particle)] < 0; };
+  bool died = false;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(sheet_.owned_cells); ++c) {
+    if (!has_burnt(sheet_.lattice[c])) {
+      continue;
+    }
+    const std::array<PetscInt, 4>& corners = sheet_.cells[c];
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (living.triangles[4 * c + k] && has_burnt(corners[k]) && has_burnt(corners[(k + 1) % 4])) {
+        living.triangles[4 * c + k] = false;
+        died = true;
+      }
+    }
+  }
+  return spread(living, died);
+}
+
+bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn) {
+  const bool tears = std::any_of(torn.begin(), torn.end(), [](const auto& springs) { return !springs.empty(); });
+  if (!on_any_rank(sheet_, tears)) {
+    return false;
+  }
+  // A torn spring of this rank may have triangles in cells of others, which their owners mark.
+  Eigen::MatrixXd& marks = of_triangles_.values();
+  marks.setZero();
+  for (const Colour colour : all_colours) {
+    for (const PetscInt spring : torn[static_cast<std::size_t>(colour)]) {
+      for (const PetscInt triangle : sheet_.of(colour).triangles[static_cast<std::size_t>(spring)]) {
+        if (triangle >= 0) {
+          marks(triangle % 4, sheet_.lattice[static_cast<std::size_t>(triangle / 4)]) = 1;
+        }
+      }
+    }
+  }
+  of_triangles_.add_ghosts();
+  bool died = false;
+  for (std::size_t t = 0; t < 4 * static_cast<std::size_t>(sheet_.owned_cells); ++t) {
+    if (living.triangles[t] && marks(static_cast<Eigen::Index>(t % 4), sheet_.lattice[t / 4]) > 0) {
+      living.triangles[t] = false;
+      died = true;
+    }
+  }
+  return spread(living, died);
+}
+
+bool Ablation::spread(Living& living, bool died) {
+  if (!on_any_rank(sheet_, died)) {
+    return false;
+  }
+  Eigen::MatrixXd& lives = of_triangles_.values();
+  const std::size_t owned_triangles = 4 * static_cast<std::size_t>(sheet_.owned_cells);
+  for (std::size_t t = 0; t < owned_triangles; ++t) {
+    lives(static_cast<Eigen::Index>(t % 4), sheet_.lattice[t / 4]) = living.triangles[t] ? 1 : 0;
+  }
+  of_triangles_.update_ghosts();
+  for (std::size_t t = owned_triangles; t < living.triangles.size(); ++t) {
+    living.triangles[t] = lives(static_cast<Eigen::Index>(t % 4), sheet_.lattice[t / 4]) > 0;
+  }
+
+  // All triangles of an owned spring are local; a ghost's need not be.
+  const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[static_cast<std::size_t>(t)]; };
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet_.of(colour);
+    Field& of_springs = of_springs_[static_cast<std::size_t>(colour)];
+    std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
+    const auto owned = static_cast<std::size_t>(set.owned());
+    for (std::size_t s = 0; s < owned; ++s) {
+      springs[s] = springs[s] && std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
+      of_springs.data()[s] = springs[s] ? 1 : 0;
+    }
+    of_springs.update_ghosts();
+    for (std::size_t s = owned; s < springs.size(); ++s) {
+      springs[s] = of_springs.data()[s] > 0;
+    }
+  }
+  return true;
+}
+
+std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field& mass) const {
+  const std::vector<bool> held = held_particles(sheet_, living);
+  std::vector<PetscInt> bare;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    if (!held[static_cast<std::size_t>(i)] && mass.data()[i] > 0) {
+      bare.push_back(i);
+    }
+  }
+  return bare;
+}
+
+std::vector<bool> empty_cells(const Sheet& sheet, const Living& living) {
+  // Red and green springs end at the lattice point; the yellow ones of a cell live exactly as long as a red one does.
+  const std::vector<bool> held = held_particles(sheet, living);
+  std::vector<bool> empty;
+  for (PetscInt c = 0; c < sheet.owned_cells; ++c) {
+    empty.push_back(!held[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(c)])]);
+  }
+  return empty;
+}
+
+}  // namespace pellicle
