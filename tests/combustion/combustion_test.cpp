@@ -70,6 +70,32 @@ TEST_F(Combustion, mass_left_and_mass_burnt_add_up_to_the_initial_mass) {
   EXPECT_GT(burnt, 0.001 * initial);
 }
 
+TEST_F(Combustion, particles_that_have_left_lose_nothing_and_their_springs_keep_a_length) {
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    mass_.data()[i] *= sheet_.rest(0, i) < 0.3 ? 0 : 1;
+  }
+  const double before = total(mass_);
+  const Field temperature = uniform(900);
+  const double burnt = sum_over_ranks(burn(mass_, change_, sheet_, {temperature, {}, 0.01}, options_));
+  EXPECT_GT(burnt, 0);
+  EXPECT_NEAR(total(mass_) + burnt, before, 1e-12 * before);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    EXPECT_EQ(mass_.data()[i] == 0, sheet_.rest(0, i) < 0.3);
+    EXPECT_EQ(change_.data()[i] == 0, sheet_.rest(0, i) < 0.3);
+  }
+  TargetLengths lengths;
+  set_target_lengths(lengths, sheet_, mass_, options_);
+  for (const Colour colour : all_colours) {
+    const SpringSet& springs = sheet_.of(colour);
+    for (std::size_t s = 0; s < springs.ends.size(); ++s) {
+      const auto& [a, b] = springs.ends[s];
+      if (mass_.data()[a] == 0 && mass_.data()[b] == 0) {
+        EXPECT_NEAR(lengths[static_cast<std::size_t>(colour)][s], 0.3 * 800 / 320 * springs.initial_length[s], 1e-15);
+      }
+    }
+  }
+}
+
 TEST_F(Combustion, factors_weight_particles_and_layers) {
   options_.corner_factor = 0.5;
   options_.lattice_factor = 0.25;

@@ -18,9 +18,9 @@ HeatOptions options_for(const std::string& operator_name, const std::string& mat
 }
 
 void advance(Conduction& conduction, Field& temperature, const Field& positions, const Field& mass, double step,
-             int steps) {
+             int steps, const Living* living = nullptr) {
   for (int n = 0; n < steps; ++n) {
-    const StageResult result = conduction.advance(temperature, {positions, mass, step});
+    const StageResult result = conduction.advance(temperature, {positions, mass, step, living});
     ASSERT_TRUE(result.converged) << result.reason;
   }
 }
@@ -141,6 +141,144 @@ TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
     advance(conduction, temperature, positions, mass, 0.01, 5);
     EXPECT_NEAR(content(), before, 1e-12 * before) << name;
     EXPECT_GT(std::abs(temperature.values()(0, 0) - rough), 1) << name;
+  }
+}
+
+// Green springs reach from a living cell over its edge: two columns of dead cells are a gap for both operators.
+TEST_P(ConductionOf, heat_does_not_cross_a_gap) {
+  const Sheet sheet = shell_of(irregular_mesh(10, 6, 0.1), 0.03);
+  const auto is_dead = [](const Eigen::Vector3d& x) { return x.x() > 0.4 && x.x() < 0.6; };
+  const Living living = without(sheet, is_dead);
+  for (const char* name : {"umbrella", "consistent"}) {
+    Conduction conduction(sheet, options_for(name, GetParam()), {});
+    const auto start = [](const Eigen::Vector3d& x) { return x.x() < 0.5 ? 900 + 50 * std::sin(30 * x.y()) : 300; };
+    Field temperature = field_of(sheet, start);
+    Field untouched = field_of(sheet, start);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), 0.05, 20, &living);
+    double warmest = 0;
+    double largest_change = 0;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      largest_change = std::max(largest_change, std::abs(temperature.data()[i] - untouched.data()[i]));
+      if (sheet.rest(0, i) > 0.5) {
+        warmest = std::max(warmest, temperature.data()[i]);
+      }
+    }
+    EXPECT_EQ(max_over_ranks(warmest), 300) << name;
+    EXPECT_GT(max_over_ranks(largest_change), 10) << name;
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), 0.05, 1);  // With the gap closed.
+    warmest = 0;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      warmest = std::max(warmest, sheet.rest(0, i) > 0.5 ? temperature.data()[i] : 0);
+    }
+    EXPECT_GT(max_over_ranks(warmest), 310) << name;
+  }
+}
+
+/// The faces whose middle is chosen, and their points.
+SurfaceMesh part_of(const SurfaceMesh& mesh, const std::function<bool(const Eigen::Vector3d&)>& is_chosen) {
+  SurfaceMesh part;
+  std::map<int, int> number;
+  for (const std::vector<int>& face : mesh.faces) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const int point : face) {
+      middle += mesh.points[static_cast<std::size_t>(point)] / 4;
+    }
+    if (!is_chosen(middle)) {
+      continue;
+    }
+    std::vector<int>& chosen = part.faces.emplace_back();
+    for (const int point : face) {
+      const auto [entry, is_new] = number.try_emplace(point, static_cast<int>(part.points.size()));
+      if (is_new) {
+        part.points.push_back(mesh.points[static_cast<std::size_t>(point)]);
+      }
+      chosen.push_back(entry->second);
+    }
+  }
+  return part;
+}
+
+// What is left of a sheet conducts as the same cells alone, whose corners at the edge have lost part of their mass's
+// cells, but no mass. Cells beside living ones are kept, as their lattice points end living green springs.
+TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
+  const SurfaceMesh mesh = irregular_mesh(12, 8, 0.1);
+  const auto is_dead = [](const Eigen::Vector3d& x) { return x.x() + 0.5 * x.y() > 0.8; };
+  const auto is_kept = [](const Eigen::Vector3d& x) { return x.x() + 0.5 * x.y() < 1.05; };
+  const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
+  const auto mass_share = [](const Eigen::Vector3d& x) { return 0.65 + 0.35 * std::sin(40 * x.x()); };
+  SheetOptions sheet_options;
+  sheet_options.thickness = 0.03;
+  sheet_options.areal_density = test_density;
+  const Sheet whole = make_sheet(PETSC_COMM_SELF, mesh, sheet_options);
+  Sheet part = make_sheet(PETSC_COMM_WORLD, part_of(mesh, is_kept), sheet_options);
+  ASSERT_LT(part.global_cells, 75);
+  std::vector<Eigen::Index> in_whole;
+  for (PetscInt i = 0; i < part.particles.local(); ++i) {
+    Eigen::Index nearest = 0;
+    ASSERT_LT((whole.rest.colwise() - part.rest.col(i)).colwise().squaredNorm().minCoeff(&nearest), 1e-20);
+    in_whole.push_back(nearest);
+    part.initial_mass[static_cast<std::size_t>(i)] = whole.initial_mass[static_cast<std::size_t>(nearest)];
+  }
+  for (const char* name : {"umbrella", "consistent"}) {
+    const auto conducted = [&](const Sheet& sheet) {
+      Field mass = initial_masses(sheet);
+      for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+        mass.data()[i] *= mass_share(sheet.rest.col(i));
+      }
+      Conduction conduction(sheet, options_for(name, GetParam()), {});
+      Field temperature = field_of(sheet, start);
+      const Living living = without(sheet, is_dead);
+      advance(conduction, temperature, rest_positions(sheet), mass, 0.05, 4, &living);
+      return temperature;
+    };
+    const Field expected = conducted(whole);
+    const Field result = conducted(part);
+    double difference = 0;
+    double change = 0;
+    for (PetscInt i = 0; i < part.particles.local(); ++i) {
+      const double value = result.data()[i];
+      difference = std::max(difference, std::abs(value - expected.data()[in_whole[static_cast<std::size_t>(i)]]));
+      change = std::max(change, std::abs(value - start(part.rest.col(i))));
+    }
+    EXPECT_LT(max_over_ranks(difference), 1e-10 * 900) << name;
+    EXPECT_GT(max_over_ranks(change), 100) << name;
+  }
+}
+
+// Crumpled, partly burnt, with many single triangles gone and a part without any, whose particles have left.
+TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
+  const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
+  Field positions = rest_positions(sheet);
+  positions.values() += 0.02 * (30 * positions.values()).array().sin().matrix();
+  const auto has_left = [](const Eigen::Vector3d& x) { return x.x() > 0.71; };
+  const Living living = without(
+      sheet, [](const Eigen::Vector3d& x) { return std::sin(300 * x.x() + 170 * x.y()) > 0.3 || x.x() > 0.55; });
+  Field mass = initial_masses(sheet);
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    mass.data()[i] *= has_left(sheet.rest.col(i)) ? 0 : 0.65 + 0.35 * std::sin(40 * sheet.rest(0, i));
+  }
+  const std::vector<double> alpha(mass.values().cols(), 1.0);
+  for (const char* name : {"umbrella", "consistent"}) {
+    const HeatOptions options = options_for(name, GetParam());
+    Conduction conduction(sheet, options, {});
+    const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
+    Field temperature = field_of(sheet, start);
+    DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
+    set_umbrella(graph, sheet, alpha, positions, &living);
+    const auto content = [&] {
+      return sum_over_ranks(std::string(name) == "umbrella"
+                                ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
+                                : heat_content(sheet, mass, temperature, options.capacity));
+    };
+    const double before = content();
+    advance(conduction, temperature, positions, mass, 0.01, 5, &living);
+    EXPECT_NEAR(content(), before, 1e-12 * before) << name;
+    EXPECT_GT(largest_error(sheet, temperature, start), 10) << name;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      if (has_left(sheet.rest.col(i))) {
+        EXPECT_EQ(temperature.data()[i], start(sheet.rest.col(i))) << name;
+      }
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "heat/heat_source.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {
@@ -39,6 +40,57 @@ TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.6 * 0.5, 1e-14);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[static_cast<std::size_t>(i)], 1e-16);
+  }
+}
+
+// Half of the width dead, and of one more cell the triangle at its edge of least x: of its quarter of the cell it takes
+// half from the lattice point.
+TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
+  const Living living =
+      without(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.3 || (x.x() < 0.32 && x.y() < 0.1); });
+  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, &living);
+  EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.3 * 0.5 - 0.01 / 4, 1e-14);
+  HeatOptions options;
+  options.convection = 12;
+  Field temperature = uniform(700);
+  const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
+  const double heat = sum_over_ranks(lose_heat(temperature, sheet_, positions_, mass_, 1, options, &living));
+  EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
+              1e-12 * before);
+  const double rate = 2 * options.convection / (test_density * options.capacity);
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    const Eigen::Vector3d x = sheet_.rest.col(i);
+    double share = x.x() < 0.29 ? 0 : x.x() < 0.31 ? 0.5 : 1;
+    if (x.y() < 0.11) {
+      share -= sheet_.is_lattice[static_cast<std::size_t>(i)] && x.x() > 0.3 && x.x() < 0.4 ? 0.25 : 0;
+      share -= std::abs(x.x() - 0.3) < 0.01 ? (x.y() < 0.01 ? 0.25 : 0.125) : 0;
+    }
+    EXPECT_NEAR(temperature.data()[i], 300 + 400 * std::exp(-share * rate), 1e-10) << x.transpose();
+  }
+}
+
+TEST_F(HeatBalance, particles_that_have_left_take_no_part) {
+  HeatOptions options;
+  options.convection = 12;
+  options.burning_heat = 300;
+  const auto has_left = [this](PetscInt i) { return sheet_.rest(0, i) < 0.26; };
+  Field change(sheet_.particles, 1);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    change.data()[i] = -0.1 * mass_.data()[i];
+    mass_.data()[i] *= has_left(i) ? 0 : 0.9;
+  }
+  Field temperature = uniform(700);
+  const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
+  HeatSource source;
+  source.radius = 3;
+  const HeatSourceInput input{sheet_, positions_, mass_, {}, 0, 0.01, options.capacity};
+  double heat = apply_heat_source(temperature, source, input);
+  heat += release_burning_heat(temperature, sheet_, change, mass_, options);
+  heat += lose_heat(temperature, sheet_, positions_, mass_, 0.01, options);
+  EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + sum_over_ranks(heat),
+              1e-12 * before);
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    EXPECT_EQ(temperature.data()[i] == 700, has_left(i));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "mesh/field.h"
+#include "mesh/living.h"
 #include "mesh/shell.h"
 #include "tests/support/grid_mesh.h"
 
@@ -68,6 +69,35 @@ inline Field field_of(const Sheet& sheet, const std::function<double(const Eigen
     field.data()[i] = function(sheet.rest.col(i));
   }
   return field;
+}
+
+/// What is left when drawn triangles die, chosen by their middle in the undeformed sheet: springs die with the last
+/// triangle that shares them. Collective.
+inline Living without(const Sheet& sheet, const std::function<bool(const Eigen::Vector3d&)>& is_dead) {
+  Living living(sheet);
+  for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
+    const auto corner = [&](std::size_t k) { return sheet.rest.col(sheet.cells[c][k % 4]); };
+    const Eigen::Vector3d centre = (corner(0) + corner(1) + corner(2) + corner(3)) / 4;
+    for (std::size_t k = 0; k < 4; ++k) {
+      living.triangles[4 * c + k] = !is_dead((corner(k) + corner(k + 1) + centre) / 3);
+    }
+  }
+  for (const Colour colour : all_colours) {
+    const SpringSet& springs = sheet.of(colour);
+    Field lives(springs.layout, 1);  // A ghost does not know all its triangles.
+    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+      for (const PetscInt triangle : springs.triangles[s]) {
+        if (triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)]) {
+          lives.data()[s] = 1;
+        }
+      }
+    }
+    lives.update_ghosts();
+    for (std::size_t s = 0; s < springs.ends.size(); ++s) {
+      living.springs[static_cast<std::size_t>(colour)][s] = lives.data()[s] == 1;
+    }
+  }
+  return living;
 }
 
 /// Folder `shared` beside the repository, or where the environment says it is.
