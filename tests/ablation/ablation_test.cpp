@@ -1,0 +1,305 @@
+#include "ablation/ablation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <random>
+#include <set>
+
+#include "tests/ablation/sheets.h"
+
+namespace pellicle {
+namespace {
+
+/// The dead springs of each colour by their ids and the dead triangles by their numbers, from the owners.
+struct Dead {
+  std::array<std::set<IdPair>, 4> springs;
+  std::set<PetscInt> triangles;
+};
+
+Dead dead_of(const Sheet& sheet, const Living& living) {
+  Dead dead;
+  for (const Colour colour : all_colours) {
+    const auto number = static_cast<std::size_t>(colour);
+    std::vector<PetscInt> own;
+    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
+      if (!living.springs[number][static_cast<std::size_t>(s)]) {
+        const IdPair ids = ids_of(sheet, colour, s);
+        own.push_back(ids.first * sheet.id_end + ids.second);
+      }
+    }
+    for (const PetscInt both : gathered(sheet.comm(), own)) {
+      dead.springs[number].insert({both / sheet.id_end, both % sheet.id_end});
+    }
+  }
+  std::vector<PetscInt> own;
+  for (std::size_t t = 0; t < 4 * static_cast<std::size_t>(sheet.owned_cells); ++t) {
+    if (!living.triangles[t]) {
+      own.push_back(id_of_triangle(sheet, t));
+    }
+  }
+  const std::vector<PetscInt> all = gathered(sheet.comm(), own);
+  dead.triangles.insert(all.begin(), all.end());
+  return dead;
+}
+
+/// Expects that every local spring and triangle, ghosts too, is dead exactly if it is among `dead`.
+void expect_dead(const Sheet& sheet, const Living& living, const Dead& dead) {
+  for (const Colour colour : all_colours) {
+    const auto number = static_cast<std::size_t>(colour);
+    for (PetscInt s = 0; s < sheet.of(colour).local(); ++s) {
+      const IdPair ids = ids_of(sheet, colour, s);
+      EXPECT_EQ(!living.springs[number][static_cast<std::size_t>(s)], dead.springs[number].count(ids) == 1)
+          << colour_names[number] << ' ' << ids.first << ' ' << ids.second;
+    }
+  }
+  for (std::size_t t = 0; t < living.triangles.size(); ++t) {
+    const PetscInt id = id_of_triangle(sheet, t);
+    EXPECT_EQ(!living.triangles[t], dead.triangles.count(id) == 1) << "triangle " << id;
+  }
+}
+
+/// A grid of cells without ranks: the ids of its parts, and which triangles each spring shares, by geometry alone.
+struct Grid {
+  int nx;
+  int ny;
+
+  PetscInt vertex(int i, int j) const { return j * (nx + 1) + i; }
+  PetscInt cell(int i, int j) const { return j * nx + i; }
+  PetscInt lattice(int i, int j) const { return (nx + 1) * (ny + 1) + cell(i, j); }
+  std::array<PetscInt, 4> corners(int i, int j) const {
+    return {vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)};
+  }
+
+  /// For the springs of each colour the triangles that share them.
+  std::array<std::map<IdPair, std::set<PetscInt>>, 4> springs() const {
+    std::array<std::map<IdPair, std::set<PetscInt>>, 4> sharing;
+    auto& [red, green, blue, yellow] = sharing;
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        const std::array<PetscInt, 4> c = corners(i, j);
+        const std::array<IdPair, 4> across{IdPair{i, j - 1}, {i + 1, j}, {i, j + 1}, {i - 1, j}};
+        for (std::size_t k = 0; k < 4; ++k) {
+          const PetscInt triangle = 4 * cell(i, j) + static_cast<PetscInt>(k);
+          const PetscInt a = c[k];
+          const PetscInt b = c[(k + 1) % 4];
+          red[{a, lattice(i, j)}].insert(triangle);
+          red[{b, lattice(i, j)}].insert(triangle);
+          blue[std::minmax(a, b)].insert(triangle);
+          yellow[std::minmax(c[0], c[2])].insert(triangle);
+          yellow[std::minmax(c[1], c[3])].insert(triangle);
+          const auto [p, q] = across[k];
+          if (p >= 0 && p < nx && q >= 0 && q < ny) {
+            green[std::minmax(lattice(i, j), lattice(p, q))].insert(triangle);
+          }
+        }
+      }
+    }
+    return sharing;
+  }
+
+  /// What is dead when these triangles are.
+  Dead dead(const std::set<PetscInt>& triangles) const {
+    Dead dead;
+    dead.triangles = triangles;
+    const auto sharing = springs();
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      for (const auto& [ids, around] : sharing[colour]) {
+        if (std::includes(triangles.begin(), triangles.end(), around.begin(), around.end())) {
+          dead.springs[colour].insert(ids);
+        }
+      }
+    }
+    return dead;
+  }
+};
+
+std::vector<double> burnt_at(const Sheet& sheet, const std::set<PetscInt>& burnt) {
+  return level_by_id(sheet, [&burnt](PetscInt id) { return burnt.count(id) == 1 ? -0.1 : 0.2; });
+}
+
+Field initial_masses(const Sheet& sheet) {
+  Field mass(sheet.particles, 1);
+  std::copy(sheet.initial_mass.begin(), sheet.initial_mass.end(), mass.data());
+  return mass;
+}
+
+/// Persistent ids of owned particles, from all ranks.
+std::vector<PetscInt> ids_of(const Sheet& sheet, const std::vector<PetscInt>& particles) {
+  std::vector<PetscInt> ids;
+  for (const PetscInt i : particles) {
+    ids.push_back(sheet.persistent_id[static_cast<std::size_t>(i)]);
+  }
+  return gathered(sheet.comm(), ids);
+}
+
+std::vector<PetscInt> empty_ids(const Sheet& sheet, const Living& living) {
+  const std::vector<bool> empty = empty_cells(sheet, living);
+  EXPECT_EQ(static_cast<PetscInt>(empty.size()), sheet.owned_cells);
+  std::vector<PetscInt> lattice;
+  for (std::size_t c = 0; c < empty.size(); ++c) {
+    if (empty[c]) {
+      lattice.push_back(sheet.lattice[c]);
+    }
+  }
+  return ids_of(sheet, lattice);
+}
+
+TEST(Ablation, LevelIsTheShareOfTheMassAboveTheLossMass) {
+  const Sheet sheet = shell_of(grid_mesh(3, 2, 1));
+  Field mass = initial_masses(sheet);
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    mass.data()[i] *= 1 - 0.01 * sheet.persistent_id[static_cast<std::size_t>(i)];
+  }
+  const std::vector<double> level = level_set(sheet, mass, 0.3);
+  ASSERT_EQ(level.size(), sheet.persistent_id.size());
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    EXPECT_NEAR(level[i], 0.7 - 0.01 * sheet.persistent_id[i], 1e-14);
+  }
+}
+
+TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThem) {
+  const Grid grid{6, 6};
+  const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
+  Living living(sheet);
+  Ablation ablation(sheet);
+  // An L of burnt points in the middle, of which cell (3, 3) is not part, and the whole cell at the lower right.
+  const std::set<PetscInt> burnt{grid.vertex(2, 2),  grid.vertex(2, 3),  grid.vertex(3, 3),  grid.vertex(4, 3),
+                                 grid.lattice(2, 2), grid.lattice(3, 2), grid.lattice(2, 3), grid.vertex(5, 0),
+                                 grid.vertex(6, 0),  grid.vertex(6, 1),  grid.vertex(5, 1),  grid.lattice(5, 0)};
+  EXPECT_TRUE(ablation.burn_away(living, burnt_at(sheet, burnt)));
+  Dead dead;
+  const PetscInt cell22 = 4 * grid.cell(2, 2);
+  const PetscInt cell50 = 4 * grid.cell(5, 0);
+  // The edge (2,3)-(3,3) from both sides, (3,3)-(4,3) from below, (2,2)-(2,3) from the right.
+  dead.triangles = {cell22 + 2, cell22 + 3, 4 * grid.cell(2, 3), 4 * grid.cell(3, 2) + 2,
+                    cell50,     cell50 + 1, cell50 + 2,          cell50 + 3};
+  auto& [red, green, blue, yellow] = dead.springs;
+  red = {{grid.vertex(2, 3), grid.lattice(2, 2)}};
+  for (const PetscInt corner : grid.corners(5, 0)) {
+    red.insert({corner, grid.lattice(5, 0)});
+  }
+  green = {{grid.lattice(2, 2), grid.lattice(2, 3)}};
+  blue = {{grid.vertex(2, 3), grid.vertex(3, 3)},
+          {grid.vertex(5, 0), grid.vertex(6, 0)},
+          {grid.vertex(6, 0), grid.vertex(6, 1)}};
+  yellow = {{grid.vertex(5, 0), grid.vertex(6, 1)}, {grid.vertex(6, 0), grid.vertex(5, 1)}};
+  expect_dead(sheet, living, dead);
+
+  EXPECT_FALSE(ablation.burn_away(living, burnt_at(sheet, burnt))) << "nothing more has burnt";
+  // The corner of the sheet is held by nothing, the lattice point of its cell by two green springs.
+  Field mass = initial_masses(sheet);
+  const std::vector<PetscInt> bare = ablation.bare_particles(living, mass);
+  EXPECT_EQ(ids_of(sheet, bare), std::vector<PetscInt>{grid.vertex(6, 0)});
+  for (const PetscInt i : bare) {
+    mass.data()[i] = 0;
+  }
+  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(living, mass)), std::vector<PetscInt>{});
+  EXPECT_EQ(empty_ids(sheet, living), std::vector<PetscInt>{});
+}
+
+TEST(Ablation, CellsAreEmptyWhenTheirNeighboursHoldThemNoMore) {
+  const Grid grid{6, 6};
+  const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
+  Living living(sheet);
+  Ablation ablation(sheet);
+  std::set<PetscInt> burnt;
+  for (int j = 1; j <= 4; ++j) {
+    for (int i = 1; i <= 4; ++i) {
+      burnt.insert(grid.vertex(i, j));
+      if (i <= 3 && j <= 3) {
+        burnt.insert(grid.lattice(i, j));
+      }
+    }
+  }
+  EXPECT_TRUE(ablation.burn_away(living, burnt_at(sheet, burnt)));
+  EXPECT_EQ(empty_ids(sheet, living), std::vector<PetscInt>{grid.lattice(2, 2)});
+  const std::vector<PetscInt> bare{grid.vertex(2, 2), grid.vertex(3, 2), grid.vertex(2, 3), grid.vertex(3, 3),
+                                   grid.lattice(2, 2)};
+  EXPECT_EQ(ids_of(sheet, ablation.bare_particles(living, initial_masses(sheet))), bare);
+}
+
+TEST(Ablation, WhatHasDiedStaysDead) {
+  // Random level sets that rise and fall: a triangle is dead once its three points have burnt at the same time.
+  const Grid grid{7, 5};
+  const Sheet sheet = shell_of(grid_mesh(7, 5, 1));
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    Living living(sheet);
+    Ablation ablation(sheet);
+    std::mt19937 random(seed);
+    std::set<PetscInt> triangles;
+    for (int step = 0; step < 6; ++step) {
+      std::vector<double> level(static_cast<std::size_t>(grid.lattice(6, 4) + 1));
+      for (double& value : level) {
+        value = std::uniform_real_distribution<double>(-1, 1.5)(random);
+      }
+      const auto has_burnt = [&level](PetscInt id) { return level[static_cast<std::size_t>(id)] < 0; };
+      const std::size_t before = triangles.size();
+      for (int j = 0; j < 5; ++j) {
+        for (int i = 0; i < 7; ++i) {
+          const std::array<PetscInt, 4> corners = grid.corners(i, j);
+          for (std::size_t k = 0; k < 4; ++k) {
+            if (has_burnt(corners[k]) && has_burnt(corners[(k + 1) % 4]) && has_burnt(grid.lattice(i, j))) {
+              triangles.insert(4 * grid.cell(i, j) + static_cast<PetscInt>(k));
+            }
+          }
+        }
+      }
+      const bool died = ablation.burn_away(
+          living, level_by_id(sheet, [&level](PetscInt id) { return level[static_cast<std::size_t>(id)]; }));
+      EXPECT_EQ(died, triangles.size() > before);
+      expect_dead(sheet, living, grid.dead(triangles));
+    }
+    EXPECT_GT(triangles.size(), 40U);
+    EXPECT_LT(triangles.size(), 140U);
+  }
+}
+
+TEST(Ablation, TornSpringsTakeTheTrianglesAlongWithThem) {
+  // Every spring of every colour, one at a time: its own rank names it, and all ranks must see what it takes along.
+  const Grid grid{4, 3};
+  const Sheet sheet = shell_of(grid_mesh(4, 3, 1));
+  Ablation ablation(sheet);
+  const auto sharing = grid.springs();
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    const SpringSet& set = sheet.springs[colour];
+    ASSERT_EQ(static_cast<PetscInt>(sharing[colour].size()), set.layout.global);
+    for (const auto& [ids, triangles] : sharing[colour]) {
+      std::array<std::vector<PetscInt>, 4> torn;
+      for (PetscInt s = 0; s < set.owned(); ++s) {
+        if (ids_of(sheet, all_colours[colour], s) == ids) {
+          torn[colour].push_back(s);
+        }
+      }
+      Living living(sheet);
+      EXPECT_TRUE(ablation.tear(living, torn));
+      expect_dead(sheet, living, grid.dead(triangles));
+      EXPECT_TRUE(grid.dead(triangles).springs[colour].count(ids)) << "a torn spring is dead itself";
+      EXPECT_FALSE(ablation.tear(living, torn)) << "it is torn already";
+    }
+  }
+  Living living(sheet);
+  EXPECT_FALSE(ablation.tear(living, {}));
+  expect_dead(sheet, living, {});
+}
+
+TEST(Ablation, EverythingMayBurn) {
+  const Sheet sheet = shell_of(grid_mesh(5, 4, 1));
+  Living living(sheet);
+  Ablation ablation(sheet);
+  const std::vector<double> level(sheet.persistent_id.size(), -1e-9);
+  EXPECT_TRUE(ablation.burn_away(living, level));
+  for (const std::vector<bool>& springs : living.springs) {
+    EXPECT_EQ(std::count(springs.begin(), springs.end(), true), 0);
+  }
+  EXPECT_EQ(std::count(living.triangles.begin(), living.triangles.end(), true), 0);
+  EXPECT_EQ(empty_ids(sheet, living).size(), 20U);
+  EXPECT_EQ(static_cast<PetscInt>(ablation.bare_particles(living, initial_masses(sheet)).size()),
+            sheet.particles.owned);
+  EXPECT_FALSE(ablation.burn_away(living, level));
+}
+
+}  // namespace
+}  // namespace pellicle

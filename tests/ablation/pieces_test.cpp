@@ -1,0 +1,237 @@
+#include "ablation/pieces.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "ablation/ablation.h"
+#include "tests/ablation/sheets.h"
+#include "tests/support/balls.h"
+
+namespace pellicle {
+namespace {
+
+/// A grid of unit cells whose rows burn.
+class BurningRows {
+ public:
+  BurningRows(int nx, int ny)
+      : nx_(nx),
+        sheet_(shell_of(grid_mesh(nx, ny, 1))),
+        living_(sheet_),
+        ablation_(sheet_),
+        pieces_(initial_pieces(sheet_)) {}
+
+  /// Burns everything from y = from to y = to, where vertices have whole y.
+  void burn(double from, double to) { bands_.emplace_back(from, to); }
+
+  /// Lets what has burnt die.
+  void update(double time) {
+    ablation_.burn_away(living_, level_by_id(sheet_, [this](PetscInt id) {
+                          const double y = height(id);
+                          return std::any_of(bands_.begin(), bands_.end(),
+                                             [y](const auto& band) { return band.first <= y && y <= band.second; })
+                                     ? -1.0
+                                     : 1.0;
+                        }));
+    update_pieces(pieces_, sheet_, living_, time);
+  }
+
+  double height(PetscInt id) const {
+    const PetscInt cell = id - sheet_.first_lattice_id;
+    return cell < 0 ? static_cast<double>(id / (nx_ + 1)) : static_cast<double>(cell / nx_) + 0.5;
+  }
+
+  /// Expects the piece of every local particle, by its height.
+  void expect_pieces(const std::function<PetscInt(double)>& piece_at) const {
+    for (std::size_t i = 0; i < sheet_.persistent_id.size(); ++i) {
+      const double y = height(sheet_.persistent_id[i]);
+      EXPECT_EQ(pieces_.of_particle[i], piece_at(y)) << "particle " << sheet_.persistent_id[i] << " at " << y;
+    }
+  }
+
+  /// Expects these pieces, ids and times of birth.
+  void expect_present(const std::vector<std::pair<PetscInt, double>>& expected) const {
+    std::vector<std::pair<PetscInt, double>> present;
+    for (const Piece& piece : pieces_.present) {
+      present.emplace_back(piece.id, piece.birth_time);
+    }
+    EXPECT_EQ(present, expected);
+  }
+
+  const Sheet& sheet() const { return sheet_; }
+  const Pieces& pieces() const { return pieces_; }
+
+ private:
+  int nx_;
+  Sheet sheet_;
+  Living living_;
+  Ablation ablation_;
+  Pieces pieces_;
+  std::vector<std::pair<double, double>> bands_;
+};
+
+Field initial_masses(const Sheet& sheet) {
+  Field mass(sheet.particles, 1);
+  std::copy(sheet.initial_mass.begin(), sheet.initial_mass.end(), mass.data());
+  return mass;
+}
+
+TEST(Pieces, ASheetBeginsAsOnePieceAndTwoAsTwo) {
+  const BurningRows rows(5, 4);
+  rows.expect_present({{0, 0}});
+  EXPECT_EQ(rows.pieces().next_id, 1);
+  rows.expect_pieces([](double) { return 0; });
+
+  // The second sheet has more particles, the first the least id.
+  const Sheet two = shell_of(joined(grid_mesh(3, 2, 1), grid_mesh(4, 3, 1), {10, 0, 0}));
+  const Pieces pieces = initial_pieces(two);
+  ASSERT_EQ(pieces.present.size(), 2U);
+  EXPECT_EQ(pieces.next_id, 2);
+  for (std::size_t i = 0; i < pieces.of_particle.size(); ++i) {
+    EXPECT_EQ(pieces.of_particle[i], two.rest(0, static_cast<Eigen::Index>(i)) > 5 ? 1 : 0);
+  }
+  const std::vector<double> masses = piece_masses(pieces, two, initial_masses(two));
+  EXPECT_NEAR(masses[0], 6 * test_density, 1e-13);
+  EXPECT_NEAR(masses[1], 12 * test_density, 1e-13);
+}
+
+TEST(Pieces, ABurntBandOfTwoRowsSplitsTheSheet) {
+  BurningRows rows(6, 8);
+  rows.burn(2, 3);
+  rows.update(0.5);
+  rows.expect_present({{0, 0}});  // Lattice points of a single burnt row still have a green spring to either side.
+  rows.burn(2, 4);
+  rows.update(1);
+  rows.expect_present({{0, 0}, {1, 1}});
+  EXPECT_EQ(rows.pieces().next_id, 2);
+  rows.expect_pieces([](double y) { return y == 3 ? -1 : y > 3 ? 0 : 1; });  // The larger part keeps the id.
+  // Half of a cell's mass is in its lattice point, an eighth in each corner; the vertices at y = 3 have left.
+  const std::vector<double> masses = piece_masses(rows.pieces(), rows.sheet(), initial_masses(rows.sheet()));
+  ASSERT_EQ(masses.size(), 2U);
+  EXPECT_NEAR(masses[0], (30 / 2.0 + (4 * 24 + 12) / 8.0) * test_density, 1e-12);
+  EXPECT_NEAR(masses[1], (18 / 2.0 + (2 * 24 + 12) / 8.0) * test_density, 1e-12);
+}
+
+TEST(Pieces, IdsPersistThroughSplits) {
+  BurningRows rows(2, 32);
+  rows.burn(15, 17);  // Two equal parts: the one of the least persistent id keeps the id.
+  rows.update(1);
+  rows.expect_present({{0, 0}, {1, 1}});
+  rows.expect_pieces([](double y) { return y == 16 ? -1 : y < 16 ? 0 : 1; });
+
+  rows.update(2);  // Nothing new.
+  rows.expect_present({{0, 0}, {1, 1}});
+
+  rows.burn(3, 5);    // Off piece 0, whose upper part has more particles,
+  rows.burn(19, 21);  // and off piece 1 twice at once, of which the middle has most.
+  rows.burn(27, 29);
+  rows.update(3);
+  rows.expect_present({{0, 0}, {1, 1}, {2, 3}, {3, 3}, {4, 3}});
+  rows.expect_pieces([](double y) {
+    if (y == 4 || y == 16 || y == 20 || y == 28) {
+      return -1;
+    }
+    return y < 4 ? 2 : y < 16 ? 0 : y < 20 ? 3 : y < 28 ? 1 : 4;
+  });
+
+  rows.burn(5, 15);  // Piece 0 burns away, the others lose the particles that it had held.
+  rows.burn(-1, 1);
+  rows.burn(23, 25);  // Equal parts again.
+  rows.update(4);
+  rows.expect_present({{1, 1}, {2, 3}, {3, 3}, {4, 3}, {5, 4}});
+  EXPECT_EQ(rows.pieces().next_id, 6);
+  rows.expect_pieces([](double y) {
+    if (y == 0 || (y >= 4 && y <= 16) || y == 20 || y == 24 || y == 28) {
+      return -1;
+    }
+    return y < 4 ? 2 : y < 20 ? 3 : y < 24 ? 1 : y < 28 ? 5 : 4;
+  });
+}
+
+TEST(Pieces, NothingIsLeftOfASheetThatHasBurnt) {
+  BurningRows rows(5, 4);
+  rows.burn(0, 4);
+  rows.update(1);
+  rows.expect_present({});
+  rows.expect_pieces([](double) { return -1; });
+  EXPECT_EQ(rows.pieces().next_id, 1);
+  EXPECT_TRUE(piece_masses(rows.pieces(), rows.sheet(), initial_masses(rows.sheet())).empty());
+  rows.update(2);
+  rows.expect_present({});
+}
+
+/// A sheet on which random points burn, a few more each step.
+class RandomFire {
+ public:
+  RandomFire(const SurfaceMesh& mesh, MPI_Comm comm)
+      : sheet_(shell_of(mesh, comm)), living_(sheet_), ablation_(sheet_), pieces_(initial_pieces(sheet_)) {}
+
+  /// @param until by persistent id, when the points burn
+  void update(const std::vector<double>& until, double time) {
+    ablation_.burn_away(living_, level_by_id(sheet_, [&until, time](PetscInt id) {
+                          return until[static_cast<std::size_t>(id)] - time;
+                        }));
+    update_pieces(pieces_, sheet_, living_, time);
+  }
+
+  const Sheet& sheet() const { return sheet_; }
+  const Living& living() const { return living_; }
+  const Pieces& pieces() const { return pieces_; }
+
+ private:
+  Sheet sheet_;
+  Living living_;
+  Ablation ablation_;
+  Pieces pieces_;
+};
+
+TEST(Pieces, DependNeitherOnRanksNorOnTheOrderOfTheParticles) {
+  const SurfaceMesh mesh = grid_mesh(16, 12, 1);
+  std::size_t most = 0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    RandomFire fire(mesh, PETSC_COMM_WORLD);
+    RandomFire alone(mesh, PETSC_COMM_SELF);
+    std::mt19937 random(seed);
+    std::vector<double> until(static_cast<std::size_t>(alone.sheet().particles.owned));
+    for (double& time : until) {
+      time = std::uniform_real_distribution<double>(0, 1)(random);
+    }
+    for (double time = 0.1; time < 1.05; time += 0.1) {
+      fire.update(until, time);
+      alone.update(until, time);
+      std::map<PetscInt, PetscInt> expected;
+      for (std::size_t i = 0; i < alone.sheet().persistent_id.size(); ++i) {
+        expected[alone.sheet().persistent_id[i]] = alone.pieces().of_particle[i];
+      }
+      for (std::size_t i = 0; i < fire.sheet().persistent_id.size(); ++i) {
+        const PetscInt id = fire.sheet().persistent_id[i];
+        ASSERT_EQ(fire.pieces().of_particle[i], expected.at(id)) << "particle " << id << " at time " << time;
+      }
+      ASSERT_EQ(fire.pieces().present.size(), alone.pieces().present.size());
+      for (std::size_t k = 0; k < fire.pieces().present.size(); ++k) {
+        EXPECT_EQ(fire.pieces().present[k].id, alone.pieces().present[k].id);
+        EXPECT_EQ(fire.pieces().present[k].birth_time, alone.pieces().present[k].birth_time);
+      }
+      EXPECT_EQ(fire.pieces().next_id, alone.pieces().next_id);
+      // A living spring joins particles of one piece, and no particle that has left.
+      for (const Colour colour : all_colours) {
+        const SpringSet& set = fire.sheet().of(colour);
+        for (std::size_t s = 0; s < set.ends.size(); ++s) {
+          if (fire.living().springs[static_cast<std::size_t>(colour)][s]) {
+            const PetscInt piece = fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][0])];
+            EXPECT_GE(piece, 0);
+            EXPECT_EQ(piece, fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][1])]);
+          }
+        }
+      }
+      most = std::max(most, fire.pieces().present.size());
+    }
+    EXPECT_TRUE(fire.pieces().present.empty()) << "all has burnt in the end";
+  }
+  EXPECT_GT(most, 5U);
+}
+
+}  // namespace
+}  // namespace pellicle

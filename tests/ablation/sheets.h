@@ -1,0 +1,63 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "mesh/living.h"
+#include "mesh/shell.h"
+#include "tests/support/grid_mesh.h"
+
+namespace pellicle {
+
+inline constexpr double test_density = 0.08;  // [kg/m^2]
+
+inline Sheet shell_of(const SurfaceMesh& mesh, MPI_Comm comm = PETSC_COMM_WORLD) {
+  SheetOptions options;
+  options.thickness = 0.25;
+  options.areal_density = test_density;
+  return make_sheet(comm, mesh, options);
+}
+
+/// The persistent ids of a spring's ends, the smaller first.
+using IdPair = std::pair<PetscInt, PetscInt>;
+
+inline IdPair ids_of(const Sheet& sheet, Colour colour, PetscInt spring) {
+  const auto [a, b] = sheet.of(colour).ends[static_cast<std::size_t>(spring)];
+  return std::minmax(sheet.persistent_id[static_cast<std::size_t>(a)],
+                     sheet.persistent_id[static_cast<std::size_t>(b)]);
+}
+
+/// Number in the whole sheet of a drawn triangle.
+inline PetscInt id_of_triangle(const Sheet& sheet, std::size_t triangle) {
+  const auto lattice = static_cast<std::size_t>(sheet.lattice[triangle / 4]);
+  return 4 * (sheet.persistent_id[lattice] - sheet.first_lattice_id) + static_cast<PetscInt>(triangle % 4);
+}
+
+/// A number for each local particle that depends on its persistent id alone.
+inline std::vector<double> level_by_id(const Sheet& sheet, const std::function<double(PetscInt)>& level) {
+  std::vector<double> levels;
+  for (const PetscInt id : sheet.persistent_id) {
+    levels.push_back(level(id));
+  }
+  return levels;
+}
+
+/// The same list on all ranks: that of all of them, in rising order. Collective.
+inline std::vector<PetscInt> gathered(MPI_Comm comm, const std::vector<PetscInt>& own) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  const auto count = static_cast<int>(own.size());
+  std::vector<int> counts(static_cast<std::size_t>(ranks));
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  std::vector<int> starts(counts.size() + 1, 0);
+  std::partial_sum(counts.begin(), counts.end(), starts.begin() + 1);
+  std::vector<PetscInt> all(static_cast<std::size_t>(starts.back()));
+  MPI_Allgatherv(own.data(), count, MPIU_INT, all.data(), counts.data(), starts.data(), MPIU_INT, comm);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+}  // namespace pellicle
