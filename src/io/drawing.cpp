@@ -12,6 +12,8 @@
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <Eigen/Core>
+
 namespace pellicle {
 
 namespace {
@@ -31,20 +33,19 @@ vtkSmartPointer<Array> named_array(const char* name) {
   return array;
 }
 
-/// Data that never change: of the points persistent ids and the marks of what other ranks own, of the cells the rank
-/// and `of_cells`.
-void add_identity(const PointSet& points, const std::vector<PetscInt>& particles, vtkDataArray* of_cells,
-                  vtkPolyData* piece) {
+/// What identifies points and cells: of the points persistent ids and the marks of what other ranks count, of the
+/// cells the rank and `of_cells`.
+void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataArray* of_cells, vtkPolyData* piece) {
   const auto ids = named_array<vtkTypeInt64Array>("vertex_id");
   const auto ghost = named_array<vtkUnsignedCharArray>(vtkDataSetAttributes::GhostArrayName());
-  for (const PetscInt particle : particles) {
-    ids->InsertNextValue(points.persistent_id[static_cast<std::size_t>(particle)]);
-    ghost->InsertNextValue(particle < points.particles.owned ? 0 : vtkDataSetAttributes::DUPLICATEPOINT);
+  for (const DrawnPoint& point : points) {
+    ids->InsertNextValue(point.id);
+    ghost->InsertNextValue(point.is_owned ? 0 : vtkDataSetAttributes::DUPLICATEPOINT);
   }
   piece->GetPointData()->AddArray(ids);
   piece->GetPointData()->AddArray(ghost);
   int own_rank = 0;
-  MPI_Comm_rank(points.comm(), &own_rank);
+  MPI_Comm_rank(comm, &own_rank);
   const auto rank = named_array<vtkIntArray>("rank");
   rank->SetNumberOfValues(of_cells->GetNumberOfTuples());
   rank->FillValue(own_rank);
@@ -52,35 +53,47 @@ void add_identity(const PointSet& points, const std::vector<PetscInt>& particles
   piece->GetCellData()->AddArray(of_cells);
 }
 
-/// Local numbers 0, 1, 2, ... for particles in the order in which they are first used.
-class Numbering {
+/// Points that are particles, numbered 0, 1, 2, ... in the order in which they are first used.
+class ParticlePoints {
  public:
-  explicit Numbering(PetscInt particles) : number_(static_cast<std::size_t>(particles), -1) {}
+  explicit ParticlePoints(const PointSet& set)
+      : set_(set), number_(static_cast<std::size_t>(set.particles.local()), -1) {}
 
   vtkIdType operator()(PetscInt particle) {
     vtkIdType& number = number_[static_cast<std::size_t>(particle)];
     if (number < 0) {
-      number = static_cast<vtkIdType>(particles_.size());
-      particles_.push_back(particle);
+      number = static_cast<vtkIdType>(points_.size());
+      DrawnPoint point;
+      point.particles[0] = particle;
+      point.weights[0] = 1;
+      point.id = set_.persistent_id[static_cast<std::size_t>(particle)];
+      point.is_owned = particle < set_.particles.owned;
+      points_.push_back(point);
     }
     return number;
   }
-  const std::vector<PetscInt>& particles() const { return particles_; }
+  const std::vector<DrawnPoint>& points() const { return points_; }
 
  private:
+  const PointSet& set_;
   std::vector<vtkIdType> number_;
-  std::vector<PetscInt> particles_;
+  std::vector<DrawnPoint> points_;
 };
 
 /// Adds the texture coordinates of the points, if the mesh has any. Collective.
-void add_uv(const PointSet& points, const std::vector<PetscInt>& particles, vtkPolyData* piece) {
-  const PetscInt any_uv = points.uv.cols() > 0 ? 1 : 0;
+void add_uv(const PointSet& set, const std::vector<DrawnPoint>& points, vtkPolyData* piece) {
+  const PetscInt any_uv = set.uv.cols() > 0 ? 1 : 0;
   PetscInt uv_somewhere = 0;  // A rank without particles writes the array too.
-  MPI_Allreduce(&any_uv, &uv_somewhere, 1, MPIU_INT, MPI_MAX, points.comm());
+  MPI_Allreduce(&any_uv, &uv_somewhere, 1, MPIU_INT, MPI_MAX, set.comm());
   if (uv_somewhere != 0) {
-    const auto uv = double_array("uv", 2, particles.size());
-    for (std::size_t point = 0; point < particles.size(); ++point) {
-      uv->SetTuple(static_cast<vtkIdType>(point), points.uv.col(particles[point]).data());
+    const auto uv = double_array("uv", 2, points.size());
+    vtkIdType number = 0;
+    for (const DrawnPoint& point : points) {
+      Eigen::Vector2d value = point.centre_share * set.uv.col(point.lattice);
+      for (std::size_t k = 0; k < 4; ++k) {
+        value += (point.weights[k] - point.centre_share / 4) * set.uv.col(point.particles[k]);
+      }
+      uv->SetTuple(number++, value.data());
     }
     piece->GetPointData()->SetTCoords(uv);
   }
@@ -88,61 +101,46 @@ void add_uv(const PointSet& points, const std::vector<PetscInt>& particles, vtkP
 
 /// Values of the points of a drawing.
 vtkSmartPointer<vtkDoubleArray> at_points(const Drawing& drawing, const DrawnField& field) {
-  const int components = field.components;
-  auto array = double_array(field.name, components, drawing.particles.size() + drawing.centre_of.size());
-  vtkIdType point = 0;
-  for (const PetscInt particle : drawing.particles) {
-    array->SetTuple(point++, field.values + components * particle);
-  }
-  for (const auto& corners : drawing.centre_of) {
-    for (int component = 0; component < components; ++component) {
-      double sum = 0;
-      for (const PetscInt corner : corners) {
-        sum += field.values[components * corner + component];
+  auto array = double_array(field.name, field.components, drawing.points.size());
+  double* value = array->GetPointer(0);
+  for (const DrawnPoint& point : drawing.points) {
+    for (int component = 0; component < field.components; ++component) {
+      *value = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (point.weights[k] != 0) {  // The particle of no weight may be any, and its value no number.
+          *value += point.weights[k] * field.values[field.components * point.particles[k] + component];
+        }
       }
-      array->SetComponent(point, component, sum / 4);
+      ++value;
     }
-    ++point;
   }
   return array;
 }
 
 }  // namespace
 
-Drawing drawing_of(const Sheet& sheet) {
-  Numbering number(sheet.particles.local());
-  const auto owned_cells = static_cast<std::size_t>(sheet.owned_cells);
-  for (std::size_t cell = 0; cell < owned_cells; ++cell) {
-    for (const PetscInt corner : sheet.cells[cell]) {
-      number(corner);
-    }
-  }
+Drawing drawing_of(const Sheet& sheet, const DrawnSurface& surface) {
   Drawing drawing;
-  drawing.particles = number.particles();
+  drawing.points = surface.points;
+  drawing.items = surface.cells;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
   const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
-  std::vector<PetscInt> points = drawing.particles;
   vtkNew<vtkCellArray> triangles;
-  for (std::size_t cell = 0; cell < owned_cells; ++cell) {
-    const auto centre = static_cast<vtkIdType>(points.size());
-    points.push_back(sheet.lattice[cell]);
-    drawing.centre_of.push_back(sheet.cells[cell]);
-    const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[cell])] - sheet.first_lattice_id;
-    for (std::size_t edge = 0; edge < 4; ++edge) {
-      const vtkIdType triangle[] = {number(sheet.cells[cell][edge]), number(sheet.cells[cell][(edge + 1) % 4]), centre};
-      triangles->InsertNextCell(3, triangle);
-      cell_id->InsertNextValue(id);
-      drawing.items.push_back(static_cast<PetscInt>(cell));
-    }
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto& [a, b, c] = surface.triangles[t];
+    const vtkIdType triangle[] = {a, b, c};
+    triangles->InsertNextCell(3, triangle);
+    const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(surface.cells[t])];
+    cell_id->InsertNextValue(sheet.persistent_id[static_cast<std::size_t>(lattice)] - sheet.first_lattice_id);
   }
   drawing.skeleton->SetPolys(triangles);
-  add_identity(sheet, points, cell_id, drawing.skeleton);
-  add_uv(sheet, points, drawing.skeleton);
+  add_identity(sheet.comm(), drawing.points, cell_id, drawing.skeleton);
+  add_uv(sheet, drawing.points, drawing.skeleton);
   return drawing;
 }
 
 Drawing drawing_of(const Membrane& membrane) {
-  Numbering number(membrane.particles.local());
+  ParticlePoints number(membrane);
   Drawing drawing;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
   const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
@@ -154,30 +152,34 @@ Drawing drawing_of(const Membrane& membrane) {
     cell_id->InsertNextValue(membrane.element_id[static_cast<std::size_t>(element)]);
     drawing.items.push_back(element);
   }
-  drawing.particles = number.particles();
+  drawing.points = number.points();
   drawing.skeleton->SetPolys(triangles);
-  add_identity(membrane, drawing.particles, cell_id, drawing.skeleton);
-  add_uv(membrane, drawing.particles, drawing.skeleton);
+  add_identity(membrane.comm(), drawing.points, cell_id, drawing.skeleton);
+  add_uv(membrane, drawing.points, drawing.skeleton);
   return drawing;
 }
 
-Drawing drawing_of_springs(const Sheet& sheet) {
-  Numbering number(sheet.particles.local());
+Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
+  ParticlePoints number(sheet);
   Drawing drawing;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
   const auto colour_of_line = named_array<vtkIntArray>("colour");
   vtkNew<vtkCellArray> lines;
+  PetscInt item = 0;
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
-    for (std::size_t spring = 0; spring < static_cast<std::size_t>(springs.owned()); ++spring) {
-      const vtkIdType line[] = {number(springs.ends[spring][0]), number(springs.ends[spring][1])};
-      drawing.items.push_back(static_cast<PetscInt>(lines->InsertNextCell(2, line)));
-      colour_of_line->InsertNextValue(static_cast<int>(colour));
+    for (std::size_t spring = 0; spring < static_cast<std::size_t>(springs.owned()); ++spring, ++item) {
+      if (living.springs[static_cast<std::size_t>(colour)][spring]) {
+        const vtkIdType line[] = {number(springs.ends[spring][0]), number(springs.ends[spring][1])};
+        lines->InsertNextCell(2, line);
+        colour_of_line->InsertNextValue(static_cast<int>(colour));
+        drawing.items.push_back(item);
+      }
     }
   }
-  drawing.particles = number.particles();
+  drawing.points = number.points();
   drawing.skeleton->SetLines(lines);
-  add_identity(sheet, drawing.particles, colour_of_line, drawing.skeleton);
+  add_identity(sheet.comm(), drawing.points, colour_of_line, drawing.skeleton);
   return drawing;
 }
 

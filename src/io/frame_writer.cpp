@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "base/error.h"
 
@@ -23,23 +22,11 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
 
 }  // namespace
 
-FrameWriter::FrameWriter(MPI_Comm comm, OutputOptions options, Drawing surface)
+FrameWriter::FrameWriter(MPI_Comm comm, OutputOptions options)
     : options_(std::move(options)),
-      surface_(std::move(surface)),
       surface_series_(comm, options_.directory, options_.name),
       spring_series_(comm, options_.directory, options_.name + "_springs") {
   options_.validate();
-}
-
-FrameWriter::FrameWriter(const Membrane& membrane, OutputOptions options)
-    : FrameWriter(membrane.comm(), std::move(options), drawing_of(membrane)) {}
-
-FrameWriter::FrameWriter(const Sheet& sheet, OutputOptions options)
-    : FrameWriter(sheet.comm(), std::move(options), drawing_of(sheet)) {
-  if (options_.springs) {
-    sheet_ = &sheet;
-    springs_ = drawing_of_springs(sheet);
-  }
 }
 
 bool FrameWriter::due(double time, int step) const {
@@ -65,10 +52,10 @@ void FrameWriter::write(const Frame& frame) {
     surface_series_.start();
     spring_series_.start();  // Also of an older run that drew springs.
   }
-  surface_series_.write(drawn(surface_, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields)),
-                        frame.time);
-  if (springs_) {
-    write_springs(frame);
+  const std::vector<DrawnField> particle_fields = chosen(frame.particle_fields);
+  surface_series_.write(drawn(*frame.surface, frame.positions, particle_fields, chosen(frame.cell_fields)), frame.time);
+  if (frame.springs != nullptr) {
+    spring_series_.write(drawn(*frame.springs, frame.positions, particle_fields, frame.spring_fields), frame.time);
   }
   last_time_ = frame.time;
   last_step_ = frame.step;
@@ -95,24 +82,6 @@ std::vector<DrawnField> FrameWriter::chosen(const std::vector<DrawnField>& field
   std::copy_if(fields.begin(), fields.end(), std::back_inserter(result),
                [this](const DrawnField& field) { return options_.fields.empty() || has(options_.fields, field.name); });
   return result;
-}
-
-void FrameWriter::write_springs(const Frame& frame) {
-  const std::vector<DrawnField>& declared = frame.spring_fields[0];
-  std::vector<std::vector<double>> values(declared.size());  // of the lines, colour after colour
-  std::vector<DrawnField> line_fields = declared;
-  for (std::size_t i = 0; i < declared.size(); ++i) {
-    for (const Colour colour : all_colours) {
-      const std::vector<DrawnField>& fields = frame.spring_fields[static_cast<std::size_t>(colour)];
-      if (fields.size() != declared.size() || fields[i].name != declared[i].name) {
-        throw std::logic_error("the spring fields of a frame differ from colour to colour");
-      }
-      values[i].insert(values[i].end(), fields[i].values,
-                       fields[i].values + fields[i].components * sheet_->of(colour).owned());
-    }
-    line_fields[i].values = values[i].data();
-  }
-  spring_series_.write(drawn(*springs_, frame.positions, chosen(frame.particle_fields), line_fields), frame.time);
 }
 
 }  // namespace pellicle

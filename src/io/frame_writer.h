@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,33 +7,32 @@
 #include "io/drawing.h"
 #include "io/frame_series.h"
 #include "io/output_options.h"
-#include "mesh/membrane.h"
-#include "mesh/sheet.h"
 
 namespace pellicle {
 
-/// One moment of a sheet or membrane, as the simulation hands it to the writer.
+/// One moment of a sheet or membrane, as the simulation hands it to the writer. What it points to must outlive the call
+/// that writes it.
 struct Frame {
   double time = 0;  ///< [s]
   int step = 0;
-  const double* positions = nullptr;                     ///< of the local particles [m], (3 x local), ghosts up to date
-  std::vector<DrawnField> particle_fields;               ///< on the local particles
-  std::vector<DrawnField> cell_fields;                   ///< on the local cells of a sheet, elements of a membrane
-  std::array<std::vector<DrawnField>, 4> spring_fields;  ///< of a sheet, on the local springs of each colour
+  const Drawing* surface = nullptr;         ///< of a sheet or membrane, which may differ from frame to frame
+  const Drawing* springs = nullptr;         ///< of a sheet, or null: none are drawn
+  const double* positions = nullptr;        ///< of the local particles [m], (3 x local), ghosts up to date
+  std::vector<DrawnField> particle_fields;  ///< on the local particles
+  std::vector<DrawnField> cell_fields;      ///< on the local cells of a sheet, elements of a membrane
+  std::vector<DrawnField> spring_fields;    ///< on the owned springs of a sheet, colour after colour
 };
 
-/// Writes the frames of a sheet or membrane as DIRECTORY/NAME.pvd (see FrameSeries): its drawing (see drawing_of) with
-/// the chosen fields. At the virtual centre of a sheet's cell a particle field has the mean of the cell's corners: the
-/// drawn surface is the corner layer.
+/// Writes the frames of a sheet or membrane as DIRECTORY/NAME.pvd (see FrameSeries): its surface with the chosen
+/// fields. At the virtual centre of a sheet's cell a particle field has the mean of the cell's corners: the drawn
+/// surface is the corner layer. Ranks may have nothing to draw, or all of them.
 ///
-/// With OutputOptions::springs NAME_springs.pvd has the springs of a sheet as lines, with the particle fields of each
-/// particle itself and the frame's spring fields.
+/// NAME_springs.pvd has the springs of a sheet as lines, with the particle fields of each particle itself and the
+/// frame's spring fields.
 class FrameWriter {
  public:
-  /// Touches no file. The sheet must outlive the writer. Collective. @throws Error on a name that cannot be used.
-  FrameWriter(const Sheet& sheet, OutputOptions options);
-  /// The membrane need not outlive the writer. Collective. @throws Error on a name that cannot be used.
-  FrameWriter(const Membrane& membrane, OutputOptions options);
+  /// Touches no file. Collective. @throws Error on a name that cannot be used.
+  FrameWriter(MPI_Comm comm, OutputOptions options);
 
   /// Whether the interval asks for a frame of this step: the first step asked about, then every `interval_steps` steps
   /// or at the first step that reaches a multiple of `interval_time`.
@@ -49,17 +47,11 @@ class FrameWriter {
   void write(const Frame& frame);
 
  private:
-  FrameWriter(MPI_Comm comm, OutputOptions options, Drawing surface);
-
   void check_chosen_fields(const Frame& frame) const;
   std::vector<DrawnField> chosen(const std::vector<DrawnField>& fields) const;
-  void write_springs(const Frame& frame);
 
   OutputOptions options_;
-  Drawing surface_;
   FrameSeries surface_series_;
-  const Sheet* sheet_ = nullptr;    ///< whose springs are drawn, or null
-  std::optional<Drawing> springs_;  ///< of sheet_
   FrameSeries spring_series_;
   double last_time_ = 0;  ///< of the last frame [s]
   int last_step_ = 0;

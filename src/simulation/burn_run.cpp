@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "ablation/cut_surface.h"
 #include "base/error.h"
 #include "base/units.h"
 
@@ -13,9 +14,10 @@ namespace {
 
 /// Derived fields that frames show beside the state's.
 struct FrameFields {
-  std::vector<double> mass_ratio;             ///< m/m^init of the local particles
-  std::vector<double> strain;                 ///< rms over the springs of a particle
-  std::array<std::vector<double>, 4> spring;  ///< strain of the local springs
+  std::vector<double> mass_ratio;     ///< m/m^init of the local particles
+  std::vector<double> strain;         ///< rms over the springs of a particle
+  std::vector<double> spring_strain;  ///< of the owned springs, colour after colour
+  std::vector<double> target_length;  ///< likewise [m]
 };
 
 FrameFields derive(const Sheet& sheet, const State& state) {
@@ -27,8 +29,11 @@ FrameFields derive(const Sheet& sheet, const State& state) {
   }
   Field sum(sheet.particles, 2);  // of squared strains, and how many
   for (const Colour colour : all_colours) {
-    auto& strain = fields.spring[static_cast<std::size_t>(colour)];
-    strain = strains(sheet.of(colour), state, colour);
+    const std::vector<double> strain = strains(sheet.of(colour), state, colour);
+    const auto& target_length = state.target_length[static_cast<std::size_t>(colour)];
+    const PetscInt owned = sheet.of(colour).owned();
+    fields.spring_strain.insert(fields.spring_strain.end(), strain.begin(), strain.begin() + owned);
+    fields.target_length.insert(fields.target_length.end(), target_length.begin(), target_length.begin() + owned);
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       const double value = strain[static_cast<std::size_t>(s)];
       for (const PetscInt end : sheet.of(colour).ends[static_cast<std::size_t>(s)]) {
@@ -65,7 +70,7 @@ BurnRun::BurnRun(const Sheet& sheet, const Options& options, StageClock& clock)
       clock_(clock),
       burn_(sheet, options, clock),
       state_(burn_.initial_state()),
-      writer_(sheet, options.output) {
+      writer_(sheet.comm(), options.output) {
   if (options.time.tolerance > 0) {
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
@@ -87,7 +92,15 @@ StepResult BurnRun::advance(double h) {
 void BurnRun::draw() {
   const auto timer = clock_.time("output");
   const FrameFields fields = derive(sheet_, state_);
+  const Living living(sheet_);
+  const Drawing surface = drawing_of(sheet_, cut_surface(sheet_, living, fields.mass_ratio));
+  std::optional<Drawing> springs;
+  if (options_.output.springs) {
+    springs = drawing_of_springs(sheet_, living);
+  }
   Frame frame;
+  frame.surface = &surface;
+  frame.springs = springs ? &*springs : nullptr;
   frame.time = state_.time;
   frame.step = state_.step;
   frame.positions = state_.position.data();
@@ -95,10 +108,7 @@ void BurnRun::draw() {
                            {"mass_ratio", 1, fields.mass_ratio.data()},
                            {"velocity", 3, state_.velocity.data()},
                            {"strain", 1, fields.strain.data()}};
-  for (std::size_t colour = 0; colour < all_colours.size(); ++colour) {
-    frame.spring_fields[colour] = {{"strain", 1, fields.spring[colour].data()},
-                                   {"target_length", 1, state_.target_length[colour].data()}};
-  }
+  frame.spring_fields = {{"strain", 1, fields.spring_strain.data()}, {"target_length", 1, fields.target_length.data()}};
   writer_.write(frame);
 }
 

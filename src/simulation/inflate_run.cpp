@@ -15,7 +15,8 @@ InflateRun::InflateRun(const Membrane& membrane, const Options& options, StageCl
       clock_(clock),
       inflate_(membrane, options, clock),
       state_(inflate_.initial_state()),
-      writer_(membrane, options.output) {}
+      surface_(drawing_of(membrane)),
+      writer_(membrane.comm(), options.output) {}
 
 StepResult InflateRun::advance(double h) {
   last_ = inflate_.advance(state_, h);
@@ -61,6 +62,7 @@ void InflateRun::draw() {
   Frame frame;
   frame.time = state_.time;
   frame.step = state_.step;
+  frame.surface = &surface_;
   frame.positions = state_.position.data();
   frame.particle_fields = {{"velocity", 3, state_.velocity.data()}};
   frame.cell_fields = {{"thickness", 1, thickness.data()},

@@ -40,6 +40,7 @@ class InflateRun : public Chain {
   StageClock& clock_;
   Inflate inflate_;
   BalloonState state_;
+  Drawing surface_;
   FrameWriter writer_;
   InflateStep last_;  ///< what the last step told
   Kept kept_;

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "ablation/cut_surface.h"
 #include "base/error.h"
 #include "io/frame_writer.h"
 #include "mesh/shell.h"
@@ -92,18 +93,18 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
 /// Tells of a distributed mesh and writes it. Collective.
 template <class Mesh, std::size_t corners>
 void write_mesh(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
-                OutputOptions output, Console& console) {
+                const Drawing& surface, OutputOptions output, Console& console) {
   const Quality quality = quality_of(mesh.rest, cells);
   console.say(quality_line(mesh.comm(), quality, owned));
   console.say(partition_line(mesh));
   output.fields.clear();  // which name those of a run
-  output.springs = false;
   Frame frame;
+  frame.surface = &surface;
   frame.positions = mesh.rest.data();
   for (std::size_t measure = 0; measure < quality.size(); ++measure) {
     frame.cell_fields.push_back({quality_measures[measure].name, 1, quality[measure].data()});
   }
-  FrameWriter(mesh, output).write(frame);
+  FrameWriter(mesh.comm(), output).write(frame);
   console.say(output.directory + "/" + output.name + ".pvd");
 }
 
@@ -123,10 +124,12 @@ void mesh_only(MPI_Comm comm, const Options& options) {
   MPI_Bcast(&as_sheet, 1, MPI_INT, 0, comm);
   if (as_sheet != 0) {
     const Sheet sheet = make_sheet(comm, mesh, options.sheet);
-    write_mesh(sheet, sheet.cells, sheet.owned_cells, options.output, console);
+    const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
+    const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
+    write_mesh(sheet, sheet.cells, sheet.owned_cells, surface, options.output, console);
   } else {
     const Membrane membrane = make_membrane(comm, mesh, options.sheet);
-    write_mesh(membrane, membrane.triangles, membrane.elements.owned, options.output, console);
+    write_mesh(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, console);
   }
 }
 

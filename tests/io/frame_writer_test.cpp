@@ -26,7 +26,10 @@ constexpr PetscInt cell_count = 10;
 
 /// What the tests draw: formulas of the position and the persistent id.
 struct Scene {
-  explicit Scene(const Sheet& sheet) : positions(sheet.rest) {
+  explicit Scene(const Sheet& sheet)
+      : surface(drawing_of(sheet, whole_surface(sheet))),
+        springs(drawing_of_springs(sheet, Living(sheet))),
+        positions(sheet.rest) {
     for (Eigen::Index i = 0; i < positions.cols(); ++i) {
       const double id = sheet.persistent_id[static_cast<std::size_t>(i)];
       temperature.push_back(300 + id);
@@ -34,8 +37,7 @@ struct Scene {
     }
     for (const Colour colour : all_colours) {
       for (PetscInt i = 0; i < sheet.of(colour).owned(); ++i) {
-        strain[static_cast<std::size_t>(colour)].push_back(
-            0.01 * (sheet.persistent_id[static_cast<std::size_t>(sheet.of(colour).ends[i][0])] + 1));
+        strain.push_back(0.01 * (sheet.persistent_id[static_cast<std::size_t>(sheet.of(colour).ends[i][0])] + 1));
       }
     }
   }
@@ -43,18 +45,19 @@ struct Scene {
     Frame frame;
     frame.time = time;
     frame.step = step;
+    frame.surface = &surface;
     frame.positions = positions.data();
     frame.particle_fields = {{"temperature", 1, temperature.data()}, {"velocity", 3, velocity.data()}};
-    for (std::size_t colour = 0; colour < 4; ++colour) {
-      frame.spring_fields[colour] = {{"strain", 1, strain[colour].data()}};
-    }
+    frame.spring_fields = {{"strain", 1, strain.data()}};
     return frame;
   }
 
+  Drawing surface;
+  Drawing springs;
   Eigen::Matrix3Xd positions;
   std::vector<double> temperature;
   std::vector<double> velocity;
-  std::array<std::vector<double>, 4> strain;
+  std::vector<double> strain;
 };
 
 OutputOptions options_for(const std::string& directory) {
@@ -102,7 +105,7 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, GetParam());
   const Scene scene(sheet);
-  FrameWriter(sheet, options_for(folder / "out")).write(scene.frame(0, 0));
+  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -184,10 +187,12 @@ TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
     stress.insert(stress.end(), {1.0 * id, 2.0 * id});
   }
   Frame frame;
+  const Drawing surface = drawing_of(membrane);
+  frame.surface = &surface;
   frame.positions = membrane.rest.data();
   frame.particle_fields = {{"height", 1, height.data()}};
   frame.cell_fields = {{"stress", 2, stress.data()}};
-  FrameWriter(membrane, options_for(folder / "out")).write(frame);
+  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -245,7 +250,7 @@ TEST(FrameWriter, PvdNamesEveryFrameAndItsTime) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   Scene scene(sheet);
-  FrameWriter writer(sheet, options_for(folder / "deep/out"));
+  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "deep/out"));
   writer.write(scene.frame(0, 0));
   const std::string first = folder.rank() == 0 ? file_text(folder / "deep/out/strip.pvd") : "";
   scene.positions.row(2).setConstant(0.25);
@@ -267,7 +272,7 @@ TEST(FrameWriter, PiecesAreCompressedWithLz4) {
   const PetscInt cells = 4000;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cells);
   Scene scene(sheet);
-  FrameWriter(sheet, options_for(folder / "out")).write(scene.frame(0, 0));
+  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -289,7 +294,7 @@ TEST(FrameWriter, WritesTheChosenFieldsOnly) {
   const Scene scene(sheet);
   OutputOptions options = options_for(folder / "out");
   options.fields = {"velocity"};
-  FrameWriter(sheet, options).write(scene.frame(0, 0));
+  FrameWriter(MPI_COMM_WORLD, options).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -312,7 +317,7 @@ TEST(FrameWriter, CellFieldsOfASheetAreThoseOfTheTriangles) {
   frame.cell_fields = {{"id", 1, id.data()}, {"other", 1, other.data()}};
   OutputOptions options = options_for(folder / "out");
   options.fields = {"id", "temperature"};
-  FrameWriter(sheet, options).write(frame);
+  FrameWriter(MPI_COMM_WORLD, options).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -334,7 +339,7 @@ TEST(FrameWriter, RefusesAnUnknownFieldBeforeWritingAnything) {
   const Scene scene(sheet);
   OutputOptions options = options_for(folder / "out");
   options.fields = {"temprature"};
-  FrameWriter writer(sheet, options);
+  FrameWriter writer(MPI_COMM_WORLD, options);
   EXPECT_EQ(error_text([&] { writer.write(scene.frame(0, 0)); }),
             "output.fields: no field 'temprature' in this run: expected some of temperature, velocity");
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
@@ -344,9 +349,9 @@ TEST(FrameWriter, WritesOwnedSpringsAsLines) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, 1);
   const Scene scene(sheet);
-  OutputOptions options = options_for(folder / "out");
-  options.springs = true;
-  FrameWriter(sheet, options).write(scene.frame(0.5, 1));
+  Frame frame = scene.frame(0.5, 1);
+  frame.springs = &scene.springs;
+  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -377,16 +382,100 @@ TEST(FrameWriter, WritesOwnedSpringsAsLines) {
   EXPECT_EQ(lines.size(), 2U * cell_count);
 }
 
+TEST(FrameWriter, DrawsLivingSpringsOnly) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, 1);
+  Scene scene(sheet);
+  Living living(sheet);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sheet.of(Colour::red).owned()); ++i) {
+    const auto cell = sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[i])] - sheet.first_lattice_id;
+    living.springs[static_cast<std::size_t>(Colour::red)][i] = cell % 3 == 0;
+  }
+  scene.springs = drawing_of_springs(sheet, living);
+  Frame frame = scene.frame(0, 0);
+  frame.springs = &scene.springs;
+  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(frame);
+  if (folder.rank() != 0) {
+    return;
+  }
+  const auto drawn = read_frame(folder / "out/strip_springs_000000.pvtp");
+  ASSERT_EQ(drawn->GetNumberOfLines(), 4 + cell_count) << "red springs of cells 0, 3, 6 and 9, and all blue ones";
+  vtkNew<vtkIdList> ends;
+  for (vtkIdType line = 0; line < drawn->GetNumberOfCells(); ++line) {
+    drawn->GetCellPoints(line, ends);
+    EXPECT_DOUBLE_EQ(drawn->GetCellData()->GetArray("strain")->GetComponent(line, 0),
+                     0.01 * (drawn->GetPointData()->GetArray("vertex_id")->GetComponent(ends->GetId(0), 0) + 1));
+  }
+}
+
+// A point that is cut: a quarter of the way from corner 0 to the virtual centre of cell 0.
+TEST(FrameWriter, CutPointHasTheWeightedMean) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  Scene scene(sheet);
+  DrawnSurface surface;
+  if (folder.rank() == 0) {
+    DrawnPoint cut;
+    cut.particles = sheet.cells[0];
+    cut.weights = {0.8125, 0.0625, 0.0625, 0.0625};
+    cut.id = -7;
+    cut.lattice = sheet.lattice[0];
+    cut.centre_share = 0.25;
+    surface.points.assign(3, cut);
+    surface.triangles.push_back({0, 1, 2});
+    surface.cells.push_back(0);
+  }
+  Sheet seam = sheet;
+  if (folder.rank() == 0) {  // Corner 0 lies beyond a seam, the centre on this side.
+    seam.uv.col(sheet.cells[0][0]) << 4, 8;
+    seam.uv.col(sheet.lattice[0]) << 16, 32;
+  }
+  scene.surface = drawing_of(seam, surface);
+  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(scene.frame(0, 0));
+  if (folder.rank() != 0) {
+    return;
+  }
+  const auto drawn = read_frame(folder / "out/strip_000000.pvtp");
+  ASSERT_EQ(drawn->GetNumberOfPoints(), 3);
+  EXPECT_EQ(drawn->GetPointData()->GetArray("vertex_id")->GetComponent(1, 0), -7);
+  EXPECT_DOUBLE_EQ(drawn->GetPoint(1)[0], 0.125);
+  EXPECT_DOUBLE_EQ(drawn->GetPoint(1)[1], 0.125);
+  EXPECT_DOUBLE_EQ(drawn->GetPointData()->GetArray("temperature")->GetComponent(1, 0), 300 + 0.25 * 1.5);
+  EXPECT_DOUBLE_EQ(drawn->GetPointData()->GetTCoords()->GetComponent(1, 0), 0.75 * 4 + 0.25 * 16);
+  EXPECT_DOUBLE_EQ(drawn->GetPointData()->GetTCoords()->GetComponent(1, 1), 0.75 * 8 + 0.25 * 32);
+}
+
+TEST(FrameWriter, NothingLeftIsAFrameToo) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  Scene scene(sheet);
+  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "out"));
+  writer.write(scene.frame(0, 0));
+  scene.surface = drawing_of(sheet, DrawnSurface());
+  writer.write(scene.frame(0.5, 1));
+  if (folder.rank() != 0) {
+    return;
+  }
+  EXPECT_NE(file_text(folder / "out/strip.pvd").find("file=\"strip_000001.pvtp\""), std::string::npos);
+  const auto drawn = read_frame(folder / "out/strip_000001.pvtp");
+  EXPECT_EQ(drawn->GetNumberOfPoints(), 0);
+  EXPECT_EQ(drawn->GetNumberOfCells(), 0);
+  EXPECT_NE(file_text(folder / "out/strip_000001.pvtp").find("Name=\"temperature\""), std::string::npos)
+      << "a reader still finds the names of the fields";
+}
+
 TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   const Scene scene(sheet);
-  OutputOptions options = options_for(folder / "out");
-  options.springs = true;
+  const OutputOptions options = options_for(folder / "out");
   {
-    FrameWriter older(sheet, options);
-    older.write(scene.frame(0, 0));
-    older.write(scene.frame(1, 1));
+    FrameWriter older(MPI_COMM_WORLD, options);
+    Frame frame = scene.frame(0, 0);
+    frame.springs = &scene.springs;
+    older.write(frame);
+    frame.step = 1;
+    older.write(frame);
   }
   if (folder.rank() == 0) {
     write_file(folder / "out/strip_000001.png", "a picture");
@@ -394,8 +483,7 @@ TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
     write_file(folder / "out/strip_000001/note.txt", "not ours");
   }
   MPI_Barrier(MPI_COMM_WORLD);
-  options.springs = false;
-  FrameWriter newer(sheet, options);
+  FrameWriter newer(MPI_COMM_WORLD, options);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/strip_000001.pvtp")) << "a writer alone removes nothing";
   MPI_Barrier(MPI_COMM_WORLD);
   newer.write(scene.frame(0, 0));
@@ -418,7 +506,7 @@ TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   const Scene scene(sheet);
   const auto steps_drawn = [&](const OutputOptions& options) {
-    FrameWriter writer(sheet, options);
+    FrameWriter writer(MPI_COMM_WORLD, options);
     std::vector<int> drawn;
     for (int step = 0; step <= 10; ++step) {
       if (writer.due(0.1 * step, step)) {
@@ -440,11 +528,10 @@ TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
 }
 
 TEST(FrameWriter, TellsTheTimeOfTheNextFrame) {
-  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   OutputOptions options = options_for("unused");
-  EXPECT_EQ(FrameWriter(sheet, options).next_time(0.3), std::nullopt) << "frames by steps";
+  EXPECT_EQ(FrameWriter(MPI_COMM_WORLD, options).next_time(0.3), std::nullopt) << "frames by steps";
   options.interval_time = 0.1;
-  const FrameWriter writer(sheet, options);
+  const FrameWriter writer(MPI_COMM_WORLD, options);
   EXPECT_DOUBLE_EQ(*writer.next_time(0), 0.1);
   EXPECT_DOUBLE_EQ(*writer.next_time(0.25), 0.3);
   EXPECT_DOUBLE_EQ(*writer.next_time(0.1 * 3), 0.4) << "a little more than 0.3";
@@ -459,7 +546,7 @@ TEST(FrameWriter, DirectoryThatCannotBeMadeIsOneErrorOnAllRanks) {
     write_file(folder / "file", "in the way");
   }
   MPI_Barrier(MPI_COMM_WORLD);
-  FrameWriter writer(sheet, options_for(folder / "file/out"));
+  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "file/out"));
   EXPECT_EQ(error_text([&] { writer.write(scene.frame(0, 0)); }),
             "output.directory: " + (folder / "file/out") + " cannot be used: Not a directory");
 }
@@ -468,7 +555,7 @@ TEST(FrameWriter, FailedWriteIsOneErrorOnAllRanks) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, 4000);
   const Scene scene(sheet);
-  FrameWriter writer(sheet, options_for(folder / "out"));
+  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "out"));
   writer.write(scene.frame(0, 0));
   int ranks = 1;
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);

@@ -5,9 +5,39 @@
 #include <array>
 #include <vector>
 
+#include "mesh/drawn_surface.h"
 #include "mesh/sheet.h"
 
 namespace pellicle {
+
+/// The whole of a sheet as it is drawn: the corners of the rank's own cells, the virtual centres, four triangles a
+/// cell.
+inline DrawnSurface whole_surface(const Sheet& sheet) {
+  DrawnSurface surface;
+  std::vector<PetscInt> number(sheet.persistent_id.size(), -1);
+  const auto add = [&](PetscInt of, std::array<PetscInt, 4> particles, std::array<double, 4> weights, double centre) {
+    number[static_cast<std::size_t>(of)] = static_cast<PetscInt>(surface.points.size());
+    surface.points.push_back({particles, weights, sheet.persistent_id[static_cast<std::size_t>(of)],
+                              of < sheet.particles.owned, of, centre});
+  };
+  for (const auto& round : sheet.cells) {
+    for (const PetscInt corner : round) {
+      if (number[static_cast<std::size_t>(corner)] < 0) {
+        add(corner, {corner}, {1}, 0);
+      }
+    }
+  }
+  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+    add(sheet.lattice[cell], sheet.cells[cell], {0.25, 0.25, 0.25, 0.25}, 1);
+    for (std::size_t k = 0; k < 4; ++k) {
+      surface.triangles.push_back({number[static_cast<std::size_t>(sheet.cells[cell][k])],
+                                   number[static_cast<std::size_t>(sheet.cells[cell][(k + 1) % 4])],
+                                   number[static_cast<std::size_t>(sheet.lattice[cell])]});
+      surface.cells.push_back(static_cast<PetscInt>(cell));
+    }
+  }
+  return surface;
+}
 
 /// A strip of unit cells along x, made by hand: `cells` cells in one row, corner i at (i/2, i%2, 0), spread over the
 /// ranks in equal runs, none on rank `empty` (no rank if negative). A corner belongs to the lowest rank that uses it.
