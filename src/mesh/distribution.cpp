@@ -13,50 +13,27 @@ namespace pellicle {
 
 namespace {
 
-/// What rank 0 sends of every DMPlex point in its numbering: cells first, then vertices.
-std::vector<Distribution::Data> point_data(const SurfaceMesh& mesh) {
-  const std::size_t cells = mesh.faces.size();
-  std::vector<Distribution::Data> data(cells + mesh.points.size(), Distribution::Data{});
-  for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
-    Distribution::Data& point = data[cells + vertex];
-    Eigen::Map<Eigen::Vector3d>(point.position) = mesh.points[vertex];
-    point.id = mesh.id_of_point(static_cast<int>(vertex));
-    point.vertices[0] = static_cast<double>(vertex);
-  }
-  std::vector<bool> has_uv(mesh.points.size(), false);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    const auto& face = mesh.faces[cell];
-    const auto corners = static_cast<double>(face.size());
-    Distribution::Data& centre = data[cell];
-    centre.id = mesh.id_of_face(static_cast<int>(cell));
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      const auto vertex = static_cast<std::size_t>(face[k]);
-      centre.vertices[k] = face[k];
-      Eigen::Map<Eigen::Vector3d>(centre.position) += mesh.points[vertex] / corners;
-      if (!mesh.uv.empty()) {
-        const Eigen::Vector2d& uv = mesh.uv[cell][k];
-        Eigen::Map<Eigen::Vector2d>(centre.uv) += uv / corners;
-        if (!has_uv[vertex]) {
-          has_uv[vertex] = true;
-          Eigen::Map<Eigen::Vector2d>(data[cells + vertex].uv) = uv;
-        }
-      }
-    }
-  }
-  return data;
-}
-
-void set_partitioner(DM dm, const SurfaceMesh& mesh, const SheetOptions& options, int rank, int ranks) {
+/// Tells DMPlex which rank gets which cell, or whom to ask. Collective.
+void set_partitioner(DM dm, const SurfaceMesh& mesh, std::vector<int> part, const SheetOptions& options) {
+  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(dm));
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
   PetscPartitioner partitioner = nullptr;
   check(DMPlexGetPartitioner(dm, &partitioner));
-  if (options.partitioner != "metis") {
+  int is_given = part.empty() ? 0 : 1;
+  MPI_Bcast(&is_given, 1, MPI_INT, 0, comm);
+  if (is_given == 0 && options.partitioner != "metis") {
     check(PetscPartitionerSetType(partitioner, options.partitioner.c_str()));
     return;
   }
   std::vector<PetscInt> sizes(static_cast<std::size_t>(ranks), 0);
   std::vector<PetscInt> cells;
   if (rank == 0) {
-    const std::vector<int> part = partition_with_metis(cell_graph(mesh), ranks);
+    if (is_given == 0) {
+      part = partition_with_metis(cell_graph(mesh), ranks);
+    }
     cells.resize(part.size());
     std::iota(cells.begin(), cells.end(), 0);
     std::stable_sort(cells.begin(), cells.end(), [&](PetscInt a, PetscInt b) {
@@ -153,9 +130,44 @@ void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned) {
   MPI_Allreduce(&owned, &layout.global, 1, MPIU_INT, MPI_SUM, comm);
 }
 
-Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, int layers, const SheetOptions& options,
-                           Eigen::MatrixXd extra)
-    : comm_(comm) {
+Distribution::Source Distribution::source(const SurfaceMesh& mesh) {
+  const std::size_t cells = mesh.faces.size();
+  Source source;
+  source.has_uv = !mesh.uv.empty();
+  source.data.assign(cells + mesh.points.size(), Data{});
+  std::vector<Data>& data = source.data;
+  for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
+    Data& point = data[cells + vertex];
+    Eigen::Map<Eigen::Vector3d>(point.position) = mesh.points[vertex];
+    point.id = mesh.id_of_point(static_cast<int>(vertex));
+    point.vertices[0] = static_cast<double>(vertex);
+  }
+  std::vector<bool> has_uv(mesh.points.size(), false);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const auto& face = mesh.faces[cell];
+    const auto corners = static_cast<double>(face.size());
+    Data& centre = data[cell];
+    centre.id = mesh.id_of_face(static_cast<int>(cell));
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      const auto vertex = static_cast<std::size_t>(face[k]);
+      centre.vertices[k] = face[k];
+      Eigen::Map<Eigen::Vector3d>(centre.position) += mesh.points[vertex] / corners;
+      if (source.has_uv) {
+        const Eigen::Vector2d& uv = mesh.uv[cell][k];
+        Eigen::Map<Eigen::Vector2d>(centre.uv) += uv / corners;
+        if (!has_uv[vertex]) {
+          has_uv[vertex] = true;
+          Eigen::Map<Eigen::Vector2d>(data[cells + vertex].uv) = uv;
+        }
+      }
+    }
+  }
+  return source;
+}
+
+Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source, int layers,
+                           const SheetOptions& options)
+    : comm_(comm), data_(std::move(source.data)), extra_(std::move(source.extra)) {
   int rank = 0;
   int ranks = 1;
   MPI_Comm_rank(comm, &rank);
@@ -164,15 +176,14 @@ Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, int layers, c
   std::vector<PetscInt> cells;
   std::vector<double> coordinates;
   if (rank == 0) {
-    shape = {static_cast<PetscInt>(mesh.faces.front().size()), mesh.uv.empty() ? 0 : 1,
-             static_cast<PetscInt>(extra.rows())};
+    shape = {static_cast<PetscInt>(mesh.faces.front().size()), source.has_uv ? 1 : 0,
+             static_cast<PetscInt>(extra_.rows())};
     for (const auto& face : mesh.faces) {
       cells.insert(cells.end(), face.begin(), face.end());
     }
     for (const auto& point : mesh.points) {
       coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
     }
-    data_ = point_data(mesh);
     for (const auto& [name, members] : mesh.groups) {
       groups_.push_back(name);
     }
@@ -193,10 +204,9 @@ Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, int layers, c
       }
     }
   }
-  extra_ = std::move(extra);
 
   if (ranks > 1) {
-    set_partitioner(dm_, mesh, options, rank, ranks);
+    set_partitioner(dm_, mesh, std::move(source.part), options);
     Handle<DM, DMDestroy> distributed;
     Handle<PetscSF, PetscSFDestroy> migration;
     check(DMPlexDistribute(dm_, layers, migration.create(), distributed.create()));

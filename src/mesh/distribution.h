@@ -38,17 +38,29 @@ class Distribution {
   };
   /// What rank 0 knows of a cell or vertex.
   struct Data {
-    double position[3];  ///< of the vertex, or the mean of the cell's corners [m]
-    double uv[2];        ///< likewise; a vertex on a seam of the texture takes the side of its first face
-    double id;           ///< number in the file
+    double position[3];  ///< [m]
+    double uv[2];        ///< texture coordinates, if there are any
+    double id;           ///< persistent
     double vertices[4];  ///< numbers in the mesh: of a cell its corners, of a vertex [0] itself
   };
+  /// What rank 0 knows of all cells, then of all vertices; nothing on the other ranks.
+  struct Source {
+    std::vector<Data> data;
+    bool has_uv = false;
+    Eigen::MatrixXd extra;  ///< further numbers, (any x cells + vertices)
+    std::vector<int> part;  ///< rank of each cell; empty: the partitioner of the options is asked
+  };
+
+  /// What a mesh says of its cells and vertices. A cell has the mean position and uv of its corners; a vertex on a seam
+  /// of the texture takes the side of its first face; ids are the numbers in the file.
+  static Source source(const SurfaceMesh& mesh);
 
   /// Collective.
-  /// @param mesh all cells triangles, or all quads; only rank 0's is read
+  /// @param mesh all cells triangles, or all quads; only rank 0's is read, and of it points, faces and groups
   /// @param layers of neighbours' cells, by common vertices
-  /// @param extra further numbers that rank 0 knows of each cell, then of each vertex, (any x cells + vertices)
-  Distribution(MPI_Comm comm, const SurfaceMesh& mesh, int layers, const SheetOptions& options, Eigen::MatrixXd extra);
+  Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source, int layers, const SheetOptions& options);
+
+  MPI_Comm comm() const { return comm_; }
 
   DM dm() const { return dm_; }
   bool has_uv() const { return has_uv_; }

@@ -99,11 +99,13 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
   Membrane membrane;
   SurfaceMesh whole;
   std::vector<std::string> fields;
-  Eigen::MatrixXd face_data;  // piece, then the fields
+  Distribution::Source source;
   if (rank == 0) {
     whole = ordered(mesh);
     const std::vector<int> piece = find_pieces(whole, cell_graph(whole), membrane.piece_is_closed);
     const auto faces = static_cast<Eigen::Index>(whole.faces.size());
+    source = Distribution::source(whole);
+    Eigen::MatrixXd& face_data = source.extra;  // piece, then the fields
     face_data.setZero(1 + static_cast<Eigen::Index>(whole.face_fields.size()),
                       faces + static_cast<Eigen::Index>(whole.points.size()));
     face_data.row(0).head(faces) = Eigen::Map<const Eigen::RowVectorXi>(piece.data(), faces).cast<double>();
@@ -115,7 +117,7 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
   }
   broadcast(comm, fields);
   broadcast(comm, membrane.piece_is_closed);
-  const Distribution distribution(comm, whole, 1, options, std::move(face_data));
+  const Distribution distribution(comm, whole, std::move(source), 1, options);
 
   // Elements: owned ones, then those of other ranks with an owned vertex.
   const Distribution::Range cells = distribution.cells();

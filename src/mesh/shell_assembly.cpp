@@ -1,0 +1,168 @@
+#include "mesh/shell_assembly.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+/// A spring as it is found at a mesh point (its cell or edge), before owned ones are sorted to the front.
+struct FoundSpring {
+  PetscInt point;  ///< DMPlex cell (red, yellow) or edge (blue, green)
+  PetscInt index;  ///< among the springs of this colour at the point
+  std::array<PetscInt, 2> ends;
+  std::array<PetscInt, 4> triangles;  ///< SpringSet::triangles
+};
+
+/// Which side of a cell joins these corners: k when it runs between corners k and k + 1.
+PetscInt side(const std::array<PetscInt, 4>& cell, const std::array<PetscInt, 2>& ends) {
+  PetscInt k = 0;
+  while (std::minmax(cell[static_cast<std::size_t>(k)], cell[static_cast<std::size_t>((k + 1) % 4)]) !=
+         std::minmax(ends[0], ends[1])) {
+    ++k;
+  }
+  return k;
+}
+
+/// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank, nor share one
+/// with an owned spring, nor lie in an owned cell. Collective.
+SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& distribution, const Sheet& sheet) {
+  SpringSet set;
+  std::vector<PetscInt> first_at_point(static_cast<std::size_t>(distribution.points()), -1);
+  std::vector<bool> needed(static_cast<std::size_t>(sheet.particles.local()), false);
+  std::fill_n(needed.begin(), sheet.particles.owned, true);
+  const auto add = [&](const FoundSpring& spring) {
+    set.ends.push_back(spring.ends);
+    set.triangles.push_back(spring.triangles);
+    set.initial_length.push_back((sheet.rest.col(spring.ends[0]) - sheet.rest.col(spring.ends[1])).norm());
+  };
+  for (const FoundSpring& spring : found) {
+    if (distribution.is_owned(spring.point)) {
+      if (spring.index == 0) {
+        first_at_point[static_cast<std::size_t>(spring.point)] = static_cast<PetscInt>(set.ends.size());
+      }
+      add(spring);
+      needed[static_cast<std::size_t>(spring.ends[0])] = true;
+      needed[static_cast<std::size_t>(spring.ends[1])] = true;
+    }
+  }
+  number_owned(set.layout, sheet.comm(), static_cast<PetscInt>(set.ends.size()));
+  for (PetscInt& number : first_at_point) {
+    number += number >= 0 ? set.layout.first : 0;
+  }
+  distribution.fetch(first_at_point);
+  for (const FoundSpring& spring : found) {
+    const bool is_needed =
+        needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
+        std::any_of(spring.triangles.begin(), spring.triangles.end(),
+                    [&sheet](PetscInt triangle) { return triangle >= 0 && triangle < 4 * sheet.owned_cells; });
+    if (!distribution.is_owned(spring.point) && is_needed) {
+      set.layout.ghost_global.push_back(first_at_point[static_cast<std::size_t>(spring.point)] + spring.index);
+      add(spring);
+    }
+  }
+  return set;
+}
+
+}  // namespace
+
+AssembledShell assemble_shell(const Distribution& distribution) {
+  AssembledShell shell;
+  Sheet& sheet = shell.sheet;
+
+  // Particles: owned corners, owned lattice points, ghost corners, ghost lattice points.
+  const Distribution::Range cells = distribution.cells();
+  std::vector<PetscInt> particle_of_point(static_cast<std::size_t>(distribution.points()), -1);
+  for (const bool owned : {true, false}) {
+    for (const Distribution::Range& range : {distribution.vertices(), cells}) {
+      for (PetscInt point = range.begin; point < range.end; ++point) {
+        if (distribution.is_owned(point) == owned) {
+          const bool is_lattice = point >= cells.begin && point < cells.end;
+          particle_of_point[static_cast<std::size_t>(point)] = static_cast<PetscInt>(shell.points.size());
+          shell.points.push_back(point);
+          sheet.is_lattice.push_back(is_lattice);
+          sheet.owned_corners += owned && !is_lattice ? 1 : 0;
+        }
+      }
+    }
+  }
+  distribution.fill(sheet, shell.points);
+  for (const PetscInt point : shell.points) {
+    sheet.initial_mass.push_back(distribution.extra(point)[0]);
+  }
+
+  // Cells, owned first, and the springs that belong to a cell.
+  std::vector<FoundSpring> red;
+  std::vector<FoundSpring> yellow;
+  std::vector<PetscInt> cell_of_point(static_cast<std::size_t>(distribution.points()), -1);
+  sheet.cell_count.assign(static_cast<std::size_t>(sheet.particles.owned), 0);
+  for (const bool owned : {true, false}) {
+    for (PetscInt point = cells.begin; point < cells.end; ++point) {
+      if (distribution.is_owned(point) != owned) {
+        continue;
+      }
+      const PetscInt lattice = particle_of_point[static_cast<std::size_t>(point)];
+      const auto triangle = 4 * static_cast<PetscInt>(sheet.cells.size());
+      const std::array<PetscInt, 4> triangles{triangle, triangle + 1, triangle + 2, triangle + 3};
+      std::array<PetscInt, 4> corners = distribution.corners<4>(point);
+      for (std::size_t k = 0; k < 4; ++k) {
+        corners[k] = particle_of_point[static_cast<std::size_t>(corners[k])];
+        red.push_back(
+            {point, static_cast<PetscInt>(k), {corners[k], lattice}, {triangles[k], triangles[(k + 3) % 4], -1, -1}});
+        if (corners[k] < sheet.owned_corners) {
+          ++sheet.cell_count[static_cast<std::size_t>(corners[k])];
+        }
+      }
+      yellow.push_back({point, 0, {corners[0], corners[2]}, triangles});
+      yellow.push_back({point, 1, {corners[1], corners[3]}, triangles});
+      cell_of_point[static_cast<std::size_t>(point)] = static_cast<PetscInt>(sheet.cells.size());
+      sheet.cells.push_back(corners);
+      sheet.lattice.push_back(lattice);
+      sheet.owned_cells += owned ? 1 : 0;
+    }
+  }
+
+  // Springs along and across the edges of the cells.
+  std::vector<FoundSpring> blue;
+  std::vector<FoundSpring> green;
+  const Distribution::Range edges = distribution.edges();
+  for (PetscInt edge = edges.begin; edge < edges.end; ++edge) {
+    const PetscInt* vertices = nullptr;
+    const PetscInt* beside = nullptr;
+    PetscInt count = 0;
+    check(DMPlexGetCone(distribution.dm(), edge, &vertices));
+    check(DMPlexGetSupportSize(distribution.dm(), edge, &count));
+    check(DMPlexGetSupport(distribution.dm(), edge, &beside));
+    const std::array<PetscInt, 2> ends{particle_of_point[static_cast<std::size_t>(vertices[0])],
+                                       particle_of_point[static_cast<std::size_t>(vertices[1])]};
+    std::array<PetscInt, 4> triangles{-1, -1, -1, -1};
+    for (PetscInt i = 0; i < count; ++i) {
+      const PetscInt cell = cell_of_point[static_cast<std::size_t>(beside[i])];
+      triangles[static_cast<std::size_t>(i)] = 4 * cell + side(sheet.cells[static_cast<std::size_t>(cell)], ends);
+    }
+    blue.push_back({edge, 0, ends, triangles});
+    if (count == 2) {
+      green.push_back({edge,
+                       0,
+                       {particle_of_point[static_cast<std::size_t>(beside[0])],
+                        particle_of_point[static_cast<std::size_t>(beside[1])]},
+                       triangles});
+    }
+  }
+  const std::array<PetscInt, 2> owned{sheet.owned_corners, sheet.owned_cells};
+  std::array<PetscInt, 2> global{};
+  MPI_Allreduce(owned.data(), global.data(), 2, MPIU_INT, MPI_SUM, distribution.comm());
+  sheet.global_corners = global[0];
+  sheet.global_cells = global[1];
+  sheet.of(Colour::red) = make_spring_set(red, distribution, sheet);
+  sheet.of(Colour::green) = make_spring_set(green, distribution, sheet);
+  sheet.of(Colour::blue) = make_spring_set(blue, distribution, sheet);
+  sheet.of(Colour::yellow) = make_spring_set(yellow, distribution, sheet);
+  return shell;
+}
+
+}  // namespace pellicle
