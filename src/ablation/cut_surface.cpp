@@ -33,7 +33,7 @@ class Cutter {
                       : cut_number_.try_emplace(cut_id(from, to), -1).first->second;
   }
   std::int64_t cut_id(PetscInt from, PetscInt to) const {
-    const auto [low, high] = std::minmax(id(from), id(to));
+    const auto [low, high] = std::minmax({id(from), id(to)});  // by value
     return -(std::int64_t{low} * sheet_.id_end + high) - 1;
   }
   void add_uncut_points();
