@@ -8,16 +8,19 @@
 #include "mesh/closed_shapes.h"
 #include "mesh/generators.h"
 #include "mesh/readers.h"
+#include "mesh/shirt.h"
 
 namespace pellicle {
 
 void describe(OptionTable& table, MeshOptions& options) {
   table.add("mesh.shape", options.shape)
-      .choices({"rectangle", "torus", "roof", "icosphere", "ellipsoid", "tube", "blobs", "disc", "square", "file"})
+      .choices(
+          {"rectangle", "torus", "roof", "shirt", "icosphere", "ellipsoid", "tube", "blobs", "disc", "square", "file"})
       .help(
           "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
-          "on their points, so that its boundary is a zigzag); of triangles and closed: an icosphere, an ellipsoid, a "
-          "tube along z with half spheres at its ends, the smooth surface of the solids mesh.blobs; of triangles and "
+          "on their points, so that its boundary is a zigzag), a T-shirt that stands upright; of triangles and closed: "
+          "an icosphere, an ellipsoid, a tube along z with half spheres at its ends, the smooth surface of the solids "
+          "mesh.blobs; of triangles and "
           "flat: a disc, a square (any rectangle) with one corner at the origin, a quarter of an airbag; a file, when "
           "mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
@@ -28,12 +31,14 @@ void describe(OptionTable& table, MeshOptions& options) {
       .at_least(1)
       .help(
           "cells of the generated mesh along its length and width; torus: round the axis and round the tube; square: "
-          "each of four triangles");
+          "each of four triangles; shirt: across the torso and from waist to shoulder, at least 8");
   table.add("mesh.size", options.size)
       .length(2)
       .more_than(0)
       .unit("m")
-      .help("length and width of rectangle, roof and square, the roof's width along its arc");
+      .help(
+          "length and width of rectangle, roof and square, the roof's width along its arc; shirt: width of the torso "
+          "laid flat, half its girth, and height from waist to shoulder");
   table.add("mesh.major_radius", options.major_radius)
       .more_than(0)
       .unit("m")
@@ -83,6 +88,8 @@ SurfaceMesh make_mesh(const MeshOptions& options) {
       mesh = torus_mesh(cells, options.major_radius, options.tube_radius);
     } else if (options.shape == "roof") {
       mesh = roof_mesh(cells, size, options.arch);
+    } else if (options.shape == "shirt") {
+      mesh = shirt_mesh(cells, size);
     } else if (options.shape == "icosphere") {
       mesh = icosphere_mesh(options.level, options.radius);
     } else if (options.shape == "ellipsoid") {

@@ -15,15 +15,15 @@ class OptionTable;
 
 /// Where the mesh comes from and where it is put.
 struct MeshOptions {
-  std::string shape = "rectangle";   ///< see describe; "file" needs `file`
-  std::string file;                  ///< mesh to read instead of generating one, if not empty
-  std::vector<int> cells{40, 40};    ///< of the generated mesh, each way
-  std::vector<double> size{1, 1};    ///< rectangle, roof and square: length and width, for the roof along its arc [m]
-  double major_radius = 0.5;         ///< torus: of the circle in the middle of the tube [m]
-  double tube_radius = 0.2;          ///< torus: of the tube [m]
-  double arch = 2.0943951023931953;  ///< roof: angle of its arc [rad]
-  int level = 4;                     ///< icosphere and ellipsoid: how often the icosahedron is split
-  double radius = 0.1;               ///< icosphere, tube and disc [m]
+  std::string shape = "rectangle";            ///< see describe; "file" needs `file`
+  std::string file;                           ///< mesh to read instead of generating one, if not empty
+  std::vector<int> cells{40, 40};             ///< of the generated mesh, each way
+  std::vector<double> size{1, 1};             ///< of the generated mesh, each way, see describe [m]
+  double major_radius = 0.5;                  ///< torus: of the circle in the middle of the tube [m]
+  double tube_radius = 0.2;                   ///< torus: of the tube [m]
+  double arch = 2.0943951023931953;           ///< roof: angle of its arc [rad]
+  int level = 4;                              ///< icosphere and ellipsoid: how often the icosahedron is split
+  double radius = 0.1;                        ///< icosphere, tube and disc [m]
   Eigen::Vector3d semi_axes{0.1, 0.1, 0.15};  ///< ellipsoid: its half axes along x, y, z [m]
   double length = 0.3;                        ///< tube: of its cylinder [m]
   int rings = 20;                             ///< disc: of triangles

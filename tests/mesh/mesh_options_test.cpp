@@ -9,6 +9,7 @@
 #include "mesh/closed_shapes.h"
 #include "mesh/generators.h"
 #include "mesh/mesh_check.h"
+#include "mesh/shirt.h"
 #include "tests/mesh/mesh_writers.h"
 #include "tests/mesh/scratch_file.h"
 
@@ -28,6 +29,9 @@ TEST(MakeMesh, GeneratesEachShape) {
   EXPECT_EQ(make_mesh(options).points, roof_mesh({6, 5}, {2, 1}, options.arch).points);
   options.shape = "square";
   EXPECT_EQ(make_mesh(options).points, square_mesh({6, 5}, {2, 1}).points);
+  options.shape = "shirt";
+  options.cells = {9, 8};
+  EXPECT_EQ(make_mesh(options).points, shirt_mesh({9, 8}, {2, 1}).points);
   options.shape = "disc";
   EXPECT_EQ(make_mesh(options).points, disc_mesh(options.rings, options.radius).points);
   options.shape = "icosphere";
