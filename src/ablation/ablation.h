@@ -33,6 +33,9 @@ class Ablation {
   /// @returns whether a triangle died on any rank
   bool tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn);
 
+  /// Springs, and triangles of other ranks' cells, that follow from the triangles of the owned cells. Collective.
+  void follow_triangles(Living& living) { spread(living, true); }
+
   /// Owned particles whose last spring is dead and that still have a mass. Not collective.
   std::vector<PetscInt> bare_particles(const Living& living, const Field& mass) const;
 

@@ -74,9 +74,9 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
     for (PetscInt i = owned; i < local; ++i) {
       PetscInt& of_set = least[set_of[static_cast<std::size_t>(i)]];
       const auto of_ghost = static_cast<PetscInt>(part.data()[i]);
-      if (of_ghost >= 0 && of_ghost != of_set) {
+      if (of_ghost >= 0 && of_ghost < of_set) {
         changed = true;
-        of_set = std::min(of_set, of_ghost);
+        of_set = of_ghost;
       }
     }
     MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_CXX_BOOL, MPI_LOR, sheet.comm());

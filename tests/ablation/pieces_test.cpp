@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <random>
+#include <utility>
 
 #include "ablation/ablation.h"
+#include "mesh/compaction.h"
 #include "tests/ablation/sheets.h"
 #include "tests/support/balls.h"
 
@@ -162,75 +165,126 @@ TEST(Pieces, NothingIsLeftOfASheetThatHasBurnt) {
   rows.expect_present({});
 }
 
-/// A sheet on which random points burn, a few more each step.
-class RandomFire {
+/// A sheet on which points burn, each at its own time.
+class ScatteredFire {
  public:
-  RandomFire(const SurfaceMesh& mesh, MPI_Comm comm)
-      : sheet_(shell_of(mesh, comm)), living_(sheet_), ablation_(sheet_), pieces_(initial_pieces(sheet_)) {}
+  ScatteredFire(const SurfaceMesh& mesh, MPI_Comm comm)
+      : sheet_(std::make_unique<Sheet>(shell_of(mesh, comm))), living_(*sheet_), pieces_(initial_pieces(*sheet_)) {}
 
   /// @param until by persistent id, when the points burn
   void update(const std::vector<double>& until, double time) {
-    ablation_.burn_away(living_, level_by_id(sheet_, [&until, time](PetscInt id) {
-                          return until[static_cast<std::size_t>(id)] - time;
-                        }));
-    update_pieces(pieces_, sheet_, living_, time);
+    const auto level = [&until, time](PetscInt id) { return until[static_cast<std::size_t>(id)] - time; };
+    if (Ablation(*sheet_).burn_away(living_, level_by_id(*sheet_, level))) {
+      update_pieces(pieces_, *sheet_, living_, time);
+    }
   }
 
-  const Sheet& sheet() const { return sheet_; }
+  /// Removes the cells of which nothing is left, and spreads the others anew when ranks differ at all.
+  void remove_empty_cells() {
+    std::vector<bool> kept = empty_cells(*sheet_, living_);
+    kept.flip();
+    Eigen::MatrixXd piece(1, sheet_->particles.owned);
+    std::copy_n(pieces_.of_particle.begin(), piece.size(), piece.data());
+    Eigen::MatrixXd triangles(4, sheet_->owned_cells);
+    std::copy_n(living_.triangles.begin(), triangles.size(), triangles.data());
+    SheetOptions options;
+    options.imbalance_limit = 1;
+    CompactedSheet compacted = compact(*sheet_, kept, piece, triangles, options);
+    sheet_ = std::make_unique<Sheet>(std::move(compacted.sheet));
+    pieces_.of_particle.assign(compacted.particle_data.data(),
+                               compacted.particle_data.data() + compacted.particle_data.size());
+    living_ = Living(*sheet_);
+    std::transform(compacted.cell_data.data(), compacted.cell_data.data() + compacted.cell_data.size(),
+                   living_.triangles.begin(), [](double lives) { return lives > 0; });
+    Ablation(*sheet_).follow_triangles(living_);
+  }
+
+  const Sheet& sheet() const { return *sheet_; }
   const Living& living() const { return living_; }
   const Pieces& pieces() const { return pieces_; }
 
  private:
-  Sheet sheet_;
+  std::unique_ptr<Sheet> sheet_;
   Living living_;
-  Ablation ablation_;
   Pieces pieces_;
 };
+
+/// When each point of a sheet burns, by persistent id, at random from 0 to 1.
+std::vector<double> random_times(const Sheet& sheet, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<double> until(static_cast<std::size_t>(sheet.id_end));
+  for (double& time : until) {
+    time = std::uniform_real_distribution<double>(0, 1)(random);
+  }
+  return until;
+}
+
+/// Expects the same pieces, and that every living spring joins particles of one piece.
+/// @param alone on a single rank, with all its cells
+void expect_same_pieces(const ScatteredFire& fire, const ScatteredFire& alone) {
+  std::map<PetscInt, PetscInt> expected;
+  for (std::size_t i = 0; i < alone.sheet().persistent_id.size(); ++i) {
+    expected[alone.sheet().persistent_id[i]] = alone.pieces().of_particle[i];
+  }
+  for (std::size_t i = 0; i < fire.sheet().persistent_id.size(); ++i) {
+    const PetscInt id = fire.sheet().persistent_id[i];
+    EXPECT_EQ(fire.pieces().of_particle[i], expected.at(id)) << "particle " << id;
+  }
+  ASSERT_EQ(fire.pieces().present.size(), alone.pieces().present.size());
+  for (std::size_t k = 0; k < fire.pieces().present.size(); ++k) {
+    EXPECT_EQ(fire.pieces().present[k].id, alone.pieces().present[k].id);
+    EXPECT_EQ(fire.pieces().present[k].birth_time, alone.pieces().present[k].birth_time);
+  }
+  EXPECT_EQ(fire.pieces().next_id, alone.pieces().next_id);
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = fire.sheet().of(colour);
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      if (fire.living().springs[static_cast<std::size_t>(colour)][s]) {
+        const PetscInt piece = fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][0])];
+        EXPECT_GE(piece, 0);
+        EXPECT_EQ(piece, fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][1])]);
+      }
+    }
+  }
+}
 
 TEST(Pieces, DependNeitherOnRanksNorOnTheOrderOfTheParticles) {
   const SurfaceMesh mesh = grid_mesh(16, 12, 1);
   std::size_t most = 0;
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    RandomFire fire(mesh, PETSC_COMM_WORLD);
-    RandomFire alone(mesh, PETSC_COMM_SELF);
-    std::mt19937 random(seed);
-    std::vector<double> until(static_cast<std::size_t>(alone.sheet().particles.owned));
-    for (double& time : until) {
-      time = std::uniform_real_distribution<double>(0, 1)(random);
-    }
-    for (double time = 0.1; time < 1.05; time += 0.1) {
-      fire.update(until, time);
-      alone.update(until, time);
-      std::map<PetscInt, PetscInt> expected;
-      for (std::size_t i = 0; i < alone.sheet().persistent_id.size(); ++i) {
-        expected[alone.sheet().persistent_id[i]] = alone.pieces().of_particle[i];
-      }
-      for (std::size_t i = 0; i < fire.sheet().persistent_id.size(); ++i) {
-        const PetscInt id = fire.sheet().persistent_id[i];
-        ASSERT_EQ(fire.pieces().of_particle[i], expected.at(id)) << "particle " << id << " at time " << time;
-      }
-      ASSERT_EQ(fire.pieces().present.size(), alone.pieces().present.size());
-      for (std::size_t k = 0; k < fire.pieces().present.size(); ++k) {
-        EXPECT_EQ(fire.pieces().present[k].id, alone.pieces().present[k].id);
-        EXPECT_EQ(fire.pieces().present[k].birth_time, alone.pieces().present[k].birth_time);
-      }
-      EXPECT_EQ(fire.pieces().next_id, alone.pieces().next_id);
-      // A living spring joins particles of one piece, and no particle that has left.
-      for (const Colour colour : all_colours) {
-        const SpringSet& set = fire.sheet().of(colour);
-        for (std::size_t s = 0; s < set.ends.size(); ++s) {
-          if (fire.living().springs[static_cast<std::size_t>(colour)][s]) {
-            const PetscInt piece = fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][0])];
-            EXPECT_GE(piece, 0);
-            EXPECT_EQ(piece, fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][1])]);
-          }
-        }
-      }
+    ScatteredFire fire(mesh, PETSC_COMM_WORLD);
+    ScatteredFire alone(mesh, PETSC_COMM_SELF);
+    const std::vector<double> until = random_times(alone.sheet(), seed);
+    for (int step = 1; step <= 10; ++step) {
+      SCOPED_TRACE(step);
+      fire.update(until, 0.1 * step);
+      alone.update(until, 0.1 * step);
+      expect_same_pieces(fire, alone);
       most = std::max(most, fire.pieces().present.size());
     }
     EXPECT_TRUE(fire.pieces().present.empty()) << "all has burnt in the end";
   }
   EXPECT_GT(most, 5U);
+}
+
+TEST(Pieces, DoNotDependOnCompaction) {
+  const SurfaceMesh mesh = grid_mesh(16, 12, 1);
+  for (const int every : {1, 3}) {
+    ScatteredFire fire(mesh, PETSC_COMM_WORLD);
+    ScatteredFire alone(mesh, PETSC_COMM_SELF);
+    const std::vector<double> until = random_times(alone.sheet(), 4);
+    for (int step = 1; step <= 9; ++step) {
+      SCOPED_TRACE(step);
+      fire.update(until, 0.1 * step);
+      alone.update(until, 0.1 * step);
+      if (step % every == 0) {
+        fire.remove_empty_cells();
+      }
+      expect_same_pieces(fire, alone);
+    }
+    EXPECT_LT(fire.sheet().global_cells, 3 * 16 * 12 / 4);
+    EXPECT_FALSE(fire.pieces().present.empty());
+  }
 }
 
 }  // namespace
