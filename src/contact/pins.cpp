@@ -44,10 +44,7 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
     together(points.comm(), [&] {
       for (const PetscInt i : pin.particles) {
         if (pinned_[static_cast<std::size_t>(i)]) {
-          const auto holds = [i](const Pin& other) {
-            return std::binary_search(other.particles.begin(), other.particles.end(), i);
-          };
-          refuse_second_pin(key, std::find_if(pins_.begin(), pins_.end(), holds)->name,
+          refuse_second_pin(key, pins_[static_cast<std::size_t>(number(i))].name,
                             points.persistent_id[static_cast<std::size_t>(i)]);
         }
         pinned_[static_cast<std::size_t>(i)] = true;
@@ -55,6 +52,27 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
     });
     pins_.push_back(std::move(pin));
   }
+}
+
+Pins::Pins(const Pins& other, const PointSet& points, const std::vector<int>& numbers)
+    : points_(&points), pins_(other.pins_), pinned_(numbers.size(), false) {
+  for (Pin& pin : pins_) {
+    pin.particles.clear();
+  }
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] >= 0) {
+      pins_[static_cast<std::size_t>(numbers[i])].particles.push_back(static_cast<PetscInt>(i));
+      pinned_[i] = true;
+    }
+  }
+}
+
+int Pins::number(PetscInt particle) const {
+  const auto holds = [particle](const Pin& pin) {
+    return std::binary_search(pin.particles.begin(), pin.particles.end(), particle);
+  };
+  const auto pin = std::find_if(pins_.begin(), pins_.end(), holds);
+  return pin == pins_.end() ? -1 : static_cast<int>(pin - pins_.begin());
 }
 
 void Pins::impose(Field& positions, double time) const {

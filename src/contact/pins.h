@@ -27,6 +27,13 @@ class Pins {
   /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
   Pins(const PointSet& points, const std::map<std::string, PinOptions>& options);
 
+  /// The same pins on other points, such as what is left of a sheet. The points must outlive the pins. Not collective.
+  /// @param numbers pin of each local particle of `points`, see number
+  Pins(const Pins& other, const PointSet& points, const std::vector<int>& numbers);
+
+  /// Number of the pin that holds a local particle, -1 where none does.
+  int number(PetscInt particle) const;
+
   /// Of each local particle, ghosts included.
   const std::vector<bool>& pinned() const { return pinned_; }
 

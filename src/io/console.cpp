@@ -24,14 +24,13 @@ __attribute__((format(printf, 1, 2))) std::string formatted(const char* format, 
   return text;
 }
 
-int print_interval(MPI_Comm comm, int monitor, bool terminal) {
+bool is_first_rank(MPI_Comm comm) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  if (rank != 0) {
-    return 0;
-  }
-  return monitor == 0 && terminal ? 1 : monitor;
+  return rank == 0;
 }
+
+int print_interval(int monitor, bool terminal) { return monitor == 0 && terminal ? 1 : monitor; }
 
 }  // namespace
 
@@ -63,10 +62,20 @@ std::string duration_text(double seconds) {
 }
 
 Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal)
-    : comm_(comm), interval_(print_interval(comm, monitor, terminal)), stream_(stream), start_(MPI_Wtime()) {}
+    : comm_(comm),
+      is_root_(is_first_rank(comm)),
+      interval_(is_root_ ? print_interval(monitor, terminal) : 0),
+      stream_(stream),
+      start_(MPI_Wtime()) {}
 
 void Console::say(const std::string& line) {
   if (interval_ > 0) {
+    stream_ << line << std::endl;
+  }
+}
+
+void Console::conclude(const std::string& line) {
+  if (is_root_) {
     stream_ << line << std::endl;
   }
 }

@@ -32,6 +32,8 @@ class Console {
 
   /// Prints a line of the header or a remark.
   void say(const std::string& line);
+  /// Prints why a run ended before its time, whatever the output is.
+  void conclude(const std::string& line);
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
   /// Prints the table of time per stage: of each stage the slowest rank's. Collective.
@@ -39,6 +41,7 @@ class Console {
 
  private:
   MPI_Comm comm_;
+  bool is_root_;
   int interval_;  ///< steps between progress lines; 0: nothing is printed
   std::ostream& stream_;
   double start_;

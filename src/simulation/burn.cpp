@@ -1,27 +1,18 @@
 #include "simulation/burn.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "heat/heat_balance.h"
 #include "heat/heat_source.h"
 #include "mesh/shell.h"
-#include "simulation/texture_values.h"
+#include "simulation/textures.h"
 
 namespace pellicle {
 
 namespace {
-
-/// The texture at the uv coordinates of every local particle, scaled so that black is `black` and white is `white`;
-/// empty when there is no file. Collective.
-std::vector<double> sample(const Sheet& sheet, const std::string& key, const std::string& file, double black,
-                           double white) {
-  std::vector<double> values = texture_values(sheet.comm(), sheet.uv, key, file);
-  for (double& value : values) {
-    value = black + (white - black) * value;
-  }
-  return values;
-}
 
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
@@ -41,35 +32,61 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
 }  // namespace
 
 const std::vector<std::string>& Burn::stage_names() {
-  static const std::vector<std::string> names{"heat",       "combustion", "external force",
-                                              "projection", "velocity",   "output"};
+  static const std::vector<std::string> names{"heat",       "combustion", "ablation",   "external force",
+                                              "projection", "velocity",   "compaction", "output"};
   return names;
 }
 
 Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock)
+    : Burn(sheet, options, clock, Pins(sheet, options.pins), Textures(sheet.comm())) {}
+
+Burn::Burn(const Sheet& compacted, Burn&& before, const std::vector<int>& pin_numbers)
+    : Burn(compacted, before.options_, before.clock_, Pins(before.pins_, compacted, pin_numbers),
+           std::move(before.textures_)) {}
+
+Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures)
     : sheet_(sheet),
       options_(options),
       clock_(clock),
-      pins_(sheet, options.pins),
+      textures_(std::move(textures)),
+      pins_(std::move(pins)),
       bodies_(options.bodies),
+      ablation_(sheet),
       start_(sheet.particles, 3) {
   const CombustionOptions& combustion = options.combustion;
   const HeatOptions& heat = options.heat;
-  mass_loss_factor_ = sample(sheet, "combustion.mass_loss_texture", combustion.mass_loss_texture,
+  mass_loss_factor_ = sample("combustion.mass_loss_texture", combustion.mass_loss_texture,
                              combustion.mass_loss_range[0], combustion.mass_loss_range[1]);
   for (const auto& [name, source] : heat.sources) {
     validate(name, source);
-    source_texture_[name] = sample(sheet, "heat.sources." + name + ".file", source.file, 0, 1);
+    source_texture_[name] = sample("heat.sources." + name + ".file", source.file, 0, 1);
   }
   conduction_ = std::make_unique<Conduction>(sheet, heat,
-                                             sample(sheet, "heat.diffusivity_texture", heat.diffusivity_texture,
+                                             sample("heat.diffusivity_texture", heat.diffusivity_texture,
                                                     heat.diffusivity_range[0], heat.diffusivity_range[1]));
   projection_ = std::make_unique<SuccessiveProjection>(
       sheet, options.project,
-      at_springs(sheet, sample(sheet, "project.weight_texture", options.project.weight_texture, 0, 1)));
+      at_springs(sheet, sample("project.weight_texture", options.project.weight_texture, 0, 1)));
   if (options.dynamics == "spring") {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   }
+  const AblationOptions& ablation = options.ablation;
+  if (ablation.strength) {
+    if (springs_ != nullptr) {
+      throw Error("ablation.strength: tension follows from the projection, expected dynamics projection, not spring");
+    }
+    tearing_.emplace(sheet, ablation,
+                     sample("ablation.strength_texture", ablation.strength_texture, ablation.strength_range[0],
+                            ablation.strength_range[1]));
+  }
+}
+
+std::vector<double> Burn::sample(const std::string& key, const std::string& file, double black, double white) {
+  std::vector<double> values = textures_.values(sheet_.uv, key, file);
+  for (double& value : values) {
+    value = black + (white - black) * value;
+  }
+  return values;
 }
 
 State Burn::initial_state() const {
@@ -93,11 +110,15 @@ BurnStep Burn::advance(State& state, double h) {
     return step;
   }
   combustion(state, h);
+  step.died = ablation(state, h);
   const StageResult moved = dynamics(state, h, step);
   step.dynamics_iterations = moved.iterations;
   step.constraint_error = moved.error;
   if (failed(moved)) {
     return step;
+  }
+  if (tearing_) {
+    step.died = tear(state, h) || step.died;
   }
   state.time += h;
   ++state.step;
@@ -115,7 +136,7 @@ StageResult Burn::heat(State& state, double h) {
   }
   state.heat_in += release_burning_heat(state.temperature, sheet_, state.mass_change, state.mass, heat);
   state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, h, heat);
-  return conduction_->advance(state.temperature, {state.position, state.mass, h});
+  return conduction_->advance(state.temperature, {state.position, state.mass, h, &state.living});
 }
 
 void Burn::combustion(State& state, double h) {
@@ -126,30 +147,90 @@ void Burn::combustion(State& state, double h) {
   set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
 }
 
+bool Burn::ablation(State& state, double h) {
+  const auto timer = clock_.time("ablation");
+  const std::vector<double> level = level_set(sheet_, state.mass, options_.ablation.loss_mass);
+  for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+    const auto is_burnt = [&level](PetscInt particle) { return level[static_cast<std::size_t>(particle)] < 0; };
+    if (state.burn_time[cell] < 0 && (is_burnt(sheet_.lattice[cell]) ||
+                                      std::any_of(sheet_.cells[cell].begin(), sheet_.cells[cell].end(), is_burnt))) {
+      state.burn_time[cell] = state.time + h;
+    }
+  }
+  const bool died = ablation_.burn_away(state.living, level);
+  if (died) {
+    take_out(state, state.time + h);
+  }
+  return died;
+}
+
+bool Burn::tear(State& state, double h) {
+  const auto timer = clock_.time("ablation");
+  const TearingInput input{state.living, pull_, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
+  if (!ablation_.tear(state.living, tearing_->torn(input))) {
+    return false;
+  }
+  for (std::size_t triangle = 0; triangle < state.living.triangles.size(); ++triangle) {
+    if (!state.living.triangles[triangle] && state.burn_time[triangle / 4] < 0) {
+      state.burn_time[triangle / 4] = state.time + h;
+    }
+  }
+  take_out(state, state.time + h);
+  return true;
+}
+
+/// What follows when triangles have died: particles without springs leave, pieces separate.
+void Burn::take_out(State& state, double time) {
+  for (const PetscInt i : ablation_.bare_particles(state.living, state.mass)) {
+    double& mass = state.mass.data()[i];
+    state.mass_burnt += mass;
+    state.heat_out += mass * options_.heat.capacity * state.temperature.data()[i];
+    mass = 0;
+    state.mass_change.data()[i] = 0;
+  }
+  state.mass.update_ghosts();
+  state.mass_change.update_ghosts();
+  update_pieces(state.pieces, sheet_, state.living, time);
+}
+
 StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
   Eigen::MatrixXd& x = state.position.values();
   Eigen::MatrixXd& v = state.velocity.values();
-  const std::vector<bool>& pinned = pins_.pinned();
   start_.values() = x;
+  held_ = pins_.pinned();
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (state.mass.data()[i] == 0) {
+      held_[static_cast<std::size_t>(i)] = true;
+    }
+  }
   {
     const auto timer = clock_.time("external force");  // eq. 8 and 9
     v.colwise() += h * options_.force.gravity;
     v *= std::exp(-options_.force.damping * h);
+    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+      if (state.mass.data()[i] == 0) {
+        v.col(i).setZero();
+      }
+    }
     x += h * v;
     pins_.impose(state.position, state.time + h);
   }
   const Eigen::MatrixXd unconstrained = x;
-  const ContactStep contact{sheet_.particles, start_, pinned, state.time + h, h};
+  const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   const std::vector<double> mass(state.mass.data(), state.mass.data() + sheet_.particles.local());
-  const ProjectionInput input{state.target_length, mass, pinned,
-                              [&](Field& positions) { step.contacts = bodies_.correct_positions(positions, contact); }};
+  const ProjectionInput input{state.target_length,
+                              mass,
+                              held_,
+                              [&](Field& positions) { step.contacts = bodies_.correct_positions(positions, contact); },
+                              &state.living,
+                              tearing_ ? &pull_ : nullptr};
   StageResult result;
   {
     const auto timer = clock_.time("projection");  // eq. 12
     if (springs_ == nullptr) {
       result = projection_->advance(state.position, input);
     } else {
-      result = springs_->advance(state.position, {state.target_length, mass, pinned, start_, h});
+      result = springs_->advance(state.position, {state.target_length, mass, held_, start_, h, &state.living});
       input.after_step(state.position);
       result.error = projection_->errors(state.position, input).total;
     }
@@ -157,7 +238,7 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
   const auto timer = clock_.time("velocity");  // eq. 13 and 15
   v += (x - unconstrained) / h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (pinned[static_cast<std::size_t>(i)]) {
+    if (held_[static_cast<std::size_t>(i)]) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / h;
     }
   }

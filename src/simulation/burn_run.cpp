@@ -1,5 +1,7 @@
 #include "simulation/burn_run.h"
 
+#include <vtkPolyData.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -7,6 +9,8 @@
 #include "ablation/cut_surface.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "mesh/compaction.h"
+#include "simulation/load_mesh.h"
 
 namespace pellicle {
 
@@ -14,10 +18,9 @@ namespace {
 
 /// Derived fields that frames show beside the state's.
 struct FrameFields {
-  std::vector<double> mass_ratio;     ///< m/m^init of the local particles
-  std::vector<double> strain;         ///< rms over the springs of a particle
-  std::vector<double> spring_strain;  ///< of the owned springs, colour after colour
-  std::vector<double> target_length;  ///< likewise [m]
+  std::vector<double> mass_ratio;  ///< m/m^init of the local particles
+  std::vector<double> strain;      ///< rms over the springs of a particle
+  std::vector<double> spring;      ///< strain of the owned springs, colour after colour
 };
 
 FrameFields derive(const Sheet& sheet, const State& state) {
@@ -30,11 +33,11 @@ FrameFields derive(const Sheet& sheet, const State& state) {
   Field sum(sheet.particles, 2);  // of squared strains, and how many
   for (const Colour colour : all_colours) {
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
-    const auto& target_length = state.target_length[static_cast<std::size_t>(colour)];
-    const PetscInt owned = sheet.of(colour).owned();
-    fields.spring_strain.insert(fields.spring_strain.end(), strain.begin(), strain.begin() + owned);
-    fields.target_length.insert(fields.target_length.end(), target_length.begin(), target_length.begin() + owned);
+    fields.spring.insert(fields.spring.end(), strain.begin(), strain.begin() + sheet.of(colour).owned());
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
+      if (!state.living.springs[static_cast<std::size_t>(colour)][static_cast<std::size_t>(s)]) {
+        continue;
+      }
       const double value = strain[static_cast<std::size_t>(s)];
       for (const PetscInt end : sheet.of(colour).ends[static_cast<std::size_t>(s)]) {
         sum.values().col(end) += Eigen::Vector2d(value * value, 1);
@@ -45,6 +48,28 @@ FrameFields derive(const Sheet& sheet, const State& state) {
   sum.update_ghosts();
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     fields.strain.push_back(std::sqrt(sum.values()(0, i) / std::max(1.0, sum.values()(1, i))));
+  }
+  return fields;
+}
+
+/// What frames show of the piece that each local cell belongs to.
+struct PieceFields {
+  std::vector<double> id;
+  std::vector<double> mass;        ///< [kg]
+  std::vector<double> birth_time;  ///< [s]
+};
+
+/// @param masses of the present pieces [kg]
+PieceFields derive(const Sheet& sheet, const Pieces& pieces, const std::vector<double>& masses) {
+  PieceFields fields;
+  for (const PetscInt lattice : sheet.lattice) {
+    const PetscInt id = pieces.of_particle[static_cast<std::size_t>(lattice)];
+    const auto piece = std::lower_bound(pieces.present.begin(), pieces.present.end(), id,
+                                        [](const Piece& one, PetscInt wanted) { return one.id < wanted; });
+    const bool is_present = id >= 0;
+    fields.id.push_back(static_cast<double>(id));
+    fields.mass.push_back(is_present ? masses[static_cast<std::size_t>(piece - pieces.present.begin())] : 0);
+    fields.birth_time.push_back(is_present ? piece->birth_time : 0);
   }
   return fields;
 }
@@ -64,13 +89,14 @@ void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
 
 }  // namespace
 
-BurnRun::BurnRun(const Sheet& sheet, const Options& options, StageClock& clock)
-    : sheet_(sheet),
-      options_(options),
+BurnRun::BurnRun(Sheet sheet, const Options& options, Console& console, StageClock& clock)
+    : options_(options),
+      console_(console),
       clock_(clock),
-      burn_(sheet, options, clock),
-      state_(burn_.initial_state()),
-      writer_(sheet.comm(), options.output) {
+      sheet_(std::make_unique<Sheet>(std::move(sheet))),
+      burn_(std::make_unique<Burn>(*sheet_, options, clock)),
+      state_(std::make_unique<State>(burn_->initial_state())),
+      writer_(sheet_->comm(), options.output) {
   if (options.time.tolerance > 0) {
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
@@ -78,7 +104,7 @@ BurnRun::BurnRun(const Sheet& sheet, const Options& options, StageClock& clock)
 }
 
 StepResult BurnRun::advance(double h) {
-  last_ = burn_.advance(state_, h);
+  last_ = burn_->advance(*state_, h);
   StepResult result;
   result.converged = last_.converged;
   result.reason = last_.reason;
@@ -89,38 +115,136 @@ StepResult BurnRun::advance(double h) {
   return result;
 }
 
+void BurnRun::accept(double time) {
+  state_->time = time;
+  const double limit = options_.ablation.compact_fraction;
+  if (!last_.died || limit >= 1 || !ended().empty()) {
+    return;
+  }
+  const auto timer = clock_.time("compaction");
+  std::vector<bool> kept = empty_cells(*sheet_, state_->living);
+  kept.flip();
+  auto left = static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true));
+  MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT, MPI_SUM, sheet_->comm());
+  const PetscInt before = sheet_->global_cells;
+  if (static_cast<double>(before - left) > limit * static_cast<double>(before)) {
+    compact(kept);
+    console_.say("step " + std::to_string(state_->step) + ": " + std::to_string(before - left) + " of " +
+                 std::to_string(before) + " cells are gone; " + partition_line(*sheet_));
+  }
+}
+
+void BurnRun::compact(const std::vector<bool>& kept) {
+  // Rows of what moves with a particle and with a cell.
+  enum ParticleRow { position = 0, velocity = 3, temperature = 6, mass, mass_change, piece, pin, particle_rows };
+  enum CellRow { burn_time = 0, triangles, cell_rows = triangles + 4 };
+  const PetscInt owned = sheet_->particles.owned;
+  Eigen::MatrixXd particle_data(particle_rows, owned);
+  particle_data.middleRows<3>(position) = state_->position.values().leftCols(owned);
+  particle_data.middleRows<3>(velocity) = state_->velocity.values().leftCols(owned);
+  particle_data.row(temperature) = state_->temperature.values().leftCols(owned);
+  particle_data.row(mass) = state_->mass.values().leftCols(owned);
+  particle_data.row(mass_change) = state_->mass_change.values().leftCols(owned);
+  for (PetscInt i = 0; i < owned; ++i) {
+    particle_data(piece, i) = state_->pieces.of_particle[static_cast<std::size_t>(i)];
+    particle_data(pin, i) = burn_->pins().number(i);
+  }
+  Eigen::MatrixXd cell_data(cell_rows, sheet_->owned_cells);
+  for (PetscInt c = 0; c < sheet_->owned_cells; ++c) {
+    cell_data(burn_time, c) = state_->burn_time[static_cast<std::size_t>(c)];
+    for (PetscInt k = 0; k < 4; ++k) {
+      cell_data(triangles + k, c) = state_->living.triangles[static_cast<std::size_t>(4 * c + k)] ? 1 : 0;
+    }
+  }
+  CompactedSheet compacted = pellicle::compact(*sheet_, kept, particle_data, cell_data, options_.sheet);
+
+  const Eigen::MatrixXd& of_particles = compacted.particle_data;
+  std::vector<int> pin_numbers;
+  for (const double number : of_particles.row(pin)) {
+    pin_numbers.push_back(static_cast<int>(number));
+  }
+  auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
+  auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), pin_numbers);
+  auto state = std::make_unique<State>(*sheet);
+  state->time = state_->time;
+  state->step = state_->step;
+  state->position.values() = of_particles.middleRows<3>(position);
+  state->velocity.values() = of_particles.middleRows<3>(velocity);
+  state->temperature.values() = of_particles.row(temperature);
+  state->mass.values() = of_particles.row(mass);
+  state->mass_change.values() = of_particles.row(mass_change);
+  set_target_lengths(state->target_length, *sheet, state->mass, options_.combustion);
+  for (std::size_t t = 0; t < state->living.triangles.size(); ++t) {
+    state->living.triangles[t] =
+        compacted.cell_data(static_cast<Eigen::Index>(triangles + t % 4), static_cast<Eigen::Index>(t / 4)) > 0;
+  }
+  burn->ablation().follow_triangles(state->living);
+  state->pieces = state_->pieces;
+  state->pieces.of_particle.clear();
+  for (const double id : of_particles.row(piece)) {
+    state->pieces.of_particle.push_back(static_cast<PetscInt>(id));
+  }
+  const auto times = compacted.cell_data.row(burn_time);
+  state->burn_time.assign(times.begin(), times.end());
+  state->mass_burnt = state_->mass_burnt;
+  state->heat_in = state_->heat_in;
+  state->heat_out = state_->heat_out;
+
+  state_ = std::move(state);
+  burn_ = std::move(burn);
+  sheet_ = std::move(sheet);
+}
+
+std::string BurnRun::ended() const { return state_->pieces.present.empty() ? "the sheet has burnt away" : ""; }
+
 void BurnRun::draw() {
   const auto timer = clock_.time("output");
-  const FrameFields fields = derive(sheet_, state_);
-  const Living living(sheet_);
-  const Drawing surface = drawing_of(sheet_, cut_surface(sheet_, living, fields.mass_ratio));
-  std::optional<Drawing> springs;
-  if (options_.output.springs) {
-    springs = drawing_of_springs(sheet_, living);
-  }
+  const FrameFields fields = derive(*sheet_, *state_);
+  const std::vector<double> level = level_set(*sheet_, state_->mass, options_.ablation.loss_mass);
+  const Drawing surface = drawing_of(*sheet_, cut_surface(*sheet_, state_->living, level));
+  const std::vector<double> masses = piece_masses(state_->pieces, *sheet_, state_->mass);
+  const PieceFields pieces = derive(*sheet_, state_->pieces, masses);
   Frame frame;
+  frame.time = state_->time;
+  frame.step = state_->step;
   frame.surface = &surface;
-  frame.springs = springs ? &*springs : nullptr;
-  frame.time = state_.time;
-  frame.step = state_.step;
-  frame.positions = state_.position.data();
-  frame.particle_fields = {{"temperature", 1, state_.temperature.data()},
+  frame.positions = state_->position.data();
+  frame.particle_fields = {{"temperature", 1, state_->temperature.data()},
                            {"mass_ratio", 1, fields.mass_ratio.data()},
-                           {"velocity", 3, state_.velocity.data()},
+                           {"velocity", 3, state_->velocity.data()},
                            {"strain", 1, fields.strain.data()}};
-  frame.spring_fields = {{"strain", 1, fields.spring_strain.data()}, {"target_length", 1, fields.target_length.data()}};
+  frame.cell_fields = {{"burn_time", 1, state_->burn_time.data()},
+                       {"piece", 1, pieces.id.data()},
+                       {"piece_mass", 1, pieces.mass.data()},
+                       {"piece_birth_time", 1, pieces.birth_time.data()}};
+  std::optional<Drawing> springs;
+  std::vector<double> target_length;
+  if (options_.output.springs) {
+    springs = drawing_of_springs(*sheet_, state_->living);
+    for (const Colour colour : all_colours) {
+      const auto& lengths = state_->target_length[static_cast<std::size_t>(colour)];
+      target_length.insert(target_length.end(), lengths.begin(), lengths.begin() + sheet_->of(colour).owned());
+    }
+    frame.springs = &*springs;
+    frame.spring_fields = {{"strain", 1, fields.spring.data()}, {"target_length", 1, target_length.data()}};
+  }
   writer_.write(frame);
+  ledger().add(state_->time, state_->step, state_->pieces, masses);
+}
+
+Ledger& BurnRun::ledger() {
+  if (ledger_ == nullptr) {
+    ledger_ = std::make_unique<Ledger>(sheet_->comm(), options_, clock_);
+  }
+  return *ledger_;
 }
 
 void BurnRun::record(double h, int retries) {
-  if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<Ledger>(sheet_, options_, clock_);
+  if (options_.project.monitor && state_->step > 0) {
+    print_errors(sheet_->comm(), burn_->projection_errors());
+    ledger().add(state_->time, state_->step, burn_->projection_errors());
   }
-  if (options_.project.monitor && state_.step > 0) {
-    print_errors(sheet_.comm(), burn_.projection_errors());
-    ledger_->add(state_.time, state_.step, burn_.projection_errors());
-  }
-  ledger_->add(state_, last_, h, retries);
+  ledger().add(*sheet_, *state_, last_, h, retries);
 }
 
 }  // namespace pellicle

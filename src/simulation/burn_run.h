@@ -2,7 +2,10 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "io/console.h"
 #include "io/frame_writer.h"
 #include "simulation/burn.h"
 #include "simulation/ledger.h"
@@ -10,34 +13,41 @@
 
 namespace pellicle {
 
-/// The burning chain with its state, frames and books, for the step control.
+/// The burning chain with its sheet, state, frames and books, for the step control. Cells that have burnt away are
+/// removed from the sheet now and then, see `ablation.compact_fraction`.
 class BurnRun : public Chain {
  public:
-  /// Sheet, options and clock must outlive it. Collective.
+  /// Options, console and clock must outlive it. Collective.
   /// @throws Error on bad textures and other input, or when adaptive steps are asked for
-  BurnRun(const Sheet& sheet, const Options& options, StageClock& clock);
+  BurnRun(Sheet sheet, const Options& options, Console& console, StageClock& clock);
 
-  double time() const override { return state_.time; }
-  int step() const override { return state_.step; }
+  double time() const override { return state_->time; }
+  int step() const override { return state_->step; }
   StepResult advance(double h) override;
-  void set_time(double time) override { state_.time = time; }
-  void keep() override { kept_.emplace(state_); }
-  void restore() override { kept_->restore(state_); }
-  bool frame_due() const override { return writer_.due(state_.time, state_.step); }
-  std::optional<double> next_frame_time() const override { return writer_.next_time(state_.time); }
+  void accept(double time) override;
+  void keep() override { kept_.emplace(*state_); }
+  void restore() override { kept_->restore(*state_); }
+  std::string ended() const override;
+  bool frame_due() const override { return writer_.due(state_->time, state_->step); }
+  std::optional<double> next_frame_time() const override { return writer_.next_time(state_->time); }
   void draw() override;
   void record(double h, int retries) override;
 
  private:
-  const Sheet& sheet_;
+  void compact(const std::vector<bool>& kept);
+  Ledger& ledger();
+
   const Options& options_;
+  Console& console_;
   StageClock& clock_;
-  Burn burn_;
-  State state_;
+  // The sheet, and what depends on its numbering.
+  std::unique_ptr<Sheet> sheet_;
+  std::unique_ptr<Burn> burn_;
+  std::unique_ptr<State> state_;
   FrameWriter writer_;
   BurnStep last_;  ///< what the last step told
   std::optional<Snapshot> kept_;
-  std::unique_ptr<Ledger> ledger_;  ///< made with the first row, when the first frame has made the folder
+  std::unique_ptr<Ledger> ledger_;  ///< made when the first frame has made the folder
 };
 
 }  // namespace pellicle

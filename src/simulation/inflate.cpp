@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "mesh/membrane_geometry.h"
-#include "simulation/texture_values.h"
+#include "simulation/textures.h"
 
 namespace pellicle {
 
@@ -17,8 +17,8 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       options_(options),
       clock_(clock),
       wall_(make_wall(membrane, options.wall,
-                      texture_values(membrane.comm(), membrane.element_uv, "wall.thickness_texture",
-                                     options.wall.thickness_texture))),
+                      Textures(membrane.comm())
+                          .values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture))),
       mass_(vertex_masses(membrane, wall_)),
       elements_(membrane, wall_),
       pins_(membrane, options.pins),

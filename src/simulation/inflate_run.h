@@ -19,7 +19,7 @@ class InflateRun : public Chain {
   double time() const override { return state_.time; }
   int step() const override { return state_.step; }
   StepResult advance(double h) override;
-  void set_time(double time) override { state_.time = time; }
+  void accept(double time) override { state_.time = time; }
   void keep() override;
   void restore() override;
   bool frame_due() const override { return writer_.due(state_.time, state_.step); }

@@ -12,19 +12,23 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
   std::vector<double> result(springs.ends.size());
   for (std::size_t s = 0; s < springs.ends.size(); ++s) {
     const auto& [a, b] = springs.ends[s];
+    if (!state.living.springs[static_cast<std::size_t>(colour)][s]) {
+      continue;
+    }
     result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / target[s] - 1;
   }
   return result;
 }
 
-Ledger::Ledger(const Sheet& sheet, const Options& options, const StageClock& clock)
-    : sheet_(sheet), options_(options), clock_(clock) {
+Ledger::Ledger(MPI_Comm comm, const Options& options, const StageClock& clock)
+    : comm_(comm), options_(options), clock_(clock) {
   std::vector<History::Column> columns{{"time", "s"},
                                        {"step", ""},
                                        {"time_step", "s"},
                                        {"retries", ""},
                                        {"mass_left", "kg"},
                                        {"mass_burnt", "kg"},
+                                       {"pieces", ""},
                                        {"heat_content", "J"},
                                        {"heat_in", "J"},
                                        {"heat_out", "J"},
@@ -46,9 +50,12 @@ Ledger::Ledger(const Sheet& sheet, const Options& options, const StageClock& clo
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(sheet.comm(), options.output.directory + "/history.csv", columns);
+  history_ = std::make_unique<History>(comm_, options.output.directory + "/history.csv", columns);
+  pieces_ = std::make_unique<History>(
+      comm_, options.output.directory + "/pieces.csv",
+      std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}});
   if (options.project.monitor) {
-    projection_ = std::make_unique<History>(sheet.comm(), options.output.directory + "/projection.csv",
+    projection_ = std::make_unique<History>(comm_, options.output.directory + "/projection.csv",
                                             std::vector<History::Column>{{"time", "s"},
                                                                          {"step", ""},
                                                                          {"projection_step", ""},
@@ -61,7 +68,7 @@ Ledger::Ledger(const Sheet& sheet, const Options& options, const StageClock& clo
   }
 }
 
-void Ledger::add(const State& state, const BurnStep& step, double h, int retries) {
+void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries) {
   // Sums over the owned particles and springs, then over the ranks.
   enum Sum {
     mass,
@@ -73,34 +80,38 @@ void Ledger::add(const State& state, const BurnStep& step, double h, int retries
     momentum,
     contacts = momentum + 3,
     strain,
-    count = strain + 4
+    springs = strain + 4,  // that live
+    count = springs + 4
   };
   std::array<double, count> sums{};
   std::array<double, 5> maxima{};  // strain of each colour, temperature
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     const double m = state.mass.values()(0, i);
     const Eigen::Vector3d v = state.velocity.vector(i);
     sums[mass] += m;
     sums[kinetic] += m * v.squaredNorm() / 2;
     Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
-    maxima[4] = std::max(maxima[4], state.temperature.values()(0, i));
+    if (m > 0) {
+      maxima[4] = std::max(maxima[4], state.temperature.values()(0, i));
+    }
   }
   sums[burnt] = state.mass_burnt;
-  sums[heat] = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
+  sums[heat] = heat_content(sheet, state.mass, state.temperature, options_.heat.capacity);
   sums[heat_in] = state.heat_in;
   sums[heat_out] = state.heat_out;
   sums[contacts] = static_cast<double>(step.contacts);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    const std::vector<double> all = strains(sheet_.of(colour), state, colour);
-    for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
+    const std::vector<double> all = strains(sheet.of(colour), state, colour);
+    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       const double value = std::abs(all[static_cast<std::size_t>(s)]);
       sums[strain + index] += value * value;
+      sums[springs + index] += state.living.springs[index][static_cast<std::size_t>(s)] ? 1 : 0;
       maxima[index] = std::max(maxima[index], value);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 5, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 5, MPI_DOUBLE, MPI_MAX, comm_);
 
   std::vector<double> row{state.time,
                           static_cast<double>(state.step),
@@ -108,6 +119,7 @@ void Ledger::add(const State& state, const BurnStep& step, double h, int retries
                           static_cast<double>(retries),
                           sums[mass],
                           sums[burnt],
+                          static_cast<double>(state.pieces.present.size()),
                           sums[heat],
                           sums[heat_in],
                           sums[heat_out],
@@ -122,14 +134,20 @@ void Ledger::add(const State& state, const BurnStep& step, double h, int retries
                           static_cast<double>(step.dynamics_iterations)};
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    const auto springs = static_cast<double>(std::max<PetscInt>(1, sheet_.of(colour).layout.global));
     row.push_back(maxima[index]);
-    row.push_back(std::sqrt(sums[strain + index] / springs));
+    row.push_back(std::sqrt(sums[strain + index] / std::max(1.0, sums[springs + index])));
   }
   for (const StageTime& stage : clock_.stages()) {
     row.push_back(stage.lap_seconds);
   }
   history_->add(row);
+}
+
+void Ledger::add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const Piece& piece = pieces.present[i];
+    pieces_->add({time, static_cast<double>(step), static_cast<double>(piece.id), piece.birth_time, masses[i]});
+  }
 }
 
 void Ledger::add(double time, int step, const std::vector<ProjectionError>& errors) {

@@ -1,5 +1,7 @@
 #include "simulation/run.h"
 
+#include <utility>
+
 #include "base/error.h"
 #include "base/stage_clock.h"
 #include "io/console.h"
@@ -48,11 +50,11 @@ void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
   SurfaceMesh mesh = load_mesh(comm, options.mesh, console);
   if (options.chain == "burn") {
     on_root(comm, [&] { require_quads(mesh, options.mesh.name()); });
-    const Sheet sheet = make_sheet(comm, mesh, options.sheet);
+    Sheet sheet = make_sheet(comm, mesh, options.sheet);
     console.say(spring_line(sheet));
     console.say(partition_line(sheet));
     StageClock clock(Burn::stage_names());
-    BurnRun chain(sheet, options, clock);
+    BurnRun chain(std::move(sheet), options, console, clock);
     run_chain(chain, comm, options, record, console, clock);
   } else {
     on_root(comm, [&] { mesh = triangulated(mesh); });

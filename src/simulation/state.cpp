@@ -7,7 +7,10 @@ State::State(const Sheet& sheet)
       velocity(sheet.particles, 3),
       temperature(sheet.particles, 1),
       mass(sheet.particles, 1),
-      mass_change(sheet.particles, 1) {
+      mass_change(sheet.particles, 1),
+      living(sheet),
+      pieces(initial_pieces(sheet)),
+      burn_time(sheet.cells.size(), -1) {
   position.values() = sheet.rest;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     mass.values()(0, i) = sheet.initial_mass[static_cast<std::size_t>(i)];
@@ -26,7 +29,10 @@ Snapshot::Snapshot(const State& state)
       temperature_(state.temperature.values()),
       mass_(state.mass.values()),
       mass_change_(state.mass_change.values()),
-      target_length_(state.target_length) {}
+      target_length_(state.target_length),
+      living_(state.living),
+      pieces_(state.pieces),
+      burn_time_(state.burn_time) {}
 
 void Snapshot::restore(State& state) const {
   state.mass_burnt = mass_burnt_;
@@ -38,6 +44,9 @@ void Snapshot::restore(State& state) const {
   state.mass.values() = mass_;
   state.mass_change.values() = mass_change_;
   state.target_length = target_length_;
+  state.living = living_;
+  state.pieces = pieces_;
+  state.burn_time = burn_time_;
 }
 
 }  // namespace pellicle

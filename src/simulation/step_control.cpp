@@ -32,7 +32,7 @@ double next_length(double h, double length, const StepResult& step, const TimeOp
 
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock) {
   const auto is_last = [&] {
-    return chain.time() >= options.end - 1e-9 * options.step ||
+    return !chain.ended().empty() || chain.time() >= options.end - 1e-9 * options.step ||
            (options.max_steps > 0 && chain.step() >= options.max_steps);
   };
   double length = options.step;  // before it is cut to end at a frame or at the end of the run
@@ -65,7 +65,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
                   " s failed, down to a length of " + number_text(h) + " s: " + step.reason +
                   "; the state before it is the last frame");
     }
-    chain.set_time(without_drift(chain.time(), options.step));
+    chain.accept(without_drift(chain.time(), options.step));
     if (is_last() || chain.frame_due()) {
       chain.draw();
       last_drawn = chain.step();
@@ -75,6 +75,9 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
         std::max(chain.time() / options.end, options.max_steps > 0 ? chain.step() / double(options.max_steps) : 0.0);
     console.progress({chain.step(), chain.time(), std::min(1.0, share), step.iterations, step.figures});
     length = next_length(h, length, step, options);
+  }
+  if (!chain.ended().empty()) {
+    console.conclude("ended at " + number_text(chain.time()) + " s: " + chain.ended());
   }
 }
 

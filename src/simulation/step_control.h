@@ -29,12 +29,15 @@ class Chain {
   /// Moves the state from time() to time() + h [s]. When it does not converge, time() and step() stay and the rest of
   /// the state may be anything.
   virtual StepResult advance(double h) = 0;
-  /// Moves the clock by rounding alone: sums of steps drift.
-  virtual void set_time(double time) = 0;
+  /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
+  virtual void accept(double time) = 0;
   /// Keeps a copy of the state, time and step excepted ...
   virtual void keep() = 0;
   /// ... and puts it back.
   virtual void restore() = 0;
+
+  /// Why the run is over before its time; empty while it is not.
+  virtual std::string ended() const { return ""; }
 
   /// Whether a frame of the present state is asked for.
   virtual bool frame_due() const = 0;
@@ -46,7 +49,7 @@ class Chain {
   virtual void record(double h, int retries) = 0;
 };
 
-/// Steps a chain to the end of the run: the first frame and row are the caller's.
+/// Steps a chain to the end of the run, or until it has ended by itself: the first frame and row are the caller's.
 ///
 /// A step that fails is put back and tried again with half its length, down to `time.step` halved `time.max_retries`
 /// times: however hard a run becomes, its steps do not die away. Afterwards the length doubles up to `time.step`. With

@@ -1,7 +1,7 @@
 // Compares with the cases of an independent implementation: every case in the folder that the environment variable
 // PELLICLE_REFERENCE names, else in ../shared/reference. NAME.obj is the mesh, NAME.params.json the input,
-// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps. Balloons
-// (B1): balloon_reference_test.cpp. Other kinds are passed over.
+// NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning steps, A3: with ablation.
+// Balloons (B1): balloon_reference_test.cpp. Other kinds are passed over.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
+#include "ablation/cut_surface.h"
 #include "heat/diffusion_graph.h"
 #include "mesh/readers.h"
 #include "mesh/shell.h"
@@ -284,6 +286,9 @@ Options options_of(const YAML::Node& params) {
   options.combustion.ignition_temperature = params["T_ignition"].as<double>();
   options.combustion.mass_loss_rate = params["mu"].as<double>();
   options.combustion.min_mass = params["m_min"].as<double>();
+  if (const YAML::Node loss_mass = params["m_loss"]) {
+    options.ablation.loss_mass = loss_mass.as<double>();
+  }
   options.combustion.burnt_density = params["rho_ratio"].as<double>() * options.combustion.initial_density;
   options.combustion.corner_factor = params["layer_mu"][0].as<double>();
   options.combustion.lattice_factor = params["layer_mu"][1].as<double>();
@@ -309,6 +314,50 @@ Options options_of(const YAML::Node& params) {
 class ReferenceBurning : public ::testing::TestWithParam<std::string> {};
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(ReferenceBurning);
 INSTANTIATE_TEST_SUITE_P(A1, ReferenceBurning, ::testing::ValuesIn(cases_of("A1")));
+INSTANTIATE_TEST_SUITE_P(A3, ReferenceBurning, ::testing::ValuesIn(cases_of("A3")));
+
+/// Numbers of dead springs.
+void expect_dead_springs(const Case& c, const State& state) {
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    const std::string letter(1, letters[colour]);
+    const YAML::Node numbers = c.expected["dead_springs"][letter];
+    std::set<std::size_t> expected;
+    for (const YAML::Node& number : numbers) {
+      expected.insert(number.as<std::size_t>());
+    }
+    const SpringSet& springs = c.sheet.springs[colour];
+    int alive = 0;
+    for (std::size_t s = 0; s < springs.ends.size(); ++s) {
+      const bool lives = state.living.springs[colour][s];
+      alive += lives && s < static_cast<std::size_t>(springs.owned()) ? 1 : 0;
+      EXPECT_EQ(lives, expected.count(c.number[colour][s]) == 0) << letter << " " << c.number[colour][s];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &alive, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
+    EXPECT_EQ(alive, c.expected["alive_count"][letter].as<int>()) << letter;
+  }
+}
+
+/// The surface that is left, cut by marching triangles.
+void expect_cut(const Case& c, const State& state, const Options& options) {
+  const DrawnSurface surface =
+      cut_surface(c.sheet, state.living, level_set(c.sheet, state.mass, options.ablation.loss_mass));
+  std::array<double, 2> sums{static_cast<double>(surface.triangles.size()), 0};  // and area
+  const auto place = [&](PetscInt number) {
+    const DrawnPoint& point = surface.points[static_cast<std::size_t>(number)];
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      sum += point.weights[k] * state.position.vector(point.particles[k]);
+    }
+    return sum;
+  };
+  for (const auto& [p, q, r] : surface.triangles) {
+    sums[1] += (place(q) - place(p)).cross(place(r) - place(p)).norm() / 2;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_EQ(sums[0], c.expected["cut_triangles"].as<double>());
+  const auto area = c.expected["cut_area"].as<double>();
+  EXPECT_NEAR(sums[1], area, tolerance * area);
+}
 
 TEST_P(ReferenceBurning, agrees) {
   Case c(GetParam());
@@ -379,6 +428,12 @@ TEST_P(ReferenceBurning, agrees) {
     for (std::size_t s = 0; s < target[colour].size(); ++s) {
       EXPECT_NEAR(state.target_length[colour][s], target[colour][s], tolerance);
     }
+  }
+  if (c.expected["dead_springs"]) {
+    expect_dead_springs(c, state);
+  }
+  if (c.expected["cut_area"]) {
+    expect_cut(c, state, options);
   }
 }
 

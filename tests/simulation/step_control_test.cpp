@@ -42,7 +42,8 @@ class FakeChain : public Chain {
     ++step_;
     return result;
   }
-  void set_time(double time) override { time_ = time; }
+  void accept(double time) override { time_ = time; }
+  std::string ended() const override { return time_ >= ends_at ? "nothing is left" : ""; }
   void keep() override { kept_ = sum_; }
   void restore() override { sum_ = kept_; }
   bool frame_due() const override {
@@ -68,6 +69,7 @@ class FakeChain : public Chain {
   double fails_above = 0;  ///< this length [s]
   double error_factor = 0;
   double frame_interval = 0;
+  double ends_at = 1e30;  ///< [s]
   int attempts = 0;
   double drawn_sum = 0;
   std::vector<double> drawn;
@@ -131,6 +133,19 @@ TEST(StepControl, EndsAfterItsSteps) {
   options.max_steps = 5;
   run(chain, options);
   EXPECT_EQ(chain.step(), 5);
+}
+
+TEST(StepControl, EndsBeforeItsTimeWithTheReason) {
+  FakeChain chain;
+  chain.ends_at = 0.45;
+  chain.frame_interval = 10;
+  const std::string told = run(chain, options_for(0.1, 1));
+  EXPECT_EQ(chain.step(), 5);
+  expect_near(chain.drawn, {0.5});
+  EXPECT_EQ(chain.rows.size(), 5U);
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  EXPECT_EQ(told, rank == 0 ? "ended at 0.5 s: nothing is left\n" : "");
 }
 
 TEST(StepControl, TimesDoNotDrift) {

@@ -1,0 +1,27 @@
+#include "simulation/textures.h"
+
+#include "base/error.h"
+
+namespace pellicle {
+
+std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file) {
+  if (file.empty()) {
+    return {};
+  }
+  int with_uv = uv.cols() > 0 ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &with_uv, 1, MPI_INT, MPI_MAX, comm_);
+  if (with_uv == 0) {
+    throw Error(key + ": " + file + " needs texture coordinates, and the mesh has none");
+  }
+  auto texture = read_.find(file);
+  if (texture == read_.end()) {
+    texture = read_.emplace(file, Texture::read(comm_, file)).first;
+  }
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < uv.cols(); ++i) {
+    values.push_back(texture->second.sample(uv(0, i), uv(1, i)));
+  }
+  return values;
+}
+
+}  // namespace pellicle

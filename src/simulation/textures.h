@@ -1,0 +1,31 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "io/texture.h"
+
+namespace pellicle {
+
+/// The pictures of a run that weight what happens at texture coordinates. Each file is read once: a sheet that is
+/// compacted later asks again.
+class Textures {
+ public:
+  explicit Textures(MPI_Comm comm) : comm_(comm) {}
+
+  /// The brightness of a PNG, 0 to 1, at texture coordinates; empty when `file` is. Collective.
+  /// @param uv of this rank's items, (2 x items), or no columns where the mesh has none
+  /// @param key of the option that names the file
+  /// @throws Error, on all ranks, if the file cannot be read, or if the mesh has no texture coordinates
+  std::vector<double> values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file);
+
+ private:
+  MPI_Comm comm_;
+  std::map<std::string, Texture> read_;  ///< by file
+};
+
+}  // namespace pellicle
