@@ -28,6 +28,10 @@ struct TearingInput {
 ///
 /// with 1/m = 0 for a pinned end. t is the mean of the texture at both ends, u in [-1, 1) a random number of seed and
 /// persistent ids, and c the mean over both ends of c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min).
+///
+/// The load of a sheet is shared by the edges of its cells, the lattice layer and the diagonals: pulled along its edges
+/// the most loaded springs carry 0.5 to 0.8 of the load on their width, so that a sheet begins to tear at 1.2 to 2
+/// times its strength.
 class Tearing {
  public:
   /// The sheet must outlive this object.
