@@ -83,14 +83,13 @@ Remainder join(const Eigen::MatrixXd& cells, const Eigen::MatrixXd& corners, Pet
   std::vector<Distribution::Data>& data = rest.source.data;
   Eigen::MatrixXd& extra = rest.source.extra;
   extra.setZero(1 + particle_data + cell_data, cells.cols() + corners.cols());
-  const auto add = [&](const Eigen::MatrixXd& received, Eigen::Index column) -> Distribution::Data& {
+  const auto add = [&](const Eigen::MatrixXd& received, Eigen::Index column) {
     const auto point = static_cast<Eigen::Index>(data.size());
     Distribution::Data& added = data.emplace_back();
     added.id = received(0, column);
     Eigen::Map<Eigen::Vector3d>(added.position) = received.col(column).segment<3>(1);
     Eigen::Map<Eigen::Vector2d>(added.uv) = received.col(column).segment<2>(4);
     extra.col(point).head(1 + particle_data) = received.col(column).segment(mass_row, 1 + particle_data);
-    return added;
   };
   for (Eigen::Index cell = 0; cell < cells.cols(); ++cell) {
     add(cells, cell);
@@ -101,7 +100,7 @@ Remainder join(const Eigen::MatrixXd& cells, const Eigen::MatrixXd& corners, Pet
     if (vertex != unused) {
       vertex = static_cast<int>(rest.mesh.points.size());
       rest.mesh.points.emplace_back(corners.col(corner).segment<3>(1));
-      add(corners, corner).vertices[0] = vertex;
+      add(corners, corner);
     }
   }
   extra.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(data.size()));
@@ -109,7 +108,6 @@ Remainder join(const Eigen::MatrixXd& cells, const Eigen::MatrixXd& corners, Pet
     auto& face = rest.mesh.faces.emplace_back(4);
     for (std::size_t k = 0; k < 4; ++k) {
       face[k] = vertex_of_id[cell_corner(cell, static_cast<Eigen::Index>(k))];
-      data[static_cast<std::size_t>(cell)].vertices[k] = face[k];
     }
   }
   return rest;

@@ -3,7 +3,6 @@
 #include <petscsf.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <numeric>
 #include <utility>
 
@@ -76,33 +75,51 @@ std::vector<bool> owned_points(DM dm) {
 
 }  // namespace
 
-CellGraph cell_graph(const SurfaceMesh& mesh) {
-  std::unordered_map<std::int64_t, std::array<int, 2>> cells_of_edge;
-  cells_of_edge.reserve(2 * mesh.faces.size());
-  const auto count = static_cast<int>(mesh.faces.size());
-  const auto edge_key = [](int a, int b) { return (static_cast<std::int64_t>(std::min(a, b)) << 32) | std::max(a, b); };
-  for (int cell = 0; cell < count; ++cell) {
-    const auto& face = mesh.faces[static_cast<std::size_t>(cell)];
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      const auto [entry, is_new] =
-          cells_of_edge.try_emplace(edge_key(face[k], face[(k + 1) % face.size()]), std::array<int, 2>{cell, -1});
-      if (!is_new) {
-        entry->second[1] = cell;
+std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count) {
+  const auto other_end = [&](std::size_t side) {
+    return corners[side % count + 1 < count ? side + 1 : side + 1 - count];
+  };
+  const auto ends = [&](std::size_t side) { return std::minmax({corners[side], other_end(side)}); };
+  // The sides by their lesser corner, where few meet.
+  const PetscInt bound = corners.empty() ? 0 : *std::max_element(corners.begin(), corners.end()) + 1;
+  std::vector<std::size_t> first(static_cast<std::size_t>(bound) + 1, 0);
+  for (std::size_t side = 0; side < corners.size(); ++side) {
+    ++first[static_cast<std::size_t>(ends(side).first) + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::size_t> next(first.begin(), first.end());
+  std::vector<std::size_t> sides(corners.size());
+  std::vector<PetscInt> opposite(corners.size(), -1);
+  for (std::size_t side = 0; side < corners.size(); ++side) {
+    const auto [lesser, greater] = ends(side);
+    const auto corner = static_cast<std::size_t>(lesser);
+    for (std::size_t i = first[corner]; i < next[corner]; ++i) {
+      if (ends(sides[i]).second == greater) {
+        opposite[side] = static_cast<PetscInt>(sides[i]);
+        opposite[sides[i]] = static_cast<PetscInt>(side);
       }
     }
+    sides[next[corner]++] = side;
   }
+  return opposite;
+}
+
+CellGraph cell_graph(const SurfaceMesh& mesh) {
+  std::vector<PetscInt> corners;
+  for (const auto& face : mesh.faces) {
+    corners.insert(corners.end(), face.begin(), face.end());
+  }
+  const std::size_t count = mesh.faces.empty() ? 1 : mesh.faces.front().size();
+  const std::vector<PetscInt> opposite = opposite_sides(corners, count);
   CellGraph graph;
   graph.offsets.push_back(0);
-  for (int cell = 0; cell < count; ++cell) {
-    const auto& face = mesh.faces[static_cast<std::size_t>(cell)];
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      const auto& [first, second] = cells_of_edge.at(edge_key(face[k], face[(k + 1) % face.size()]));
-      const int neighbour = first == cell ? second : first;
-      if (neighbour >= 0) {
-        graph.neighbours.push_back(neighbour);
-      }
+  for (std::size_t side = 0; side < opposite.size(); ++side) {
+    if (opposite[side] >= 0) {
+      graph.neighbours.push_back(opposite[side] / static_cast<PetscInt>(count));
     }
-    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+    if ((side + 1) % count == 0) {
+      graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+    }
   }
   return graph;
 }
@@ -140,7 +157,6 @@ Distribution::Source Distribution::source(const SurfaceMesh& mesh) {
     Data& point = data[cells + vertex];
     Eigen::Map<Eigen::Vector3d>(point.position) = mesh.points[vertex];
     point.id = mesh.id_of_point(static_cast<int>(vertex));
-    point.vertices[0] = static_cast<double>(vertex);
   }
   std::vector<bool> has_uv(mesh.points.size(), false);
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -150,7 +166,6 @@ Distribution::Source Distribution::source(const SurfaceMesh& mesh) {
     centre.id = mesh.id_of_face(static_cast<int>(cell));
     for (std::size_t k = 0; k < face.size(); ++k) {
       const auto vertex = static_cast<std::size_t>(face[k]);
-      centre.vertices[k] = face[k];
       Eigen::Map<Eigen::Vector3d>(centre.position) += mesh.points[vertex] / corners;
       if (source.has_uv) {
         const Eigen::Vector2d& uv = mesh.uv[cell][k];
@@ -194,7 +209,7 @@ Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source
   broadcast(comm, groups_);
   const auto cell_count = static_cast<PetscInt>(cells.size()) / corners;
   const auto vertex_count = static_cast<PetscInt>(coordinates.size() / 3);
-  check(DMPlexCreateFromCellListPetsc(comm, 2, cell_count, vertex_count, corners, PETSC_TRUE, cells.data(), 3,
+  check(DMPlexCreateFromCellListPetsc(comm, 2, cell_count, vertex_count, corners, PETSC_FALSE, cells.data(), 3,
                                       coordinates.data(), dm_.create()));
   for (const std::string& name : groups_) {
     auto& members = group_members_.emplace_back(data_.size(), 0);
@@ -238,9 +253,12 @@ Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source
     }
   }
   owned_ = owned_points(dm_);
-  for (PetscInt point = vertices().begin; point < vertices().end; ++point) {
-    point_of_vertex_[static_cast<PetscInt>(data(point).vertices[0])] = point;
+  for (PetscInt cell = this->cells().begin; cell < this->cells().end; ++cell) {
+    const PetscInt* cone = nullptr;
+    check(DMPlexGetCone(dm_, cell, &cone));
+    corners_.insert(corners_.end(), cone, cone + corners);
   }
+  opposite_ = opposite_sides(corners_, static_cast<std::size_t>(corners));
 }
 
 Distribution::Range Distribution::cells() const {
@@ -255,12 +273,6 @@ Distribution::Range Distribution::vertices() const {
   return range;
 }
 
-Distribution::Range Distribution::edges() const {
-  Range range;
-  check(DMPlexGetDepthStratum(dm_, 1, &range.begin, &range.end));
-  return range;
-}
-
 void Distribution::fetch(std::vector<PetscInt>& numbers) const {
   PetscSF sf = nullptr;
   PetscInt roots = -1;
@@ -270,8 +282,12 @@ void Distribution::fetch(std::vector<PetscInt>& numbers) const {
     return;
   }
   const std::vector<PetscInt> own(numbers);
-  check(PetscSFBcastBegin(sf, MPIU_INT, own.data(), numbers.data(), MPI_REPLACE));
-  check(PetscSFBcastEnd(sf, MPIU_INT, own.data(), numbers.data(), MPI_REPLACE));
+  MPI_Datatype type = MPI_DATATYPE_NULL;
+  MPI_Type_contiguous(points() > 0 ? static_cast<int>(numbers.size() / owned_.size()) : 1, MPIU_INT, &type);
+  MPI_Type_commit(&type);
+  check(PetscSFBcastBegin(sf, type, own.data(), numbers.data(), MPI_REPLACE));
+  check(PetscSFBcastEnd(sf, type, own.data(), numbers.data(), MPI_REPLACE));
+  MPI_Type_free(&type);
 }
 
 Layout Distribution::layout(const std::vector<PetscInt>& points) const {
@@ -317,15 +333,13 @@ PartitionQuality Distribution::quality() const {
   int ranks = 1;
   MPI_Comm_size(comm_, &ranks);
   PetscInt sums[2] = {0, 0};  // cells; cut edges, which both sides count
+  const auto count = opposite_.empty() ? 1 : static_cast<PetscInt>(opposite_.size()) / cells().end;
   for (PetscInt cell = cells().begin; cell < cells().end; ++cell) {
     sums[0] += is_owned(cell) ? 1 : 0;
-  }
-  for (PetscInt edge = edges().begin; edge < edges().end; ++edge) {
-    PetscInt support = 0;
-    const PetscInt* cell = nullptr;
-    check(DMPlexGetSupportSize(dm_, edge, &support));
-    check(DMPlexGetSupport(dm_, edge, &cell));
-    sums[1] += support == 2 && is_owned(cell[0]) != is_owned(cell[1]) ? 1 : 0;
+    for (PetscInt side = count * cell; side < count * (cell + 1); ++side) {
+      const PetscInt other = opposite_[static_cast<std::size_t>(side)];
+      sums[1] += is_owned(cell) && other >= 0 && !is_owned(other / count) ? 1 : 0;
+    }
   }
   PetscInt largest = 0;
   MPI_Allreduce(&sums[0], &largest, 1, MPIU_INT, MPI_MAX, comm_);

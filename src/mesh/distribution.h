@@ -3,9 +3,9 @@
 #include <petscdmplex.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "base/handle.h"
@@ -18,7 +18,11 @@ namespace pellicle {
 
 // What shells and membranes share in spreading a mesh over the ranks. Internal to mesh.
 
-/// The faces of a mesh joined by common edges (of at most two faces).
+/// The side that meets each side of polygons with `count` corners each: side `count c + k` joins corners k and k + 1 of
+/// polygon c. -1 where none does. At most two sides may have the same corners.
+std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count);
+
+/// The faces of a mesh, which have the same number of corners, joined by common edges (of at most two faces).
 CellGraph cell_graph(const SurfaceMesh& mesh);
 
 /// Gives rank 0's names to every rank. Collective.
@@ -27,8 +31,8 @@ void broadcast(MPI_Comm comm, std::vector<std::string>& names);
 /// Sets a layout's owned, first and global numbers. Collective.
 void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned);
 
-/// A mesh spread over the ranks by DMPlex. Points are what DMPlex calls so: the cells, vertices and edges that this
-/// rank holds, its own and those of the layers of cells round them.
+/// A mesh spread over the ranks by DMPlex. Points are what DMPlex calls so: the cells and vertices that this rank
+/// holds, its own and those of the layers of cells round them. Cells come first.
 class Distribution {
  public:
   /// Points [begin, end).
@@ -41,7 +45,6 @@ class Distribution {
     double position[3];  ///< [m]
     double uv[2];        ///< texture coordinates, if there are any
     double id;           ///< persistent
-    double vertices[4];  ///< numbers in the mesh: of a cell its corners, of a vertex [0] itself
   };
   /// What rank 0 knows of all cells, then of all vertices; nothing on the other ranks.
   struct Source {
@@ -62,12 +65,10 @@ class Distribution {
 
   MPI_Comm comm() const { return comm_; }
 
-  DM dm() const { return dm_; }
   bool has_uv() const { return has_uv_; }
   PetscInt points() const { return static_cast<PetscInt>(owned_.size()); }
   Range cells() const;
   Range vertices() const;
-  Range edges() const;
   bool is_owned(PetscInt point) const { return owned_[static_cast<std::size_t>(point)]; }
   const Data& data(PetscInt point) const { return data_[static_cast<std::size_t>(point)]; }
   Eigen::MatrixXd::ConstColXpr extra(PetscInt point) const { return extra_.col(point); }
@@ -76,13 +77,14 @@ class Distribution {
   template <std::size_t count>
   std::array<PetscInt, count> corners(PetscInt cell) const {
     std::array<PetscInt, count> points;
-    for (std::size_t k = 0; k < count; ++k) {
-      points[k] = point_of_vertex_.at(static_cast<PetscInt>(data(cell).vertices[k]));
-    }
+    std::copy_n(corners_.begin() + static_cast<PetscInt>(count) * cell, count, points.begin());
     return points;
   }
+  /// The side that meets each side of the cells (see opposite_sides); -1 also where the cell beyond is not held.
+  const std::vector<PetscInt>& opposite() const { return opposite_; }
 
-  /// Replaces the numbers at points of other ranks by their owners' numbers. @param numbers of all points. Collective.
+  /// Replaces the numbers at points of other ranks by their owners' numbers. Collective.
+  /// @param numbers some for each point, in their order
   void fetch(std::vector<PetscInt>& numbers) const;
   /// Numbers these points, of which the owned ones come first. Collective.
   Layout layout(const std::vector<PetscInt>& points) const;
@@ -101,7 +103,8 @@ class Distribution {
   Eigen::MatrixXd extra_;
   std::vector<std::vector<PetscInt>> group_members_;  ///< for each group: 1 where the point belongs to it
   std::vector<bool> owned_;
-  std::unordered_map<PetscInt, PetscInt> point_of_vertex_;  ///< by number in the mesh
+  std::vector<PetscInt> corners_;   ///< of the cells, as many for each
+  std::vector<PetscInt> opposite_;  ///< of each side
 };
 
 }  // namespace pellicle

@@ -2,66 +2,55 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
-
-#include "base/error.h"
 
 namespace pellicle {
 
 namespace {
 
-/// A spring as it is found at a mesh point (its cell or edge), before owned ones are sorted to the front.
+/// A spring as it is found at a cell, before owned ones are sorted to the front. One at a side of two cells is found at
+/// that of the lesser id.
 struct FoundSpring {
-  PetscInt point;  ///< DMPlex cell (red, yellow) or edge (blue, green)
-  PetscInt index;  ///< among the springs of this colour at the point
+  PetscInt cell;   ///< DMPlex point
+  PetscInt index;  ///< among the springs of this colour at the cell, 0 to 3
   std::array<PetscInt, 2> ends;
   std::array<PetscInt, 4> triangles;  ///< SpringSet::triangles
 };
-
-/// Which side of a cell joins these corners: k when it runs between corners k and k + 1.
-PetscInt side(const std::array<PetscInt, 4>& cell, const std::array<PetscInt, 2>& ends) {
-  PetscInt k = 0;
-  while (std::minmax(cell[static_cast<std::size_t>(k)], cell[static_cast<std::size_t>((k + 1) % 4)]) !=
-         std::minmax(ends[0], ends[1])) {
-    ++k;
-  }
-  return k;
-}
 
 /// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank, nor share one
 /// with an owned spring, nor lie in an owned cell. Collective.
 SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& distribution, const Sheet& sheet) {
   SpringSet set;
-  std::vector<PetscInt> first_at_point(static_cast<std::size_t>(distribution.points()), -1);
+  std::vector<PetscInt> number(4 * static_cast<std::size_t>(distribution.points()), -1);  // of the springs at a cell
   std::vector<bool> needed(static_cast<std::size_t>(sheet.particles.local()), false);
   std::fill_n(needed.begin(), sheet.particles.owned, true);
+  const auto number_of = [&number](const FoundSpring& spring) -> PetscInt& {
+    return number[static_cast<std::size_t>(4 * spring.cell + spring.index)];
+  };
   const auto add = [&](const FoundSpring& spring) {
     set.ends.push_back(spring.ends);
     set.triangles.push_back(spring.triangles);
     set.initial_length.push_back((sheet.rest.col(spring.ends[0]) - sheet.rest.col(spring.ends[1])).norm());
   };
   for (const FoundSpring& spring : found) {
-    if (distribution.is_owned(spring.point)) {
-      if (spring.index == 0) {
-        first_at_point[static_cast<std::size_t>(spring.point)] = static_cast<PetscInt>(set.ends.size());
-      }
+    if (distribution.is_owned(spring.cell)) {
+      number_of(spring) = static_cast<PetscInt>(set.ends.size());
       add(spring);
       needed[static_cast<std::size_t>(spring.ends[0])] = true;
       needed[static_cast<std::size_t>(spring.ends[1])] = true;
     }
   }
   number_owned(set.layout, sheet.comm(), static_cast<PetscInt>(set.ends.size()));
-  for (PetscInt& number : first_at_point) {
-    number += number >= 0 ? set.layout.first : 0;
+  for (PetscInt& n : number) {
+    n += n >= 0 ? set.layout.first : 0;
   }
-  distribution.fetch(first_at_point);
+  distribution.fetch(number);
   for (const FoundSpring& spring : found) {
     const bool is_needed =
         needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
         std::any_of(spring.triangles.begin(), spring.triangles.end(),
                     [&sheet](PetscInt triangle) { return triangle >= 0 && triangle < 4 * sheet.owned_cells; });
-    if (!distribution.is_owned(spring.point) && is_needed) {
-      set.layout.ghost_global.push_back(first_at_point[static_cast<std::size_t>(spring.point)] + spring.index);
+    if (!distribution.is_owned(spring.cell) && is_needed) {
+      set.layout.ghost_global.push_back(number_of(spring));
       add(spring);
     }
   }
@@ -126,31 +115,32 @@ AssembledShell assemble_shell(const Distribution& distribution) {
     }
   }
 
-  // Springs along and across the edges of the cells.
+  // Springs along and across the sides of the cells.
   std::vector<FoundSpring> blue;
   std::vector<FoundSpring> green;
-  const Distribution::Range edges = distribution.edges();
-  for (PetscInt edge = edges.begin; edge < edges.end; ++edge) {
-    const PetscInt* vertices = nullptr;
-    const PetscInt* beside = nullptr;
-    PetscInt count = 0;
-    check(DMPlexGetCone(distribution.dm(), edge, &vertices));
-    check(DMPlexGetSupportSize(distribution.dm(), edge, &count));
-    check(DMPlexGetSupport(distribution.dm(), edge, &beside));
-    const std::array<PetscInt, 2> ends{particle_of_point[static_cast<std::size_t>(vertices[0])],
-                                       particle_of_point[static_cast<std::size_t>(vertices[1])]};
-    std::array<PetscInt, 4> triangles{-1, -1, -1, -1};
-    for (PetscInt i = 0; i < count; ++i) {
-      const PetscInt cell = cell_of_point[static_cast<std::size_t>(beside[i])];
-      triangles[static_cast<std::size_t>(i)] = 4 * cell + side(sheet.cells[static_cast<std::size_t>(cell)], ends);
-    }
-    blue.push_back({edge, 0, ends, triangles});
-    if (count == 2) {
-      green.push_back({edge,
-                       0,
-                       {particle_of_point[static_cast<std::size_t>(beside[0])],
-                        particle_of_point[static_cast<std::size_t>(beside[1])]},
-                       triangles});
+  for (PetscInt point = cells.begin; point < cells.end; ++point) {
+    const PetscInt cell = cell_of_point[static_cast<std::size_t>(point)];
+    for (PetscInt k = 0; k < 4; ++k) {
+      const PetscInt opposite = distribution.opposite()[static_cast<std::size_t>(4 * point + k)];
+      const bool is_inner = opposite >= 0;
+      const PetscInt beyond = opposite / 4;
+      if (is_inner && distribution.data(beyond).id < distribution.data(point).id) {
+        continue;
+      }
+      const auto& corners = sheet.cells[static_cast<std::size_t>(cell)];
+      const PetscInt other = is_inner ? cell_of_point[static_cast<std::size_t>(beyond)] : -1;
+      const std::array<PetscInt, 4> triangles{4 * cell + k, is_inner ? 4 * other + opposite % 4 : -1, -1, -1};
+      blue.push_back({point,
+                      k,
+                      {corners[static_cast<std::size_t>(k)], corners[static_cast<std::size_t>((k + 1) % 4)]},
+                      triangles});
+      if (is_inner) {
+        green.push_back(
+            {point,
+             k,
+             {sheet.lattice[static_cast<std::size_t>(cell)], sheet.lattice[static_cast<std::size_t>(other)]},
+             triangles});
+      }
     }
   }
   const std::array<PetscInt, 2> owned{sheet.owned_corners, sheet.owned_cells};
