@@ -37,6 +37,13 @@ std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss
   return level;
 }
 
+SpringState spring_state(double level_0, double level_1) {
+  if (level_0 >= 0 && level_1 >= 0) {
+    return SpringState::shrunk;
+  }
+  return level_0 < 0 && level_1 < 0 ? SpringState::burnt : SpringState::partly_burnt;
+}
+
 Ablation::Ablation(const Sheet& sheet) : sheet_(sheet), of_triangles_(sheet.particles, 4) {
   for (const Colour colour : all_colours) {
     of_springs_[static_cast<std::size_t>(colour)] = Field(sheet.of(colour).layout, 1);

@@ -219,14 +219,23 @@ void BurnRun::draw() {
                        {"piece_birth_time", 1, pieces.birth_time.data()}};
   std::optional<Drawing> springs;
   std::vector<double> target_length;
+  std::vector<double> spring_states;
   if (options_.output.springs) {
     springs = drawing_of_springs(*sheet_, state_->living);
     for (const Colour colour : all_colours) {
       const auto& lengths = state_->target_length[static_cast<std::size_t>(colour)];
-      target_length.insert(target_length.end(), lengths.begin(), lengths.begin() + sheet_->of(colour).owned());
+      const SpringSet& set = sheet_->of(colour);
+      target_length.insert(target_length.end(), lengths.begin(), lengths.begin() + set.owned());
+      for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+        const auto [a, b] = set.ends[s];
+        spring_states.push_back(
+            static_cast<double>(spring_state(level[static_cast<std::size_t>(a)], level[static_cast<std::size_t>(b)])));
+      }
     }
     frame.springs = &*springs;
-    frame.spring_fields = {{"strain", 1, fields.spring.data()}, {"target_length", 1, target_length.data()}};
+    frame.spring_fields = {{"strain", 1, fields.spring.data()},
+                           {"target_length", 1, target_length.data()},
+                           {"state", 1, spring_states.data()}};
   }
   writer_.write(frame);
   ledger().add(state_->time, state_->step, state_->pieces, masses);

@@ -96,7 +96,7 @@ TEST_F(OutputTest, SpringsAsLines) {
   std::array<long, 4> found{};
   vtkDataArray* colour = lines->GetCellData()->GetArray("colour");
   ASSERT_NE(colour, nullptr);
-  for (const char* field : {"strain", "target_length"}) {
+  for (const char* field : {"strain", "target_length", "state"}) {
     EXPECT_NE(lines->GetCellData()->GetArray(field), nullptr) << field;
   }
   for (vtkIdType cell = 0; cell < lines->GetNumberOfCells(); ++cell) {
