@@ -114,7 +114,7 @@ TEST(DeadSprings, sheet_moves_as_the_part_that_lives) {
         ASSERT_TRUE(expected.converged) << expected.reason;
         const ByKey places = by_key(part.sheet, part.x);
         const ByEnds pulls = by_ends(part.sheet, part.pull);
-        for (const std::string& type : {"aij", "sell", "shell", "lines"}) {
+        for (const std::string type : {"aij", "sell", "shell", "lines"}) {
           const std::string what = type + ", " + masses + " masses, " + pins + " pins, shift " + std::to_string(shift);
           HalfScene scene(PETSC_COMM_WORLD, rows, middle);
           const Eigen::MatrixXd start = scene.x.values();
@@ -158,7 +158,7 @@ TEST(DeadSprings, count_in_no_norm) {
 }
 
 TEST(DeadSprings, nothing_that_lives_is_no_failure) {
-  for (const std::string& type : {"aij", "sell", "shell", "lines"}) {
+  for (const std::string type : {"aij", "sell", "shell", "lines"}) {
     HalfScene scene(PETSC_COMM_WORLD, rows, -1);
     const Eigen::MatrixXd start = scene.x.values();
     ProjectOptions options = tight_options();
