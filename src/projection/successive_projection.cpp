@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "projection/irregular_vertices.h"
 
 namespace pellicle {
 
@@ -44,6 +45,7 @@ double global_sum(MPI_Comm comm, double value) {
 SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                                            std::array<std::vector<double>, 4> spring_weight)
     : sheet_(sheet), options_(options), order_(parse_order(options.order)) {
+  require_shift_at_irregular_vertices(sheet, options);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);

@@ -40,6 +40,7 @@ struct ProjectionInput {
 class SuccessiveProjection {
  public:
   /// @param spring_weight factor of each local spring's weight by colour (eq. 19), or empty for 1. Collective.
+  /// @throws Error when a vertex has more than six neighbours and the shift is too small for it
   SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                        std::array<std::vector<double>, 4> spring_weight = {});
 
