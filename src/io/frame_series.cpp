@@ -7,6 +7,7 @@
 #include <vtkNew.h>
 #include <vtkPolyData.h>
 #include <vtkXMLPPolyDataWriter.h>
+#include <vtkXMLPolyDataWriter.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -85,6 +86,32 @@ void leave_encoding_unsaid(const std::filesystem::path& path) {
   }
 }
 
+void set_format(vtkXMLWriter* writer) {
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOn();
+  writer->SetCompressorTypeToLZ4();
+  writer->SetHeaderTypeToUInt64();
+}
+
+/// VTK's writer leaves pieces without points out of a frame, and of a frame without pieces its reader returns no
+/// fields. Adds the piece to such a frame nonetheless.
+void add_empty_piece(vtkPolyData* piece, const std::filesystem::path& frame) {
+  const std::string stem = frame.stem().string();
+  const std::string source = stem + "/" + stem + "_0.vtp";
+  std::filesystem::create_directories(frame.parent_path() / stem);
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetFileName((frame.parent_path() / source).c_str());
+  writer->SetInputData(piece);
+  set_format(writer);
+  if (writer->Write() != 1) {
+    throw Error((frame.parent_path() / source).string() + ": cannot be written");
+  }
+  std::ifstream file(frame);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  text.insert(text.find("  </PPolyData>"), "    <Piece Source=\"" + source + "\"/>\n");
+  replace_file(frame, text);
+}
+
 }  // namespace
 
 FrameSeries::FrameSeries(MPI_Comm comm, std::string directory, std::string name)
@@ -143,23 +170,25 @@ void FrameSeries::write_pieces(vtkPolyData* piece, const std::string& file) {
   writer->SetStartPiece(rank_);
   writer->SetEndPiece(rank_);
   writer->SetUseSubdirectory(true);
-  writer->SetDataModeToAppended();
-  writer->EncodeAppendedDataOn();
-  writer->SetCompressorTypeToLZ4();
-  writer->SetHeaderTypeToUInt64();
+  set_format(writer);
   // VTK would print its errors on every rank; they become one Error below.
   const int warnings = vtkObject::GetGlobalWarningDisplay();
   vtkObject::GlobalWarningDisplayOff();
   const bool written = writer->Write() == 1;
   vtkObject::SetGlobalWarningDisplay(warnings);
   const unsigned long code = writer->GetErrorCode();
+  long long points = piece->GetNumberOfPoints();
+  MPI_Allreduce(MPI_IN_PLACE, &points, 1, MPI_LONG_LONG, MPI_SUM, comm_);
   together(comm_, [&] {
     if (!written || code != vtkErrorCode::NoError) {
       throw Error(path.string() + ": cannot be written: " + vtkErrorCode::GetStringFromErrorCode(code));
     }
     const std::string stem = path.stem().string();
+    if (points == 0 && rank_ == 0) {
+      add_empty_piece(piece, path);
+    }
     const auto own = path.parent_path() / stem / (stem + "_" + std::to_string(rank_) + ".vtp");
-    if (std::filesystem::exists(own)) {  // VTK writes no file for an empty piece.
+    if (std::filesystem::exists(own)) {  // VTK writes no file for a piece without points.
       leave_encoding_unsaid(own);
     }
   });

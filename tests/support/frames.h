@@ -137,8 +137,8 @@ inline double mean_of(const PointValues& values, std::size_t component = 0) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Largest difference between two fields with the same points, as a share of the largest range of a component. Fields
-/// that do not have the same points differ infinitely.
+/// Largest difference between two fields with the same points, as a share of the largest range of a component, or of
+/// the largest value of a field that is the same everywhere. Fields that do not have the same points differ infinitely.
 inline double relative_difference(const PointValues& a, const PointValues& b) {
   double difference = 0;
   double range = 0;
@@ -147,7 +147,7 @@ inline double relative_difference(const PointValues& a, const PointValues& b) {
   }
   for (std::size_t component = 0; component < a.begin()->second.size(); ++component) {
     const auto [low, high] = range_of(a, component);
-    range = std::max(range, high - low);
+    range = std::max(range, high > low ? high - low : std::abs(high));
   }
   for (const auto& [id, values] : a) {
     const auto other = b.find(id);
@@ -179,6 +179,41 @@ inline void expect_same_balloon(const DrawnFrame& a, const DrawnFrame& b, double
   for (const char* field : {"thickness", "thickness_ratio", "stretch", "stress"}) {
     EXPECT_LE(relative_difference(a.cell_values.at(field), b.cell_values.at(field)), tolerance)
         << what << ": " << field;
+  }
+}
+
+/// Expects that two frames of a sheet that burns away agree in all fields of points, cut ones too, and of cells, the
+/// owner's rank excepted.
+/// @param tolerance as a share of each field's range
+inline void expect_same_remains(const DrawnFrame& a, const DrawnFrame& b, double tolerance, const std::string& what) {
+  EXPECT_EQ(a.cells, b.cells) << what;
+  EXPECT_EQ(a.point_fields, b.point_fields) << what;
+  EXPECT_EQ(a.cell_fields, b.cell_fields) << what;
+  for (const auto& [field, values] : a.points) {
+    EXPECT_LE(relative_difference(values, b.points.at(field)), tolerance) << what << ": " << field;
+  }
+  // A cell has as many values as it has triangles left.
+  const auto of_cells = [](const PointValues& of_triangles) {
+    PointValues result;
+    for (const auto& [cell, values] : of_triangles) {
+      const auto [least, most] = std::minmax_element(values.begin(), values.end());
+      result[cell] = {*least, *most};
+    }
+    return result;
+  };
+  const auto counts = [](const PointValues& of_triangles) {
+    std::map<long, std::size_t> result;
+    for (const auto& [cell, values] : of_triangles) {
+      result[cell] = values.size();
+    }
+    return result;
+  };
+  for (const auto& [field, values] : a.cell_values) {
+    if (field != "rank") {
+      const PointValues& others = b.cell_values.at(field);
+      EXPECT_LE(relative_difference(of_cells(values), of_cells(others)), tolerance) << what << ": " << field;
+      EXPECT_EQ(counts(values), counts(others)) << what << ": triangles of cells";
+    }
   }
 }
 

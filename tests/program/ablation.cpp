@@ -1,0 +1,405 @@
+// A sheet that burns away, falls into pieces and tears, as a user sees it: frames, books and what is said.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "tests/support/burning_scene.h"
+#include "tests/support/frames.h"
+#include "tests/support/program.h"
+#include "tests/support/tearing_scene.h"
+
+namespace pellicle {
+namespace {
+
+// The scene: 20 x 20 cells of 5 cm on 1 m^2, 1 kg.
+constexpr int cells = 20;                                           ///< along each edge
+constexpr long id_end = (cells + 1) * (cells + 1) + cells * cells;  ///< all uncut ids are smaller
+constexpr double step = 2e-3;                                       // [s]
+
+/// The scene with a fire that takes a good part of the sheet away in 30 steps, compacted time and again.
+const Arguments fire{"-ablation_loss_mass",
+                     "0.6",
+                     "-combustion_mass_loss_rate",
+                     "0.4",
+                     "-heat_sources_spot_rate",
+                     "400",
+                     "-heat_sources_spot_radius",
+                     "0.35 m",
+                     "-heat_sources_spot_velocity",
+                     "4,0,0",
+                     "-heat_sources_spot_temperature",
+                     "1200 K",
+                     "-time_end",
+                     "60 ms",
+                     "-output_interval_steps",
+                     "5",
+                     "-ablation_compact_fraction",
+                     "0.05",
+                     "-output_name",
+                     "scene"};
+
+/// A deck in which the whole sheet is hot.
+const std::string hot_deck = R"(
+mesh: {shape: rectangle, cells: [10, 10], size: [1 m, 1 m]}
+sheet: {thickness: 5 cm, areal_density: 1 kg/m^2, perturbation: 0.01}
+time: {step: 2 ms, end: 1 s}
+heat: {initial_temperature: 900 K}
+combustion: {mass_loss_rate: 0.1, mass_loss_texture: )" PELLICLE_SOURCE_DIR R"(/input/textures/clouds.png}
+ablation: {loss_mass: 0.5}
+output: {directory: out, name: scene, interval_steps: 5}
+)";
+
+/// A frame with all that its ranks wrote, points of several ranks as often as they drew them.
+struct Surface {
+  explicit Surface(const std::filesystem::path& path) : data(read_pvtp(path)) {
+    vtkDataArray* const ids = data->GetPointData()->GetArray("vertex_id");
+    for (vtkIdType point = 0; point < data->GetNumberOfPoints(); ++point) {
+      vertex_id.push_back(std::lround(ids->GetTuple1(point)));
+    }
+    for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
+      vtkIdType count = 0;
+      const vtkIdType* points = nullptr;
+      data->GetCellPoints(cell, count, points);
+      if (count != 3) {
+        throw std::runtime_error(path.string() + ": not a triangle");
+      }
+      triangles.push_back({points[0], points[1], points[2]});
+    }
+  }
+  double value(const char* field, vtkIdType point, int component = 0) const {
+    return data->GetPointData()->GetArray(field)->GetComponent(point, component);
+  }
+  double cell_value(const char* field, std::size_t cell) const {
+    return data->GetCellData()->GetArray(field)->GetTuple1(static_cast<vtkIdType>(cell));
+  }
+  std::array<double, 2> uv(vtkIdType point) const { return {value("uv", point, 0), value("uv", point, 1)}; }
+
+  vtkSmartPointer<vtkPolyData> data;
+  std::vector<long> vertex_id;                      ///< of each point
+  std::vector<std::array<vtkIdType, 3>> triangles;  ///< point numbers
+};
+
+/// Undeformed place of an uncut point of the scene as uv, from its id: corners row by row, then centres.
+std::array<double, 2> uv_of(long id) {
+  constexpr long corners = (cells + 1) * (cells + 1);
+  if (id < corners) {
+    return {static_cast<double>(id % (cells + 1)) / cells, static_cast<double>(id / (cells + 1)) / cells};
+  }
+  const long cell = id - corners;
+  return {(static_cast<double>(cell % cells) + 0.5) / cells, (static_cast<double>(cell / cells) + 0.5) / cells};
+}
+
+class AblationTest : public ProgramTest {
+ protected:
+  CommandResult run(int ranks, const std::string& deck, const Arguments& options = {}) {
+    return succeed(ranks, Arguments{write("scene.yaml", deck)} + options);
+  }
+  std::vector<std::pair<double, std::filesystem::path>> frames() const { return read_pvd(folder() / "out/scene.pvd"); }
+  std::map<std::string, std::vector<double>> history() const { return read_csv(folder() / "out" / "history.csv"); }
+
+  /// Expects that no mass and no heat is lost in any row.
+  void expect_closed_books() const {
+    const auto books = history();
+    const double mass = books.at("mass_left").front();
+    const double heat = books.at("heat_content").front();
+    for (std::size_t row = 0; row < books.at("step").size(); ++row) {
+      EXPECT_NEAR(books.at("mass_left")[row] + books.at("mass_burnt")[row], mass, 1e-12 * mass) << row;
+      EXPECT_NEAR(books.at("heat_content")[row], heat + books.at("heat_in")[row] - books.at("heat_out")[row],
+                  1e-9 * heat)
+          << row;
+    }
+  }
+};
+
+TEST_F(AblationTest, TheDrawnSurfaceIsWatertight) {
+  run(3, burning_scene, fire);
+  long cut_edges = 0;
+  for (const auto& [time, path] : frames()) {
+    const Surface surface(path);
+    std::map<long, vtkIdType> first;  // point of each id
+    std::map<long, int> counted;      // how many ranks count it
+    for (vtkIdType point = 0; point < surface.data->GetNumberOfPoints(); ++point) {
+      const long id = surface.vertex_id[static_cast<std::size_t>(point)];
+      const vtkIdType same = first.try_emplace(id, point).first->second;
+      for (int component = 0; component < 3; ++component) {
+        EXPECT_EQ(surface.data->GetPoint(point)[component], surface.data->GetPoint(same)[component]) << id;
+      }
+      counted[id] += surface.value(vtkDataSetAttributes::GhostArrayName(), point) == 0 ? 1 : 0;
+    }
+    for (const auto& [id, count] : counted) {
+      EXPECT_EQ(count, 1) << "point " << id << " at " << time << " s";
+    }
+    std::map<std::pair<long, long>, int> edges;  // in the direction of a triangle
+    for (const auto& triangle : surface.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        ++edges[{surface.vertex_id[static_cast<std::size_t>(triangle[k])],
+                 surface.vertex_id[static_cast<std::size_t>(triangle[(k + 1) % 3])]}];
+      }
+    }
+    for (const auto& [edge, count] : edges) {
+      EXPECT_EQ(count, 1) << "two triangles on the same side of " << edge.first << "," << edge.second;
+      if (edges.count({edge.second, edge.first}) > 0) {
+        continue;
+      }
+      const bool is_cut = edge.first < 0 && edge.second < 0;
+      cut_edges += is_cut ? 1 : 0;
+      const auto a = surface.uv(first.at(edge.first));
+      const auto b = surface.uv(first.at(edge.second));
+      bool is_outline = false;
+      for (std::size_t k = 0; k < 2; ++k) {
+        for (const double end : {0.0, 1.0}) {
+          is_outline = is_outline || (std::abs(a[k] - end) < 1e-12 && std::abs(b[k] - end) < 1e-12);
+        }
+      }
+      EXPECT_TRUE(is_cut || is_outline) << "gap at " << edge.first << "," << edge.second << " at " << time << " s";
+    }
+  }
+  EXPECT_GT(cut_edges, 100);
+}
+
+TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
+  const CommandResult told = run(3, burning_scene, fire + Arguments{"-output_monitor", "1000"});
+  EXPECT_NE(told.output.find("cells are gone"), std::string::npos) << told;
+  std::map<long, double> burn_times;
+  long burnt_cells = 0;
+  for (const auto& [time, path] : frames()) {
+    const Surface surface(path);
+    for (vtkIdType point = 0; point < surface.data->GetNumberOfPoints(); ++point) {
+      const long id = surface.vertex_id[static_cast<std::size_t>(point)];
+      const std::array<double, 2> found = surface.uv(point);
+      if (id >= 0) {
+        EXPECT_NEAR(found[0], uv_of(id)[0], 1e-12) << id;
+        EXPECT_NEAR(found[1], uv_of(id)[1], 1e-12) << id;
+        continue;
+      }
+      // A cut point lies between the two points that its id names, and has all fields from there.
+      const auto a = uv_of((-id - 1) / id_end);
+      const auto b = uv_of((-id - 1) % id_end);
+      const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+      EXPECT_NEAR(std::hypot(found[0] - a[0], found[1] - a[1]) + std::hypot(b[0] - found[0], b[1] - found[1]), length,
+                  1e-12)
+          << id;
+      EXPECT_LT(length, 1.001 / cells) << id;
+    }
+    std::set<long> cut_cells;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      const long cell = std::lround(surface.cell_value("cell_id", t));
+      for (const vtkIdType point : surface.triangles[t]) {
+        EXPECT_LE(std::abs(surface.uv(point)[0] * cells - static_cast<double>(cell % cells) - 0.5), 0.5 + 1e-9) << cell;
+        EXPECT_LE(std::abs(surface.uv(point)[1] * cells - static_cast<double>(cell / cells) - 0.5), 0.5 + 1e-9) << cell;
+        if (surface.vertex_id[static_cast<std::size_t>(point)] < 0) {
+          cut_cells.insert(cell);
+        }
+      }
+      const double burn_time = surface.cell_value("burn_time", t);
+      const auto [known, is_new] = burn_times.try_emplace(cell, burn_time);
+      if (!is_new && known->second >= 0) {
+        EXPECT_EQ(burn_time, known->second) << cell;
+      }
+      known->second = burn_time;
+      if (burn_time >= 0) {
+        ++burnt_cells;
+        EXPECT_LE(burn_time, time + 1e-12) << cell;
+        EXPECT_NEAR(burn_time / step, std::round(burn_time / step), 1e-6) << "at the end of a step";
+        EXPECT_GT(burn_time, step / 2);
+      }
+    }
+    for (const long cell : cut_cells) {
+      EXPECT_GE(burn_times.at(cell), 0) << "cell " << cell << " is cut at " << time << " s";
+    }
+  }
+  EXPECT_GT(burnt_cells, 50);
+}
+
+TEST_F(AblationTest, BooksStayClosed) {
+  for (const char* fraction : {"0.02", "1"}) {
+    run(3, burning_scene,
+        fire + Arguments{"-heat_operator", "consistent", "-heat_convection", "10", "-ablation_compact_fraction",
+                         fraction});
+    expect_closed_books();
+    EXPECT_GT(history().at("mass_burnt").back(), 0.2);
+  }
+}
+
+TEST_F(AblationTest, EverythingBurnsAway) {
+  for (const int ranks : {1, 3}) {
+    for (const char* fraction : {"0.2", "1"}) {
+      const CommandResult told =
+          run(ranks, hot_deck,
+              {"-heat_operator", "consistent", "-heat_ksp_rtol", "1e-12", "-ablation_compact_fraction", fraction});
+      EXPECT_EQ(told.errors, "");
+      const auto books = history();
+      EXPECT_LT(books.at("time").back(), 0.5) << "long before its end";
+      EXPECT_EQ(std::count(told.output.begin(), told.output.end(), '\n'), 1) << told;
+      EXPECT_EQ(told.output.find("ended at "), 0U) << told;
+      EXPECT_NE(told.output.find(" s: the sheet has burnt away"), std::string::npos) << told;
+      EXPECT_NEAR(std::stod(told.output.substr(9)), books.at("time").back(), 1e-6);
+      EXPECT_EQ(books.at("mass_left").back(), 0);
+      EXPECT_EQ(books.at("pieces").back(), 0);
+      EXPECT_NEAR(books.at("mass_burnt").back(), books.at("mass_left").front(), 1e-12);
+      EXPECT_NEAR(books.at("mass_left").front(), 1, 1e-12);
+      expect_closed_books();
+      for (const auto& [name, values] : books) {
+        EXPECT_TRUE(std::isfinite(values.back())) << name;
+      }
+      ASSERT_GT(frames().size(), 2U);
+      EXPECT_NEAR(frames().back().first, books.at("time").back(), 1e-12);
+      const DrawnFrame last = last_frame(folder() / "out" / "scene.pvd");
+      EXPECT_EQ(last.cells, 0);
+      for (const char* field : {"vertex_id", "temperature", "mass_ratio"}) {
+        EXPECT_EQ(last.point_fields.count(field), 1U) << "an empty frame has its fields too";
+      }
+      EXPECT_GT(read_frame(0, frames()[frames().size() - 2].second).cells, 0);
+    }
+  }
+}
+
+TEST_F(AblationTest, AHotSphereCutsASheetInTwo) {
+  constexpr int n = 40;  // cells along each edge
+  const Arguments deck{std::string(PELLICLE_SOURCE_DIR) + "/input/hot_sphere_c.yaml"};
+  succeed(2, deck + Arguments{"-mesh_cells", "40,40", "-sheet_thickness", "12.5 mm", "-output_directory", "out",
+                              "-output_name", "scene", "-output_interval_time", "50 ms", "-output_springs"});
+  const auto books = history();
+  const auto& pieces = books.at("pieces");
+  ASSERT_EQ(pieces.back(), 2);
+  EXPECT_EQ(pieces.front(), 1);
+  const auto two = static_cast<std::size_t>(std::find(pieces.begin(), pieces.end(), 2) - pieces.begin());
+  const double separation = books.at("time")[two];
+  const double mass = books.at("mass_left").front();
+  for (std::size_t row = 0; row < pieces.size(); ++row) {
+    EXPECT_NEAR(books.at("mass_left")[row] + books.at("mass_burnt")[row], mass, 1e-12 * mass) << row;
+  }
+
+  // The books of the pieces: one that was there at first, and one that was born when they separated.
+  const auto births = read_csv(folder() / "out" / "pieces.csv");
+  std::map<double, double> sums;  // of the pieces' masses at each time
+  std::map<long, double> masses;  // of the last frame
+  for (std::size_t row = 0; row < births.at("time").size(); ++row) {
+    sums[births.at("time")[row]] += births.at("mass")[row];
+    if (births.at("time")[row] == births.at("time").back()) {
+      masses[std::lround(births.at("piece")[row])] = births.at("mass")[row];
+    }
+  }
+  for (std::size_t row = 0; row < pieces.size(); ++row) {
+    const auto sum = sums.find(books.at("time")[row]);
+    if (sum != sums.end()) {
+      EXPECT_NEAR(sum->second, books.at("mass_left")[row], 1e-12 * mass) << row;
+    }
+  }
+  ASSERT_EQ(masses.size(), 2U);
+  ASSERT_EQ(masses.begin()->first, 0) << "the larger part keeps its id";
+
+  // The same masses from the springs that are drawn: of 1 kg/m^2 half of a cell's mass is its lattice point's, and an
+  // eighth each of its corners'.
+  const vtkSmartPointer<vtkPolyData> springs =
+      read_pvtp(read_pvd(folder() / "out" / "scene_springs.pvd").back().second);
+  std::map<long, long> root;  // of each particle, by id
+  std::map<long, double> ratio;
+  const auto root_of = [&root](long id) {
+    while (root.at(id) != id) {
+      id = root[id] = root.at(root.at(id));
+    }
+    return id;
+  };
+  const auto id_of = [&](vtkIdType point) {
+    return std::lround(springs->GetPointData()->GetArray("vertex_id")->GetTuple1(point));
+  };
+  for (vtkIdType point = 0; point < springs->GetNumberOfPoints(); ++point) {
+    root[id_of(point)] = id_of(point);
+    ratio[id_of(point)] = springs->GetPointData()->GetArray("mass_ratio")->GetTuple1(point);
+  }
+  for (vtkIdType line = 0; line < springs->GetNumberOfCells(); ++line) {
+    vtkIdType count = 0;
+    const vtkIdType* points = nullptr;
+    springs->GetCellPoints(line, count, points);
+    root[root_of(id_of(points[0]))] = root_of(id_of(points[1]));
+  }
+  std::map<long, double> found;  // by the root
+  constexpr long corners = (n + 1) * (n + 1);
+  constexpr double cell_mass = 1.0 / (n * n);
+  for (const auto& [id, share] : ratio) {
+    double initial = cell_mass / 2;
+    if (id < corners) {
+      const auto cells_along = [](long k) { return k == 0 || k == n ? 1 : 2; };
+      initial = cell_mass / 8 * cells_along(id % (n + 1)) * cells_along(id / (n + 1));
+    }
+    found[root_of(id)] += initial * share;
+  }
+  ASSERT_EQ(found.size(), 2U);
+  std::array<double, 2> found_masses{found.begin()->second, found.rbegin()->second};
+  std::array<double, 2> told_masses{masses.begin()->second, masses.rbegin()->second};
+  std::sort(found_masses.begin(), found_masses.end());
+  std::sort(told_masses.begin(), told_masses.end());
+  EXPECT_NEAR(found_masses[0], told_masses[0], 1e-12 * mass);
+  EXPECT_NEAR(found_masses[1], told_masses[1], 1e-12 * mass);
+  EXPECT_GT(told_masses[0], 0.1) << "a good part of the sheet, no crumb";
+
+  // What the frames show: the lower part falls, the upper one hangs.
+  std::map<long, std::vector<double>> heights;  // mean over the triangles of a piece, in each frame with two
+  std::map<long, double> undeformed;            // the same of v in the last frame
+  for (const auto& [time, path] : frames()) {
+    const Surface surface(path);
+    std::map<long, std::array<double, 3>> sum;  // height, v, how many
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      const long piece = std::lround(surface.cell_value("piece", t));
+      EXPECT_NEAR(surface.cell_value("piece_birth_time", t), piece == 0 ? 0 : separation, 1e-9);
+      for (const vtkIdType point : surface.triangles[t]) {
+        sum[piece][0] += surface.data->GetPoint(point)[2];
+        sum[piece][1] += surface.uv(point)[1];
+        sum[piece][2] += 1;
+      }
+    }
+    EXPECT_EQ(sum.size(), time < separation - 1e-9 ? 1U : 2U) << time;
+    if (sum.size() == 2) {
+      for (const auto& [piece, values] : sum) {
+        heights[piece].push_back(values[0] / values[2]);
+        undeformed[piece] = values[1] / values[2];
+      }
+    }
+  }
+  ASSERT_EQ(undeformed.size(), 2U);
+  ASSERT_GE(heights.begin()->second.size(), 3U);
+  const auto fall = [&](long piece) { return heights.at(piece).front() - heights.at(piece).back(); };
+  const auto [upper, lower] = undeformed.at(0) > undeformed.rbegin()->second
+                                  ? std::pair{0L, undeformed.rbegin()->first}
+                                  : std::pair{undeformed.rbegin()->first, 0L};
+  EXPECT_GT(undeformed.at(upper), 0.6);
+  EXPECT_LT(undeformed.at(lower), 0.4);
+  EXPECT_GT(fall(lower), fall(upper) + 0.01);
+  EXPECT_LT(heights.at(lower).back(), -0.3);
+}
+
+TEST_F(AblationTest, TearingIsReproducibleByItsSeed) {
+  const auto torn = [&](int ranks, const Arguments& options) {
+    run(ranks, tearing_scene, options);
+    return last_frame(folder() / "out" / "scene.pvd");
+  };
+  const auto cells_left = [](const DrawnFrame& frame) {
+    std::map<long, std::size_t> left;  // triangles of each cell
+    for (const auto& [cell, values] : frame.cell_values.at("cell_id")) {
+      left[cell] = values.size();
+    }
+    return left;
+  };
+  const DrawnFrame first = torn(1, {});
+  EXPECT_LT(first.cells, 4 * 8 * 16 - 20) << "it tears";
+  const DrawnFrame again = torn(1, {});
+  expect_same_remains(first, again, 0, "a second time");
+  EXPECT_EQ(cells_left(first), cells_left(torn(3, {}))) << "the same triangles on 3 ranks";
+  EXPECT_NE(cells_left(first), cells_left(torn(1, {"-ablation_seed", "7"}))) << "another seed";
+  expect_closed_books();
+
+  const std::string::size_type strength = tearing_scene.find("ablation:");
+  const std::string without =
+      tearing_scene.substr(0, strength) + tearing_scene.substr(tearing_scene.find('\n', strength) + 1);
+  run(1, without);
+  EXPECT_EQ(last_frame(folder() / "out" / "scene.pvd").cells, 4 * 8 * 16) << "nothing tears unless asked for";
+  EXPECT_EQ(history().at("mass_burnt").back(), 0);
+}
+
+}  // namespace
+}  // namespace pellicle
