@@ -13,7 +13,7 @@ namespace pellicle {
 namespace {
 
 constexpr int most_neighbours = 6;     // Burning paper, section 8.2.
-constexpr double least_shift = 0.001;  // Measured: steps fail at 1e-4, never at 1e-3 (tests/projection).
+constexpr double least_shift = 0.001;  // Measured with 12 neighbours: steps fail at 1e-4, none at 1e-3.
 
 }  // namespace
 
