@@ -15,38 +15,55 @@ struct TearingInput {
   const Living& living;
   /// How much shorter each owned spring's own constraint made it in the step, by colour; negative where longer [m].
   const std::array<std::vector<double>, 4>& pull;
+  const Field& position;            ///< [m], ghosts up to date
   const Field& mass;                ///< [kg], ghosts up to date; positive at the ends of living springs
   const std::vector<bool>& pinned;  ///< local particles that nothing moves
   double h = 0;                     ///< length of the step [s]
   double min_mass = 0;              ///< m^min as a fraction of the initial mass
 };
 
-/// Tearing by stress, which the burning paper leaves out (section 8.2): a spring tears when the tension that the
-/// projection needed to keep its length exceeds the strength of what is left of the sheet,
+/// Tearing by stress, which the burning paper leaves out (section 8.2): the sheet tears where its tension exceeds the
+/// strength of what is left of it.
 ///
-///     F = pull / (h^2 (1/m_a + 1/m_b)) > strength l^init c (1 + scatter u) t,
+/// The multipliers of the projection say what each spring carries,
 ///
-/// with 1/m = 0 for a pinned end. t is the mean of the texture at both ends, u in [-1, 1) a random number of seed and
-/// persistent ids, and c the mean over both ends of c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min).
+///     F = pull / (h^2 (1/m_a + 1/m_b)),
 ///
-/// The load of a sheet is shared by the edges of its cells, the lattice layer and the diagonals: pulled along its edges
-/// the most loaded springs carry 0.5 to 0.8 of the load on their width, so that a sheet begins to tear at 1.2 to 2
-/// times its strength.
+/// with 1/m = 0 for a pinned end. Springs of several colours share a load, and colours that cannot all keep their
+/// lengths push and pull against each other, so a single spring says little. The stress of a cell does [N/m]:
+///
+///     sigma = 1/A sum F l^init d d^T
+///
+/// over the springs of its particles, where d is the direction of a spring, half of which belongs to each of its ends,
+/// and cells share their corners; what springs do to each other cancels. A spring tears when
+///
+///     d . sigma d > strength c (1 + scatter u) t
+///
+/// with the mean stress of the cells that it lies in, t the mean of the texture at both ends, u in [-1, 1) a random
+/// number of seed and persistent ids, and c the mean over both ends of
+/// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Of the springs that meet at a particle only the one that
+/// exceeds its strength by the largest factor tears in a step: what the others then carry shows in the next.
 class Tearing {
  public:
-  /// The sheet must outlive this object.
+  /// The sheet must outlive this object. Collective.
   /// @param options with a strength
   /// @param texture factor on the strength of each local particle, or empty for 1
   Tearing(const Sheet& sheet, const AblationOptions& options, const std::vector<double>& texture);
 
-  /// Owned springs of each colour that tear; dead springs do not, nor those between two pinned particles. Not
-  /// collective.
-  std::array<std::vector<PetscInt>, 4> torn(const TearingInput& input) const;
+  /// Owned springs of each colour that tear; dead springs do not, nor those between two pinned particles. Collective.
+  std::array<std::vector<PetscInt>, 4> torn(const TearingInput& input);
 
  private:
+  void find_stress(const TearingInput& input);
+  void find_overload(const TearingInput& input);
+
   const Sheet& sheet_;
   double char_strength_;
-  std::array<std::vector<double>, 4> unburnt_strength_;  ///< force that each owned spring withstands [N]
+  std::array<std::vector<double>, 4> unburnt_strength_;  ///< force per width that each owned spring withstands [N/m]
+  Field particle_sums_;                                  ///< of F l^init d d^T, (3 x 3) in columns [N m]; living cells
+  std::vector<Eigen::Matrix3d> stress_;                  ///< of each local cell [N/m]
+  std::array<Field, 4> overload_;  ///< stress along each local spring over its strength, 0 where it cannot tear
+  Field largest_overload_;         ///< of the springs at each local particle
 };
 
 }  // namespace pellicle

@@ -166,7 +166,8 @@ bool Burn::ablation(State& state, double h) {
 
 bool Burn::tear(State& state, double h) {
   const auto timer = clock_.time("ablation");
-  const TearingInput input{state.living, pull_, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
+  const TearingInput input{
+      state.living, pull_, state.position, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
   if (!ablation_.tear(state.living, tearing_->torn(input))) {
     return false;
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <map>
 
@@ -12,13 +13,20 @@ namespace {
 
 constexpr double h = 0.01;  // [s]
 constexpr double min_mass = 0.4;
+constexpr double edge = 0.5;  // [m]
+constexpr int cells = 6;
+constexpr double particle_mass = 0.2;  // [kg]
 
-/// A sheet with all that tearing reads: at rest, unburnt, free until a test changes it.
+/// A square sheet in the plane with all that tearing reads: unburnt and free until a test changes it.
 struct TearScene {
-  explicit TearScene(MPI_Comm comm, int cells = 4)
-      : sheet(shell_of(grid_mesh(cells, cells, 0.5), comm)), living(sheet), mass(sheet.particles, 1) {
-    sheet.initial_mass.assign(sheet.initial_mass.size(), 0.2);
-    mass.values().setConstant(0.2);
+  explicit TearScene(MPI_Comm comm = PETSC_COMM_WORLD)
+      : sheet(shell_of(grid_mesh(cells, cells, edge), comm)),
+        living(sheet),
+        position(sheet.particles, 3),
+        mass(sheet.particles, 1) {
+    sheet.initial_mass.assign(sheet.initial_mass.size(), particle_mass);
+    mass.values().setConstant(particle_mass);
+    position.values() = sheet.rest;
     pinned.assign(sheet.initial_mass.size(), false);
     for (std::size_t colour = 0; colour < 4; ++colour) {
       pull[colour].assign(static_cast<std::size_t>(sheet.springs[colour].owned()), 0);
@@ -27,11 +35,32 @@ struct TearScene {
   TearScene(const TearScene&) = delete;
   TearScene& operator=(const TearScene&) = delete;
 
-  TearingInput input() const { return {living, pull, mass, pinned, h, min_mass}; }
+  TearingInput input() const { return {living, pull, position, mass, pinned, h, min_mass}; }
+
+  /// Tension in the owned springs of a colour, free particles of the initial mass at their ends.
+  /// @param force [N] of a spring that leads along a vector [m] and begins at a point
+  template <class Force>
+  void load(Colour colour, const Force& force) {
+    const SpringSet& set = sheet.of(colour);
+    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      const Eigen::Vector3d from = sheet.rest.col(set.ends[s][0]);
+      const Eigen::Vector3d along = sheet.rest.col(set.ends[s][1]) - from;
+      pull[static_cast<std::size_t>(colour)][s] = force(from, along) * h * h * 2 / particle_mass;
+    }
+  }
+
+  /// A uniform stress along x [N/m]: blue springs along x carry a width of one edge each, half of it at the rim.
+  void pull_along_x(double stress) {
+    load(Colour::blue, [&](const Eigen::Vector3d& from, const Eigen::Vector3d& along) {
+      const bool is_rim = from.y() < edge / 4 || from.y() > (cells - 0.25) * edge;
+      return std::abs(along.x()) > edge / 2 ? stress * edge * (is_rim ? 0.5 : 1) : 0;
+    });
+  }
 
   Sheet sheet;
   Living living;
   std::array<std::vector<double>, 4> pull;
+  Field position;
   Field mass;
   std::vector<bool> pinned;
 };
@@ -42,129 +71,207 @@ AblationOptions strength_100() {
   return options;
 }
 
-/// The pull at which the blue spring between the particles 0 and 1, of length 0.5 m, tears. One rank.
-double threshold(TearScene& scene, const std::vector<double>& texture = {}) {
-  const Tearing tearing(scene.sheet, strength_100(), texture);
-  const SpringSet& blue = scene.sheet.of(Colour::blue);
-  PetscInt spring = 0;
-  while (ids_of(scene.sheet, Colour::blue, spring) != IdPair(0, 1)) {
-    ++spring;
+/// The pairs of ids of the springs of a colour that tear, of all ranks. Collective.
+std::vector<PetscInt> torn_ids(const TearScene& scene, const std::array<std::vector<PetscInt>, 4>& torn,
+                               Colour colour) {
+  std::vector<PetscInt> codes;
+  for (const PetscInt spring : torn[static_cast<std::size_t>(colour)]) {
+    const auto [a, b] = ids_of(scene.sheet, colour, spring);
+    codes.push_back(1000 * a + b);
   }
-  EXPECT_NEAR(blue.initial_length[static_cast<std::size_t>(spring)], 0.5, 1e-15);
+  return gathered(scene.sheet.comm(), codes);
+}
+
+/// The uniform stress along x above which the first spring tears [N/m]. Collective.
+double threshold(TearScene& scene, const std::vector<double>& texture = {}) {
+  Tearing tearing(scene.sheet, strength_100(), texture);
   double below = 0;
-  double above = 1;
-  for (int k = 0; k < 60; ++k) {
+  double above = 1000;
+  for (int k = 0; k < 35; ++k) {
     const double middle = (below + above) / 2;
-    scene.pull[2][static_cast<std::size_t>(spring)] = middle;
+    scene.pull_along_x(middle);
     const auto torn = tearing.torn(scene.input());
-    EXPECT_EQ(torn[0].size() + torn[1].size() + torn[3].size(), 0U);
-    if (torn[2].empty()) {
-      below = middle;
-    } else {
-      EXPECT_EQ(torn[2], std::vector<PetscInt>{spring});
-      above = middle;
+    int count = 0;
+    for (const auto& springs : torn) {
+      count += static_cast<int>(springs.size());
     }
+    MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT, MPI_SUM, scene.sheet.comm());
+    (count == 0 ? below : above) = middle;
   }
   return above;
 }
 
-TEST(Tearing, threshold_is_the_strength_of_what_is_left) {
-  // 100 N/m times 0.5 m: 50 N, that is 50 N h^2 (2/0.2 kg) = 0.05 m.
-  TearScene scene(PETSC_COMM_SELF);
-  EXPECT_NEAR(threshold(scene), 0.05, 1e-14);
-  std::vector<double> texture(scene.pinned.size(), 7);
-  texture[0] = 0.5;
-  texture[1] = 1;
-  EXPECT_NEAR(threshold(scene, texture), 0.75 * 0.05, 1e-14);
-
-  scene.pinned[1] = true;
-  EXPECT_NEAR(threshold(scene), 0.025, 1e-14);
-  scene.pinned[0] = true;
-  EXPECT_EQ(threshold(scene), 1) << "nothing moves either end";
-  scene.pinned.assign(scene.pinned.size(), false);
-
-  // A tenth of the strength is left at the least mass, 0.55 at half of the way, at one end or at both.
-  const double lightest = 0.2 * min_mass;
-  const double half = 0.2 * (1 + min_mass) / 2;
-  for (const auto& [a, b, left] : {std::tuple{0.2, lightest, 0.55},
-                                   {lightest, lightest, 0.1},
-                                   {half, half, 0.55},
-                                   {half, 0.2, 0.775},
-                                   {lightest / 2, lightest, 0.1}}) {
-    scene.mass.data()[0] = a;
-    scene.mass.data()[1] = b;
-    EXPECT_NEAR(threshold(scene), left * 50 * h * h * (1 / a + 1 / b), 1e-14) << a << " " << b;
-  }
-  scene.mass.values().setConstant(0.2);
-
-  scene.living.springs[2].assign(scene.living.springs[2].size(), false);
-  EXPECT_EQ(threshold(scene), 1) << "dead springs do not tear";
+TEST(Tearing, uniform_stress_tears_at_the_strength) {
+  TearScene scene;
+  EXPECT_NEAR(threshold(scene), 100, 1e-6);
+  // The frame of reference does not matter.
+  const Eigen::AngleAxisd turn(0.7, Eigen::Vector3d(1, 2, -1).normalized());
+  scene.position.values() = turn.toRotationMatrix() * scene.sheet.rest;
+  EXPECT_NEAR(threshold(scene), 100, 1e-6);
 }
 
-TEST(Tearing, springs_that_push_do_not_tear) {
-  TearScene scene(PETSC_COMM_WORLD);
-  for (auto& pulls : scene.pull) {
-    pulls.assign(pulls.size(), -1);
+TEST(Tearing, springs_along_the_stress_tear) {
+  TearScene scene;
+  Tearing tearing(scene.sheet, strength_100(), {});
+  scene.pull_along_x(101);
+  const auto torn = tearing.torn(scene.input());
+  // All of them, as no one exceeds its strength by more than the others: cells rows of green, one more of blue.
+  EXPECT_EQ(torn_ids(scene, torn, Colour::blue).size(), static_cast<std::size_t>(cells * (cells + 1)));
+  EXPECT_EQ(torn_ids(scene, torn, Colour::green).size(), static_cast<std::size_t>(cells * (cells - 1)));
+  EXPECT_TRUE(torn_ids(scene, torn, Colour::red).empty());
+  EXPECT_TRUE(torn_ids(scene, torn, Colour::yellow).empty());
+}
+
+TEST(Tearing, springs_that_pull_against_each_other_do_not_tear) {
+  // Two diagonals, each of sqrt(2) edges at 45 degrees, push as much as the edges round a cell pull. The corner points
+  // of the sheet have one diagonal only: what lies there is strong.
+  TearScene scene;
+  std::vector<double> texture;
+  for (Eigen::Index i = 0; i < scene.sheet.rest.cols(); ++i) {
+    const Eigen::Array2d from_middle = (scene.sheet.rest.col(i).head<2>().array() / edge - cells / 2.0).abs();
+    texture.push_back(from_middle.minCoeff() > cells / 2.0 - 1.1 ? 1e9 : 1);
   }
-  for (const auto& torn : Tearing(scene.sheet, strength_100(), {}).torn(scene.input())) {
+  Tearing tearing(scene.sheet, strength_100(), texture);
+  const double force = 1e5;
+  scene.load(Colour::blue, [&](const Eigen::Vector3d& from, const Eigen::Vector3d& along) {
+    const Eigen::Vector3d middle = from + along / 2;
+    const double rim = std::min({middle.x(), middle.y(), cells * edge - middle.x(), cells * edge - middle.y()});
+    return rim < edge / 4 ? force / 2 : force;
+  });
+  scene.load(Colour::yellow, [&](const Eigen::Vector3d&, const Eigen::Vector3d&) { return -force / std::sqrt(2.0); });
+  const auto torn = tearing.torn(scene.input());
+  for (const Colour colour : all_colours) {
+    EXPECT_TRUE(torn_ids(scene, torn, colour).empty());
+  }
+}
+
+TEST(Tearing, pushed_sheets_do_not_tear) {
+  TearScene scene;
+  Tearing tearing(scene.sheet, strength_100(), {});
+  scene.pull_along_x(-1000);
+  for (const auto& torn : tearing.torn(scene.input())) {
     EXPECT_TRUE(torn.empty());
   }
 }
 
-/// By the ids of their ends, the share above which each owned spring's pull of 50 N/0.5 m times its length tears it, in
-/// steps of 0.001.
-std::map<IdPair, double> shares(MPI_Comm comm, int seed) {
-  TearScene scene(comm, 12);
+TEST(Tearing, pinned_ends_do_not_give_way) {
+  // The same pull takes twice the force where one end is pinned: all particles of every second column.
+  TearScene scene;
+  for (std::size_t i = 0; i < scene.pinned.size(); ++i) {
+    const double column = scene.sheet.rest(0, static_cast<Eigen::Index>(i)) / edge;
+    scene.pinned[i] = std::abs(std::remainder(column, 2)) < 0.1;
+  }
+  EXPECT_NEAR(threshold(scene), 50, 1e-6);
+  scene.pinned.assign(scene.pinned.size(), true);
+  EXPECT_EQ(threshold(scene), 1000) << "nothing moves either end";
+}
+
+TEST(Tearing, dead_springs_do_not_tear) {
+  TearScene scene;
+  scene.living.triangles.assign(scene.living.triangles.size(), false);
+  for (auto& springs : scene.living.springs) {
+    springs.assign(springs.size(), false);
+  }
+  EXPECT_EQ(threshold(scene), 1000);
+}
+
+TEST(Tearing, char_and_texture_weaken) {
+  TearScene scene;
+  // A tenth of the strength is left at the least mass, 0.55 at half of the way.
+  for (const auto& [left, share] :
+       {std::pair{(1 + min_mass) / 2, 0.55}, {min_mass, 0.1}, {min_mass / 2, 0.1}, {1.0, 1.0}}) {
+    scene.mass.values().setConstant(particle_mass * left);
+    // The force behind a pull is as much smaller as what it moves is lighter.
+    EXPECT_NEAR(threshold(scene) * left, 100 * share, 1e-6);
+  }
+  // 0.5 at one particle and 2 everywhere else: the springs along x that end there have 1.25.
+  std::vector<double> texture = level_by_id(scene.sheet, [](PetscInt id) { return id == 24 ? 0.5 : 2; });
+  EXPECT_NEAR(threshold(scene, texture), 125, 1e-6);
+  Tearing tearing(scene.sheet, strength_100(), texture);
+  scene.pull_along_x(150);
+  const auto torn = tearing.torn(scene.input());
+  EXPECT_EQ(torn_ids(scene, torn, Colour::blue), (std::vector<PetscInt>{23024, 24025}))
+      << "both are worse off than all springs that they meet, which do not exceed their strength";
+}
+
+TEST(Tearing, of_the_springs_that_meet_only_the_most_overloaded_tears) {
+  TearScene scene;
+  AblationOptions options = strength_100();
+  options.strength_scatter = 0.5;
+  Tearing tearing(scene.sheet, options, {});
+  scene.pull_along_x(400);  // beyond the strength of each
+  const auto torn = tearing.torn(scene.input());
+  std::vector<PetscInt> ends;
+  for (const Colour colour : all_colours) {
+    for (const PetscInt code : torn_ids(scene, torn, colour)) {
+      ends.push_back(code / 1000);
+      ends.push_back(code % 1000);
+    }
+  }
+  EXPECT_GE(ends.size(), 4U);
+  std::sort(ends.begin(), ends.end());
+  EXPECT_EQ(std::adjacent_find(ends.begin(), ends.end()), ends.end()) << "none share a particle";
+
+  TearScene alone(PETSC_COMM_SELF);
+  Tearing tearing_alone(alone.sheet, options, {});
+  alone.pull_along_x(400);
+  const auto torn_alone = tearing_alone.torn(alone.input());
+  for (const Colour colour : all_colours) {
+    EXPECT_EQ(torn_ids(scene, torn, colour), torn_ids(alone, torn_alone, colour)) << "the same on any ranks";
+  }
+}
+
+/// The stress along x at which each blue spring along x tears where no other one does: all others are pulled out of the
+/// plane. By the ids of their ends.
+std::map<IdPair, double> strengths(int seed) {
+  TearScene scene(PETSC_COMM_SELF);
   AblationOptions options = strength_100();
   options.strength_scatter = 0.4;
   options.seed = seed;
-  const Tearing tearing(scene.sheet, options, {});
   std::map<IdPair, double> result;
-  for (double share = 0.55; share <= 1.45; share += 0.001) {
-    for (std::size_t colour = 0; colour < 4; ++colour) {
-      for (std::size_t s = 0; s < scene.pull[colour].size(); ++s) {
-        scene.pull[colour][s] = share * 100 * scene.sheet.springs[colour].initial_length[s] * h * h * 10;
-      }
+  const SpringSet& blue = scene.sheet.of(Colour::blue);
+  for (std::size_t s = 0; s < static_cast<std::size_t>(blue.owned()); ++s) {
+    const IdPair ids = ids_of(scene.sheet, Colour::blue, static_cast<PetscInt>(s));
+    if (ids.second != ids.first + 1) {
+      continue;
     }
-    const auto torn = tearing.torn(scene.input());
-    for (const Colour colour : all_colours) {
-      for (const PetscInt spring : torn[static_cast<std::size_t>(colour)]) {
-        result.try_emplace(ids_of(scene.sheet, colour, spring), share);
-      }
+    // So weak that it is the one.
+    std::vector<double> texture(scene.pinned.size(), 1e3);
+    texture[static_cast<std::size_t>(blue.ends[s][0])] = 1e-3;
+    texture[static_cast<std::size_t>(blue.ends[s][1])] = 1e-3;
+    Tearing tearing(scene.sheet, options, texture);
+    double below = 0;
+    double above = 1;
+    for (int k = 0; k < 30; ++k) {
+      const double middle = (below + above) / 2;
+      scene.pull_along_x(middle);
+      (tearing.torn(scene.input())[2].empty() ? below : above) = middle;
     }
+    result[ids] = above / 0.1;
   }
-  std::size_t springs = 0;
-  for (const SpringSet& set : scene.sheet.springs) {
-    springs += static_cast<std::size_t>(set.owned());
-  }
-  EXPECT_EQ(result.size(), springs) << "all tear in the end";
   return result;
 }
 
-TEST(Tearing, scatter_is_uniform_and_depends_on_seed_and_ids_alone) {
-  const std::map<IdPair, double> alone = shares(PETSC_COMM_SELF, 3);
+TEST(Tearing, scatter_is_uniform_and_depends_on_the_seed) {
+  const std::map<IdPair, double> first = strengths(3);
+  const std::map<IdPair, double> second = strengths(4);
   double sum = 0;
   double squares = 0;
-  for (const auto& [ids, share] : alone) {
-    EXPECT_GE(share, 0.6 - 1e-9);
-    EXPECT_LE(share, 1.4 + 1.1e-3);
-    const double u = (share - 0.0005 - 1) / 0.4;
+  double difference = 0;
+  for (const auto& [ids, share] : first) {
+    EXPECT_GE(share, 0.6 - 1e-6);
+    EXPECT_LE(share, 1.4 + 1e-6);
+    const double u = (share - 1) / 0.4;
     sum += u;
     squares += u * u;
+    difference += std::abs(share - second.at(ids)) / 0.4;
   }
   // Uniform in [-1, 1]: mean 0 and variance 1/3, within three standard deviations.
-  const auto count = static_cast<double>(alone.size());
+  const auto count = static_cast<double>(first.size());
+  ASSERT_EQ(first.size(), static_cast<std::size_t>(cells * (cells + 1)));
   EXPECT_NEAR(sum / count, 0, 3 * std::sqrt(1 / 3.0 / count));
   EXPECT_NEAR(squares / count, 1 / 3.0, 3 * std::sqrt((1 / 5.0 - 1 / 9.0) / count));
-
-  for (const auto& [ids, share] : shares(PETSC_COMM_WORLD, 3)) {
-    EXPECT_EQ(share, alone.at(ids)) << ids.first << ' ' << ids.second;
-  }
-  double difference = 0;
-  for (const auto& [ids, share] : shares(PETSC_COMM_SELF, 4)) {
-    difference += std::abs(share - alone.at(ids)) / 0.4;
-  }
-  EXPECT_NEAR(difference / count, 2 / 3.0, 0.1) << "the mean distance of two uniform numbers";
+  EXPECT_NEAR(difference / count, 2 / 3.0, 3 * std::sqrt(2 / 9.0 / count)) << "the mean distance of two such numbers";
 }
 
 }  // namespace

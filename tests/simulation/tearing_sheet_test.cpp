@@ -74,7 +74,7 @@ class Strip {
     const StageResult result = projection_.advance(x_, {target_, mass, pinned_, {}, &living_, &pull_});
     ASSERT_TRUE(result.converged) << result.reason;
     velocity_ = 0.95 * (x_.values() - start) / h;
-    if (ablation_.tear(living_, tearing_.torn({living_, pull_, mass_, pinned_, h, 0.3}))) {
+    if (ablation_.tear(living_, tearing_.torn({living_, pull_, x_, mass_, pinned_, h, 0.3}))) {
       update_pieces(pieces_, sheet_, living_, 1);
       for (const PetscInt i : ablation_.bare_particles(living_, mass_)) {
         lost_ += mass_.data()[i];
