@@ -135,7 +135,7 @@ StageResult Burn::heat(State& state, double h) {
                           {sheet_, state.position, state.mass, source_texture_.at(name), state.time, h, heat.capacity});
   }
   state.heat_in += release_burning_heat(state.temperature, sheet_, state.mass_change, state.mass, heat);
-  state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, h, heat);
+  state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, h, heat, &state.living);
   return conduction_->advance(state.temperature, {state.position, state.mass, h, &state.living});
 }
 
