@@ -111,6 +111,20 @@ TEST_F(BadInputTest, Objects) {
   expect_deck_refused("heat:\n  sources:\n    glow: {shape: texture}\n", {"glow", "file"});
 }
 
+TEST_F(BadInputTest, Ablation) {
+  const Arguments deck{write("good.yaml", "mesh: {cells: [4, 4]}\ntime: {max_steps: 1}\n")};
+  expect_refused(deck + Arguments{"-ablation_loss_mass", "1.5"}, {"-ablation_loss_mass", "1.5", "0 to 1"});
+  expect_refused(deck + Arguments{"-ablation_los_mass", "0.5"}, {"-ablation_los_mass", "-ablation_loss_mass"},
+                 one_rank);
+  expect_refused(deck + Arguments{"-sheet_imbalance_limit", "0.5"}, {"-sheet_imbalance_limit", "0.5", "at least 1"},
+                 one_rank);
+  expect_deck_refused("ablation:\n  loss_mass: 0.5\n  strength: -3 N/m\n",
+                      {"bad.yaml:3", "ablation.strength", "-3 N/m", "more than 0"}, one_rank);
+  expect_deck_refused("ablation: {strength: 100 N/m, strength_texture: absent.png}\n", {"absent.png"});
+  expect_deck_refused("ablation: {strength: 100 N/m}\ndynamics: spring\n",
+                      {"ablation.strength", "dynamics", "projection", "spring"});
+}
+
 TEST_F(BadInputTest, FilesOfADeck) {
   expect_deck_refused("combustion: {mass_loss_texture: absent.png}\n", {"absent.png"});
   write("broken.png", "not a picture");

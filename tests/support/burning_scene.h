@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace pellicle {
 
@@ -42,5 +43,25 @@ output:
   name: scene
   interval_steps: 20
 )";
+
+/// Options that turn the scene into one of which a third burns away in 24 steps. Four frames.
+inline const std::vector<std::string> burning_away{"-ablation_loss_mass",
+                                                   "0.6",
+                                                   "-combustion_mass_loss_rate",
+                                                   "0.5",
+                                                   "-heat_sources_spot_rate",
+                                                   "500",
+                                                   "-heat_sources_spot_radius",
+                                                   "0.35 m",
+                                                   "-heat_sources_spot_velocity",
+                                                   "5,0,0",
+                                                   "-heat_sources_spot_temperature",
+                                                   "1200 K",
+                                                   "-time_end",
+                                                   "48 ms",
+                                                   "-output_interval_steps",
+                                                   "8",
+                                                   "-project_max_steps",
+                                                   "3"};
 
 }  // namespace pellicle
