@@ -15,8 +15,8 @@ namespace pellicle {
 /// @param loss_mass m^loss as a fraction of the initial mass
 std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass);
 
-/// What has become of a spring by the levels of its ends (burning paper, section 6 and Fig. 5). A burnt one is taken out
-/// when the triangles that share it are gone.
+/// What has become of a spring by the levels of its ends (burning paper, section 6 and Fig. 5). A burnt one is taken
+/// out when the triangles that share it are gone.
 enum class SpringState { shrunk = 0, partly_burnt = 1, burnt = 2 };
 SpringState spring_state(double level_0, double level_1);
 
