@@ -19,9 +19,7 @@ void describe(OptionTable& table, AblationOptions& options) {
   table.add("ablation.strength", options.strength)
       .unit("N/m")
       .more_than(0)
-      .help(
-          "force per width at which the unburnt sheet tears; a spring carries a width of its initial length. Nothing "
-          "tears unless given")
+      .help("force per width at which the unburnt sheet tears. Nothing tears unless given")
       .source("burning paper, section 8.2; README: readings");
   table.add("ablation.strength_texture", options.strength_texture)
       .file()

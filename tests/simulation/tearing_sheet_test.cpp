@@ -211,6 +211,35 @@ TEST(TearingSheet, hangs_at_half_of_its_strength_and_tears_where_it_is_weak) {
   expect_torn_in_the_middle(torn);
 }
 
+/// Hangs a strip of uniform strength in a gravity that grows for 100 steps, or until it has torn. Collective.
+/// @param strength a share of the strip's weight per width
+/// @returns the share of the full gravity at which it first tears, and the lowest y of what falls
+std::pair<double, double> first_tear(double strength) {
+  Strip strip(strength * Strip::all_mass * g / (width * edge), 0, 1, false, "true");
+  double share = 0;
+  for (int step = 1; step <= 100 && (share == 0 || step < 100 * share + 10); ++step) {
+    strip.advance(g * step / 100, 0);
+    if (share == 0 && strip.dead_triangles() > 0) {
+      share = step / 100.0;
+    }
+  }
+  EXPECT_EQ(strip.pieces().present.size(), 1U) << "nothing but pinned points stays";
+  return {share, strip.extent(strip.pieces().present.front().id)[0]};
+}
+
+TEST(TearingSheet, hangs_until_its_weight_exceeds_its_strength) {
+  for (const double strength : {0.8, 0.4}) {
+    const auto [share, lowest] = first_tear(strength);
+    print_once("strength %g of the weight: tears at %g of it, from y = %g on\n", strength, share, lowest);
+    EXPECT_NEAR(share, strength, 0.1 * strength);
+    EXPECT_GT(lowest, 0);
+    EXPECT_LT(lowest, 1.6 * edge) << "where the load is largest";
+  }
+  const auto [share, lowest] = first_tear(1.2);
+  EXPECT_EQ(share, 0) << "holds";
+  EXPECT_EQ(lowest, 0);
+}
+
 TEST(TearingSheet, pulled_by_its_pins_tears_where_it_is_weak) {
   const double speed = 0.2;
   Strip strong(unbreakable, 0, 1, true, "equal");
