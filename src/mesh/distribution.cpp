@@ -273,7 +273,7 @@ Distribution::Range Distribution::vertices() const {
   return range;
 }
 
-void Distribution::fetch(std::vector<PetscInt>& numbers) const {
+void Distribution::fetch(std::vector<PetscInt>& numbers, int count) const {
   PetscSF sf = nullptr;
   PetscInt roots = -1;
   check(DMGetPointSF(dm_, &sf));
@@ -283,7 +283,7 @@ void Distribution::fetch(std::vector<PetscInt>& numbers) const {
   }
   const std::vector<PetscInt> own(numbers);
   MPI_Datatype type = MPI_DATATYPE_NULL;
-  MPI_Type_contiguous(points() > 0 ? static_cast<int>(numbers.size() / owned_.size()) : 1, MPIU_INT, &type);
+  MPI_Type_contiguous(count, MPIU_INT, &type);
   MPI_Type_commit(&type);
   check(PetscSFBcastBegin(sf, type, own.data(), numbers.data(), MPI_REPLACE));
   check(PetscSFBcastEnd(sf, type, own.data(), numbers.data(), MPI_REPLACE));
@@ -298,7 +298,7 @@ Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   for (auto point = points.begin(); point != first_ghost; ++point) {
     global[static_cast<std::size_t>(*point)] = layout.first + static_cast<PetscInt>(point - points.begin());
   }
-  fetch(global);
+  fetch(global, 1);
   for (auto point = first_ghost; point != points.end(); ++point) {
     layout.ghost_global.push_back(global[static_cast<std::size_t>(*point)]);
   }

@@ -84,8 +84,9 @@ class Distribution {
   const std::vector<PetscInt>& opposite() const { return opposite_; }
 
   /// Replaces the numbers at points of other ranks by their owners' numbers. Collective.
-  /// @param numbers some for each point, in their order
-  void fetch(std::vector<PetscInt>& numbers) const;
+  /// @param numbers of each point, in the order of the points
+  /// @param count how many each point has; the same on all ranks, also on those without points
+  void fetch(std::vector<PetscInt>& numbers, int count) const;
   /// Numbers these points, of which the owned ones come first. Collective.
   Layout layout(const std::vector<PetscInt>& points) const;
   /// Makes particles of these cells and vertices, of which the owned ones come first: everything but `is_lattice` and

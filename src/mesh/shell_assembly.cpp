@@ -20,11 +20,12 @@ struct FoundSpring {
 /// with an owned spring, nor lie in an owned cell. Collective.
 SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& distribution, const Sheet& sheet) {
   SpringSet set;
-  std::vector<PetscInt> number(4 * static_cast<std::size_t>(distribution.points()), -1);  // of the springs at a cell
+  constexpr int springs_of_a_point = 4;  // at most, of a colour at a cell
+  std::vector<PetscInt> number(springs_of_a_point * static_cast<std::size_t>(distribution.points()), -1);
   std::vector<bool> needed(static_cast<std::size_t>(sheet.particles.local()), false);
   std::fill_n(needed.begin(), sheet.particles.owned, true);
   const auto number_of = [&number](const FoundSpring& spring) -> PetscInt& {
-    return number[static_cast<std::size_t>(4 * spring.cell + spring.index)];
+    return number[static_cast<std::size_t>(springs_of_a_point * spring.cell + spring.index)];
   };
   const auto add = [&](const FoundSpring& spring) {
     set.ends.push_back(spring.ends);
@@ -43,7 +44,7 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
   for (PetscInt& n : number) {
     n += n >= 0 ? set.layout.first : 0;
   }
-  distribution.fetch(number);
+  distribution.fetch(number, springs_of_a_point);
   for (const FoundSpring& spring : found) {
     const bool is_needed =
         needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
