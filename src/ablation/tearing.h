@@ -43,6 +43,10 @@ struct TearingInput {
 /// number of seed and persistent ids, and c the mean over both ends of
 /// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Of the springs that meet at a particle only the one that
 /// exceeds its strength by the largest factor tears in a step: what the others then carry shows in the next.
+///
+/// The stress of a load is exact, whatever the step. That of lengths which contradict each other, such as those of a
+/// shrinking sheet between clamps, has no limit in a sheet that cannot stretch: it is that of the springs which an
+/// unfinished projection amounts to, in proportion to (edge/h)^2.
 class Tearing {
  public:
   /// The sheet must outlive this object. Collective.
