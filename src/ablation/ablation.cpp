@@ -11,22 +11,6 @@ bool on_any_rank(const Sheet& sheet, bool here) {
   return here;
 }
 
-/// Local particles at which a local spring lives; of owned ones all springs are local.
-std::vector<bool> held_particles(const Sheet& sheet, const Living& living) {
-  std::vector<bool> held(static_cast<std::size_t>(sheet.particles.local()), false);
-  for (const Colour colour : all_colours) {
-    const std::vector<std::array<PetscInt, 2>>& ends = sheet.of(colour).ends;
-    const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
-    for (std::size_t s = 0; s < ends.size(); ++s) {
-      if (lives[s]) {
-        held[static_cast<std::size_t>(ends[s][0])] = true;
-        held[static_cast<std::size_t>(ends[s][1])] = true;
-      }
-    }
-  }
-  return held;
-}
-
 }  // namespace
 
 std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass) {
@@ -130,10 +114,10 @@ bool Ablation::spread(Living& living, bool died) {
 }
 
 std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field& mass) const {
-  const std::vector<bool> held = held_particles(sheet_, living);
+  const std::vector<bool> has_springs = particles_with_springs(sheet_, living);
   std::vector<PetscInt> bare;
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    if (!held[static_cast<std::size_t>(i)] && mass.data()[i] > 0) {
+    if (!has_springs[static_cast<std::size_t>(i)] && mass.data()[i] > 0) {
       bare.push_back(i);
     }
   }
@@ -142,10 +126,10 @@ std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field
 
 std::vector<bool> empty_cells(const Sheet& sheet, const Living& living) {
   // Red and green springs end at the lattice point; the yellow ones of a cell live exactly as long as a red one does.
-  const std::vector<bool> held = held_particles(sheet, living);
+  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
   std::vector<bool> empty;
   for (PetscInt c = 0; c < sheet.owned_cells; ++c) {
-    empty.push_back(!held[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(c)])]);
+    empty.push_back(!has_springs[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(c)])]);
   }
   return empty;
 }

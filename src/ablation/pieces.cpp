@@ -40,24 +40,22 @@ class DisjointSets {
 /// Collective.
 std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) {
   DisjointSets sets(sheet.particles.local());
-  std::vector<bool> held(static_cast<std::size_t>(sheet.particles.local()), false);
   for (const Colour colour : all_colours) {
     const std::vector<std::array<PetscInt, 2>>& ends = sheet.of(colour).ends;
     const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < ends.size(); ++s) {
       if (lives[s]) {
         sets.join(ends[s][0], ends[s][1]);
-        held[static_cast<std::size_t>(ends[s][0])] = true;
-        held[static_cast<std::size_t>(ends[s][1])] = true;
       }
     }
   }
 
   // A set's least id is taken from its members, a member's from its set, a ghost's from its owner, until all agree.
+  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
   const PetscInt owned = sheet.particles.owned;
   const PetscInt local = sheet.particles.local();
-  std::vector<PetscInt> least(held.size(), std::numeric_limits<PetscInt>::max());
-  std::vector<std::size_t> set_of(held.size());
+  std::vector<PetscInt> least(has_springs.size(), std::numeric_limits<PetscInt>::max());
+  std::vector<std::size_t> set_of(has_springs.size());
   for (PetscInt i = 0; i < local; ++i) {
     const auto k = static_cast<std::size_t>(i);
     set_of[k] = sets.find(i);
@@ -67,7 +65,7 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
   for (bool changed = true; changed;) {
     for (PetscInt i = 0; i < owned; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      part.data()[i] = held[k] ? static_cast<double>(least[set_of[k]]) : -1;
+      part.data()[i] = has_springs[k] ? static_cast<double>(least[set_of[k]]) : -1;
     }
     part.update_ghosts();
     changed = false;
@@ -81,7 +79,7 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
     }
     MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_CXX_BOOL, MPI_LOR, sheet.comm());
   }
-  std::vector<PetscInt> parts(held.size());
+  std::vector<PetscInt> parts(has_springs.size());
   std::transform(part.data(), part.data() + local, parts.begin(), [](double id) { return static_cast<PetscInt>(id); });
   return parts;
 }

@@ -18,4 +18,7 @@ struct Living {
   std::vector<bool> triangles;               ///< four a local cell, ghosts up to date
 };
 
+/// Which local particles have a local spring that lives; of owned particles all springs are local. Not collective.
+std::vector<bool> particles_with_springs(const Sheet& sheet, const Living& living);
+
 }  // namespace pellicle
