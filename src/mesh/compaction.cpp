@@ -17,6 +17,7 @@ namespace {
 constexpr Eigen::Index mass_row = 6;
 constexpr Eigen::Index particle_rows = 7;
 constexpr Eigen::Index cell_rows = 5;
+constexpr Eigen::Index rank_row = 4;  // behind the corners
 
 /// Columns of some owned particles.
 Eigen::MatrixXd pack(const Sheet& sheet, const std::vector<PetscInt>& particles, const Eigen::MatrixXd& data) {
@@ -54,6 +55,29 @@ Eigen::MatrixXd gather(MPI_Comm comm, const Eigen::MatrixXd& sent) {
   std::sort(order.begin(), order.end(),
             [&received](Eigen::Index a, Eigen::Index b) { return received(0, a) < received(0, b); });
   return received(Eigen::all, order);
+}
+
+/// Columns of some owned cells. @param rank this one
+Eigen::MatrixXd pack_cells(const Sheet& sheet, const std::vector<PetscInt>& cells, const Eigen::MatrixXd& particle_data,
+                           const Eigen::MatrixXd& cell_data, int rank) {
+  std::vector<PetscInt> lattice;
+  for (const PetscInt cell : cells) {
+    lattice.push_back(sheet.lattice[static_cast<std::size_t>(cell)]);
+  }
+  Eigen::MatrixXd sent(particle_rows + particle_data.rows() + cell_rows + cell_data.rows(),
+                       static_cast<Eigen::Index>(cells.size()));
+  sent.topRows(particle_rows + particle_data.rows()) = pack(sheet, lattice, particle_data);
+  for (Eigen::Index i = 0; i < sent.cols(); ++i) {
+    const PetscInt cell = cells[static_cast<std::size_t>(i)];
+    auto column = sent.col(i).tail(cell_rows + cell_data.rows());
+    for (std::size_t k = 0; k < 4; ++k) {
+      const PetscInt corner = sheet.cells[static_cast<std::size_t>(cell)][k];
+      column[static_cast<Eigen::Index>(k)] = sheet.persistent_id[static_cast<std::size_t>(corner)];
+    }
+    column[rank_row] = rank;
+    column.tail(cell_data.rows()) = cell_data.col(cell);
+  }
+  return sent;
 }
 
 /// What is left of a sheet, in the memory of rank 0.
@@ -123,42 +147,28 @@ CompactedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const 
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
   std::vector<PetscInt> cells;
-  std::vector<PetscInt> lattice;
   for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
     if (kept[static_cast<std::size_t>(cell)]) {
       cells.push_back(cell);
-      lattice.push_back(sheet.lattice[static_cast<std::size_t>(cell)]);
     }
   }
   std::vector<PetscInt> corners(static_cast<std::size_t>(sheet.owned_corners));
   std::iota(corners.begin(), corners.end(), 0);
 
-  const Eigen::MatrixXd of_lattice = pack(sheet, lattice, particle_data);
-  Eigen::MatrixXd of_cells(of_lattice.rows() + cell_rows + cell_data.rows(), of_lattice.cols());
-  of_cells.topRows(of_lattice.rows()) = of_lattice;
-  for (Eigen::Index i = 0; i < of_cells.cols(); ++i) {
-    const PetscInt cell = cells[static_cast<std::size_t>(i)];
-    auto column = of_cells.col(i).tail(cell_rows + cell_data.rows());
-    for (std::size_t k = 0; k < 4; ++k) {
-      const PetscInt corner = sheet.cells[static_cast<std::size_t>(cell)][k];
-      column[static_cast<Eigen::Index>(k)] = sheet.persistent_id[static_cast<std::size_t>(corner)];
-    }
-    column[4] = rank;
-    column.tail(cell_data.rows()) = cell_data.col(cell);
-  }
-  const Eigen::MatrixXd all_cells = gather(comm, of_cells);
+  const Eigen::MatrixXd all_cells = gather(comm, pack_cells(sheet, cells, particle_data, cell_data, rank));
   const Eigen::MatrixXd all_corners = gather(comm, pack(sheet, corners, particle_data));
 
-  std::array<PetscInt, 2> largest{static_cast<PetscInt>(cells.size()), sheet.uv.cols() > 0 ? 1 : 0};
+  // The most cells of a rank, and whether there are texture coordinates.
+  std::array<PetscInt, 2> maxima{static_cast<PetscInt>(cells.size()), sheet.uv.cols() > 0 ? 1 : 0};
   auto total = static_cast<PetscInt>(cells.size());
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPIU_INT, MPI_MAX, comm);
+  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPIU_INT, MPI_MAX, comm);
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPIU_INT, MPI_SUM, comm);
   Remainder rest;
   if (rank == 0) {
     rest = join(all_cells, all_corners, sheet.first_lattice_id, {particle_data.rows(), cell_data.rows()});
-    rest.source.has_uv = largest[1] != 0;
-    if (static_cast<double>(largest[0]) * ranks <= options.imbalance_limit * static_cast<double>(total)) {
-      const Eigen::RowVectorXi part = all_cells.row(of_lattice.rows() + 4).cast<int>();
+    rest.source.has_uv = maxima[1] != 0;
+    if (static_cast<double>(maxima[0]) * ranks <= options.imbalance_limit * static_cast<double>(total)) {
+      const Eigen::RowVectorXi part = all_cells.row(particle_rows + particle_data.rows() + rank_row).cast<int>();
       rest.source.part.assign(part.begin(), part.end());
     }
   }

@@ -20,9 +20,8 @@ void describe(OptionTable& table, MeshOptions& options) {
           "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
           "on their points, so that its boundary is a zigzag), a T-shirt that stands upright; of triangles and closed: "
           "an icosphere, an ellipsoid, a tube along z with half spheres at its ends, the smooth surface of the solids "
-          "mesh.blobs; of triangles and "
-          "flat: a disc, a square (any rectangle) with one corner at the origin, a quarter of an airbag; a file, when "
-          "mesh.file names one, takes its place");
+          "mesh.blobs; of triangles and flat: a disc, a square (any rectangle) with one corner at the origin, a "
+          "quarter of an airbag; a file, when mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
       .file()
       .help("mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; empty: generate one");
