@@ -13,37 +13,11 @@
 namespace pellicle {
 namespace {
 
-/// The dead springs of each colour by their ids and the dead triangles by their numbers, from the owners.
+/// The dead springs of each colour by their ids and the dead triangles by their numbers.
 struct Dead {
   std::array<std::set<IdPair>, 4> springs;
   std::set<PetscInt> triangles;
 };
-
-Dead dead_of(const Sheet& sheet, const Living& living) {
-  Dead dead;
-  for (const Colour colour : all_colours) {
-    const auto number = static_cast<std::size_t>(colour);
-    std::vector<PetscInt> own;
-    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
-      if (!living.springs[number][static_cast<std::size_t>(s)]) {
-        const IdPair ids = ids_of(sheet, colour, s);
-        own.push_back(ids.first * sheet.id_end + ids.second);
-      }
-    }
-    for (const PetscInt both : gathered(sheet.comm(), own)) {
-      dead.springs[number].insert({both / sheet.id_end, both % sheet.id_end});
-    }
-  }
-  std::vector<PetscInt> own;
-  for (std::size_t t = 0; t < 4 * static_cast<std::size_t>(sheet.owned_cells); ++t) {
-    if (!living.triangles[t]) {
-      own.push_back(id_of_triangle(sheet, t));
-    }
-  }
-  const std::vector<PetscInt> all = gathered(sheet.comm(), own);
-  dead.triangles.insert(all.begin(), all.end());
-  return dead;
-}
 
 /// Expects that every local spring and triangle, ghosts too, is dead exactly if it is among `dead`.
 void expect_dead(const Sheet& sheet, const Living& living, const Dead& dead) {
