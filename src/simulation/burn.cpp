@@ -8,7 +8,6 @@
 #include "heat/heat_balance.h"
 #include "heat/heat_source.h"
 #include "mesh/shell.h"
-#include "simulation/textures.h"
 
 namespace pellicle {
 

@@ -1,7 +1,5 @@
 #include "simulation/burn_run.h"
 
-#include <vtkPolyData.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -16,15 +14,15 @@ namespace pellicle {
 
 namespace {
 
-/// Derived fields that frames show beside the state's.
-struct FrameFields {
-  std::vector<double> mass_ratio;  ///< m/m^init of the local particles
-  std::vector<double> strain;      ///< rms over the springs of a particle
-  std::vector<double> spring;      ///< strain of the owned springs, colour after colour
+/// What frames show of the local particles beside the state's fields.
+struct ParticleFields {
+  std::vector<double> mass_ratio;  ///< m/m^init
+  std::vector<double> strain;      ///< rms over the living springs of a particle
 };
 
-FrameFields derive(const Sheet& sheet, const State& state) {
-  FrameFields fields;
+/// Collective.
+ParticleFields derive(const Sheet& sheet, const State& state) {
+  ParticleFields fields;
   const auto particles = static_cast<std::size_t>(sheet.particles.local());
   fields.mass_ratio.resize(particles);
   for (std::size_t i = 0; i < particles; ++i) {
@@ -33,7 +31,6 @@ FrameFields derive(const Sheet& sheet, const State& state) {
   Field sum(sheet.particles, 2);  // of squared strains, and how many
   for (const Colour colour : all_colours) {
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
-    fields.spring.insert(fields.spring.end(), strain.begin(), strain.begin() + sheet.of(colour).owned());
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       if (!state.living.springs[static_cast<std::size_t>(colour)][static_cast<std::size_t>(s)]) {
         continue;
@@ -70,6 +67,31 @@ PieceFields derive(const Sheet& sheet, const Pieces& pieces, const std::vector<d
     fields.id.push_back(static_cast<double>(id));
     fields.mass.push_back(is_present ? masses[static_cast<std::size_t>(piece - pieces.present.begin())] : 0);
     fields.birth_time.push_back(is_present ? piece->birth_time : 0);
+  }
+  return fields;
+}
+
+/// What frames show of the owned springs, colour after colour.
+struct SpringFields {
+  std::vector<double> strain;
+  std::vector<double> target_length;  ///< [m]
+  std::vector<double> state;          ///< a SpringState
+};
+
+/// @param level of the local particles, see level_set
+SpringFields derive(const Sheet& sheet, const State& state, const std::vector<double>& level) {
+  SpringFields fields;
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet.of(colour);
+    const std::vector<double>& lengths = state.target_length[static_cast<std::size_t>(colour)];
+    const std::vector<double> strain = strains(set, state, colour);
+    fields.strain.insert(fields.strain.end(), strain.begin(), strain.begin() + set.owned());
+    fields.target_length.insert(fields.target_length.end(), lengths.begin(), lengths.begin() + set.owned());
+    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      const auto [a, b] = set.ends[s];
+      fields.state.push_back(
+          static_cast<double>(spring_state(level[static_cast<std::size_t>(a)], level[static_cast<std::size_t>(b)])));
+    }
   }
   return fields;
 }
@@ -199,7 +221,7 @@ std::string BurnRun::ended() const { return state_->pieces.present.empty() ? "th
 
 void BurnRun::draw() {
   const auto timer = clock_.time("output");
-  const FrameFields fields = derive(*sheet_, *state_);
+  const ParticleFields fields = derive(*sheet_, *state_);
   const std::vector<double> level = level_set(*sheet_, state_->mass, options_.ablation.loss_mass);
   const Drawing surface = drawing_of(*sheet_, cut_surface(*sheet_, state_->living, level));
   const std::vector<double> masses = piece_masses(state_->pieces, *sheet_, state_->mass);
@@ -218,24 +240,14 @@ void BurnRun::draw() {
                        {"piece_mass", 1, pieces.mass.data()},
                        {"piece_birth_time", 1, pieces.birth_time.data()}};
   std::optional<Drawing> springs;
-  std::vector<double> target_length;
-  std::vector<double> spring_states;
+  SpringFields spring_fields;
   if (options_.output.springs) {
     springs = drawing_of_springs(*sheet_, state_->living);
-    for (const Colour colour : all_colours) {
-      const auto& lengths = state_->target_length[static_cast<std::size_t>(colour)];
-      const SpringSet& set = sheet_->of(colour);
-      target_length.insert(target_length.end(), lengths.begin(), lengths.begin() + set.owned());
-      for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
-        const auto [a, b] = set.ends[s];
-        spring_states.push_back(
-            static_cast<double>(spring_state(level[static_cast<std::size_t>(a)], level[static_cast<std::size_t>(b)])));
-      }
-    }
+    spring_fields = derive(*sheet_, *state_, level);
     frame.springs = &*springs;
-    frame.spring_fields = {{"strain", 1, fields.spring.data()},
-                           {"target_length", 1, target_length.data()},
-                           {"state", 1, spring_states.data()}};
+    frame.spring_fields = {{"strain", 1, spring_fields.strain.data()},
+                           {"target_length", 1, spring_fields.target_length.data()},
+                           {"state", 1, spring_fields.state.data()}};
   }
   writer_.write(frame);
   ledger().add(state_->time, state_->step, state_->pieces, masses);
