@@ -32,7 +32,7 @@ class Console {
 
   /// Prints a line of the header or a remark.
   void say(const std::string& line);
-  /// Prints why a run ended before its time, whatever the output is.
+  /// Prints why a run ended before its time, also where progress is not printed.
   void conclude(const std::string& line);
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
