@@ -91,7 +91,8 @@ struct Remainder {
 /// @param data_rows of the callers' particle data and cell data
 Remainder join(const Eigen::MatrixXd& cells, const Eigen::MatrixXd& corners, PetscInt first_lattice_id,
                const std::array<Eigen::Index, 2>& data_rows) {
-  const auto [particle_data, cell_data] = data_rows;
+  const Eigen::Index particle_data = data_rows[0];  // Clang lets no lambda use a structured binding.
+  const Eigen::Index cell_data = data_rows[1];
   const Eigen::Index first_cell_row = particle_rows + particle_data;
   const auto cell_corner = [&](Eigen::Index cell, Eigen::Index k) {
     return static_cast<std::size_t>(cells(first_cell_row + k, cell));
