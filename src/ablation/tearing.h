@@ -35,7 +35,8 @@ struct TearingInput {
 ///     sigma = 1/A sum F l^init d d^T
 ///
 /// over the springs of its particles, where d is the direction of a spring, half of which belongs to each of its ends,
-/// and cells share their corners; what springs do to each other cancels. A spring tears when
+/// A the undeformed area of what is left of the cell, and the living quarters of cells share their corners; what
+/// springs do to each other cancels. A spring tears when
 ///
 ///     d . sigma d > strength c (1 + scatter u) t
 ///

@@ -43,7 +43,8 @@ class BurningRows {
 
   double height(PetscInt id) const {
     const PetscInt cell = id - sheet_.first_lattice_id;
-    return cell < 0 ? static_cast<double>(id / (nx_ + 1)) : static_cast<double>(cell / nx_) + 0.5;
+    const PetscInt row = cell < 0 ? id / (nx_ + 1) : cell / nx_;
+    return static_cast<double>(row) + (cell < 0 ? 0 : 0.5);
   }
 
   /// Expects the piece of every local particle, by its height.
