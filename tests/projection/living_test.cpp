@@ -18,7 +18,7 @@ namespace {
 constexpr int columns = 8;
 constexpr int rows = 8;  ///< of the whole sheet; the lower half of them lives
 constexpr double edge = 0.125;
-constexpr double middle = rows / 2 * edge;
+constexpr double middle = 0.5 * rows * edge;
 
 /// A number of each particle that the whole sheet and its lower half have in common.
 PetscInt key_of(const Sheet& sheet, PetscInt particle) {
@@ -206,7 +206,7 @@ struct OneSpring : Scene {
     mass = {1, 3};
   }
   double length() const { return (x.vector(1) - x.vector(0)).norm(); }
-  double pulled(ProjectOptions options) {
+  double pulled(const ProjectOptions& options) {
     std::array<std::vector<double>, 4> pull;
     ProjectionInput its_input = input();
     its_input.pull = &pull;
