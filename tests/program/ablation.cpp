@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <set>
@@ -68,10 +69,11 @@ struct Surface {
 std::array<double, 2> uv_of(long id) {
   constexpr long corners = (cells + 1) * (cells + 1);
   if (id < corners) {
-    return {static_cast<double>(id % (cells + 1)) / cells, static_cast<double>(id / (cells + 1)) / cells};
+    const auto [row, column] = std::ldiv(id, cells + 1);
+    return {static_cast<double>(column) / cells, static_cast<double>(row) / cells};
   }
-  const long cell = id - corners;
-  return {(static_cast<double>(cell % cells) + 0.5) / cells, (static_cast<double>(cell / cells) + 0.5) / cells};
+  const auto [row, column] = std::ldiv(id - corners, cells);
+  return {(static_cast<double>(column) + 0.5) / cells, (static_cast<double>(row) + 0.5) / cells};
 }
 
 class AblationTest : public ProgramTest {
@@ -169,9 +171,10 @@ TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
     std::set<long> cut_cells;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       const long cell = std::lround(surface.cell_value("cell_id", t));
+      const auto [row, column] = std::ldiv(cell, cells);
       for (const vtkIdType point : surface.triangles[t]) {
-        EXPECT_LE(std::abs(surface.uv(point)[0] * cells - static_cast<double>(cell % cells) - 0.5), 0.5 + 1e-9) << cell;
-        EXPECT_LE(std::abs(surface.uv(point)[1] * cells - static_cast<double>(cell / cells) - 0.5), 0.5 + 1e-9) << cell;
+        EXPECT_LE(std::abs(surface.uv(point)[0] * cells - static_cast<double>(column) - 0.5), 0.5 + 1e-9) << cell;
+        EXPECT_LE(std::abs(surface.uv(point)[1] * cells - static_cast<double>(row) - 0.5), 0.5 + 1e-9) << cell;
         if (surface.vertex_id[static_cast<std::size_t>(point)] < 0) {
           cut_cells.insert(cell);
         }
