@@ -15,7 +15,8 @@ void describe(OptionTable& table, AblationOptions& options) {
       .range(0, 1)
       .help(
           "cells of which nothing is left are removed, and the rest is numbered anew, when they are more than this "
-          "share of all; until then they are only left out. 1: never. The answer does not depend on it");
+          "share of those there since the last time; until then they are only left out. 1: never. The answer does not "
+          "depend on it");
   table.add("ablation.strength", options.strength)
       .unit("N/m")
       .more_than(0)
