@@ -12,12 +12,12 @@
 
 namespace pellicle {
 
-/// What conduction needs to know of a step. Fields with ghosts up to date.
+/// What conduction needs to know of a step, with ghosts up to date.
 struct ConductionInput {
-  const Field& positions;          ///< [m], (3 x local)
-  const Field& mass;               ///< [kg], (1 x local); the consistent operator alone reads it
-  double time_step = 0;            ///< h [s]
-  const Living* living = nullptr;  ///< what has not burnt; none: all of it
+  const Field& positions;  ///< [m], (3 x local)
+  const Field& mass;       ///< [kg], (1 x local); the consistent operator alone reads it
+  const Living& living;    ///< what has not burnt
+  double time_step = 0;    ///< h [s]
 };
 
 /// Heat conduction over all particles of a sheet by backward Euler (burning paper, eq. 2, 3 and section 5):

@@ -46,14 +46,14 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet) {
 }
 
 void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
-                  const Field& positions, const Living* living) {
+                  const Field& positions, const Living& living) {
   graph.weights.assign(graph.pairs.size(), 0);
   Eigen::VectorXd capacity = Eigen::VectorXd::Zero(sheet.particles.local());
   std::size_t p = 0;
   for (std::size_t colour = 0; colour < sheet.springs.size(); ++colour) {
     const SpringSet& set = sheet.springs[colour];
     for (std::size_t s = 0; s < set.ends.size(); ++s, ++p) {
-      if (living != nullptr && !living->springs[colour][s]) {
+      if (!living.springs[colour][s]) {
         continue;
       }
       const auto [a, b] = set.ends[s];
@@ -84,7 +84,7 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet) {
 }
 
 void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
-                   const Field& positions, const Field& mass, const Living* living) {
+                   const Field& positions, const Field& mass, const Living& living) {
   graph.weights.assign(graph.pairs.size(), 0);
   const auto x = columns(positions.data(), sheet);
   const auto rest = columns(sheet.rest.data(), sheet);
@@ -117,7 +117,7 @@ void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<
     double* edge_weight = &graph.weights[8 * c];
     double* spoke_weight = edge_weight + 4;
     for (std::size_t k = 0; k < 4; ++k) {
-      if (living != nullptr && !living->triangles[4 * c + k]) {
+      if (!living.triangles[4 * c + k]) {
         continue;
       }
       const std::size_t next = (k + 1) % 4;

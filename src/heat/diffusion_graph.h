@@ -31,9 +31,9 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet);
 /// neither conduct nor count.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
-/// @param living none: everything lives
+/// @param living what has not burnt, ghosts up to date
 void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
-                  const Field& positions, const Living* living = nullptr);
+                  const Field& positions, const Living& living);
 
 /// Pairs of the consistent operator: the eight edges of the four drawn triangles of each local cell.
 std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet);
@@ -49,8 +49,8 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet);
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param mass [kg], ghosts up to date, (1 x local); the capacity
-/// @param living none: everything lives
+/// @param living what has not burnt, ghosts up to date
 void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
-                   const Field& positions, const Field& mass, const Living* living = nullptr);
+                   const Field& positions, const Field& mass, const Living& living);
 
 }  // namespace pellicle

@@ -32,7 +32,7 @@ double release_burning_heat(Field& temperature, const Sheet& sheet, const Field&
   return heat;
 }
 
-Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living* living) {
+Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living& living) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(sheet.particles.local());
   for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
     const std::array<PetscInt, 4>& cell = sheet.cells[c];
@@ -40,7 +40,7 @@ Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const
     const Eigen::Vector3d second_diagonal = positions.vector(cell[3]) - positions.vector(cell[1]);
     const double cell_area = 0.5 * first_diagonal.cross(second_diagonal).norm();
     for (std::size_t k = 0; k < 4; ++k) {
-      if (living == nullptr || living->triangles[4 * c + k]) {
+      if (living.triangles[4 * c + k]) {
         area[cell[k]] += cell_area / 16;
         area[cell[(k + 1) % 4]] += cell_area / 16;
         area[sheet.lattice[c]] += cell_area / 8;
@@ -50,8 +50,8 @@ Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const
   return area.head(sheet.particles.owned);
 }
 
-double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass, double time_step,
-                 const HeatOptions& options, const Living* living) {
+double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass,
+                 const Living& living, double time_step, const HeatOptions& options) {
   if (options.convection == 0 && options.emissivity == 0) {
     return 0;
   }

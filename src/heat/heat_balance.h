@@ -20,15 +20,15 @@ double release_burning_heat(Field& temperature, const Sheet& sheet, const Field&
 /// Area of the sheet that belongs to each owned particle [m^2]: half of a cell to its lattice particle, an eighth to
 /// each corner, as the masses are shared; each dead triangle takes away a quarter of what its cell gives its particles.
 /// Not collective.
-/// @param living none: everything lives
-Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living* living = nullptr);
+/// @param living what has not burnt, ghosts up to date
+Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living& living);
 
 /// Loss to the surroundings from both sides by convection and radiation,
 /// m c dT/dt = -2 A (h_c (T - T_amb) + epsilon sigma (T^4 - T_amb^4)), by the exponential midpoint rule: exact for
 /// convection, second order for radiation, never beyond T_amb. Nothing when both are off. Collective.
-/// @param living none: everything lives
+/// @param living what has not burnt, ghosts up to date
 /// @returns the heat added to the owned particles, negative when they cool [J].
-double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass, double time_step,
-                 const HeatOptions& options, const Living* living = nullptr);
+double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass,
+                 const Living& living, double time_step, const HeatOptions& options);
 
 }  // namespace pellicle

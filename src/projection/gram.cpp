@@ -14,13 +14,13 @@ using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 
 }  // namespace
 
-void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result,
-               const std::vector<bool>* living) {
+void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
+               const std::vector<bool>& living, Linearisation& result) {
   const std::size_t count = springs.ends.size();
   result.error.resize(static_cast<Eigen::Index>(count));
   result.gradient.resize(3, static_cast<Eigen::Index>(count));
   for (std::size_t s = 0; s < count; ++s) {
-    if (living != nullptr && !(*living)[s]) {
+    if (!living[s]) {
       result.error[static_cast<Eigen::Index>(s)] = 0;
       result.gradient.col(static_cast<Eigen::Index>(s)).setZero();
       continue;
@@ -34,10 +34,10 @@ void linearise(const SpringSet& springs, const double* x, const std::vector<doub
 }
 
 double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>* living) {
+                     const std::vector<bool>& living) {
   double sum = 0;
   for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
-    if (living != nullptr && !(*living)[s]) {
+    if (!living[s]) {
       continue;
     }
     const auto& [a, b] = springs.ends[s];

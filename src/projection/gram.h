@@ -21,13 +21,13 @@ struct Linearisation {
 /// Evaluates C and its gradient; both are 0 for a dead spring.
 /// @param x positions of the local particles [m], ghosts up to date
 /// @param target target length l > 0 of the local springs [m]
-/// @param living which of the local springs live; none: all
-void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target, Linearisation& result,
-               const std::vector<bool>* living = nullptr);
+/// @param living which of the local springs live, ghosts up to date
+void linearise(const SpringSet& springs, const double* x, const std::vector<double>& target,
+               const std::vector<bool>& living, Linearisation& result);
 
 /// Sum of C^2 over the owned springs that live [m^2].
 double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
-                     const std::vector<bool>* living = nullptr);
+                     const std::vector<bool>& living);
 
 /// J W J^T of one colour (eq. 16): W holds the inverse masses of the particles. Rows are the springs.
 ///

@@ -22,10 +22,6 @@ constexpr double rounding = 1e-13;
 
 using Block = Eigen::Matrix<PetscScalar, 3, 3, Eigen::RowMajor>;
 
-bool lives(const SpringInput& input, std::size_t colour, std::size_t spring) {
-  return input.living == nullptr || input.living->springs[colour][spring];
-}
-
 }  // namespace
 
 void describe(OptionTable& table, SpringOptions& options) {
@@ -101,7 +97,7 @@ void SpringBaseline::combine(const SpringInput& input) {
       const auto [a, b] = set.ends[s];
       const double start_length = (input.start.vector(a) - input.start.vector(b)).norm();
       lengths[s] = (options_.stiffness * input.target_length[colour][s] + dashpot * start_length) / combined_stiffness_;
-      if (s < static_cast<std::size_t>(set.owned()) && lives(input, colour, s)) {
+      if (s < static_cast<std::size_t>(set.owned()) && input.living.springs[colour][s]) {
         length_and_count[0] += set.initial_length[s];
         length_and_count[1] += 1;
       }
@@ -121,7 +117,7 @@ double SpringBaseline::potential(const Field& positions, const SpringInput& inpu
     const SpringSet& set = sheet_->springs[colour];
     // Owned springs only: a ghost spring is counted by its owner.
     for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
-      if (!lives(input, colour, s)) {
+      if (!input.living.springs[colour][s]) {
         continue;
       }
       const auto [a, b] = set.ends[s];
@@ -156,7 +152,7 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto [a, b] = set.ends[s];
       const Eigen::Vector3d arm = positions.vector(a) - positions.vector(b);
-      const double d = lives(input, colour, s) ? arm.norm() : 0;
+      const double d = input.living.springs[colour][s] ? arm.norm() : 0;
       // A spring that is dead or without a direction is idle, but its blocks belong to the pattern.
       const Eigen::Vector3d n = d > 0 ? Eigen::Vector3d(arm / d) : Eigen::Vector3d(Eigen::Vector3d::Zero());
       const double across = d > 0 ? std::max(0.0, 1 - combined_length_[colour][s] / d) : 0;

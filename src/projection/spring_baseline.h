@@ -27,9 +27,9 @@ struct SpringInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< l of the local springs of each colour [m]
   const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
   const std::vector<bool>& pinned;                          ///< local particles that the springs must not move
+  const Living& living;                                     ///< what has not burnt, ghosts up to date
   const Field& start;                                       ///< positions at the beginning of the step [m]
   double h = 0;                                             ///< [s]
-  const Living* living = nullptr;                           ///< what has not burnt; none: all of it
 };
 
 /// The mass-spring sheet that successive fast projection is compared with (burning paper, section 8, Fig. 7 b, d):

@@ -31,10 +31,6 @@ std::string solver_prefix(Colour colour) {
   return std::string("project_") + colour_names[static_cast<std::size_t>(colour)] + "_";
 }
 
-const std::vector<bool>* living_springs(const Living* living, std::size_t colour) {
-  return living == nullptr ? nullptr : &living->springs[colour];
-}
-
 double global_sum(MPI_Comm comm, double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
@@ -110,12 +106,12 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
 }
 
 /// ||l^init|| of the living springs [m]. Collective.
-double SuccessiveProjection::length_norm(const Living* living) const {
+double SuccessiveProjection::length_norm(const Living& living) const {
   double sum = 0;
   for (std::size_t colour = 0; colour < 4; ++colour) {
     const SpringSet& springs = sheet_.springs[colour];
     for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
-      if (living == nullptr || living->springs[colour][s]) {
+      if (living.springs[colour][s]) {
         sum += springs.initial_length[s] * springs.initial_length[s];
       }
     }
@@ -133,7 +129,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   const SpringSet& springs = sheet_.of(colour);
   System& system = systems_[index];
   Linearisation& constraint = system.linearisation;
-  linearise(springs, x.data(), input.target_length[index], constraint, living_springs(input.living, index));
+  linearise(springs, x.data(), input.target_length[index], input.living.springs[index], constraint);
   system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift);
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
@@ -176,7 +172,7 @@ ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInp
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     error.colour[index] =
-        squared_error(sheet_.of(colour), x.data(), input.target_length[index], living_springs(input.living, index));
+        squared_error(sheet_.of(colour), x.data(), input.target_length[index], input.living.springs[index]);
   }
   MPI_Allreduce(MPI_IN_PLACE, error.colour.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));

@@ -28,8 +28,8 @@ struct ProjectionInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
   const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
   const std::vector<bool>& pinned;                          ///< local particles that the projection must not move
-  std::function<void(Field&)> after_step;  ///< applied to the positions after each full step (contact), may be empty
-  const Living* living = nullptr;          ///< what has not burnt; none: all of it
+  const Living& living;                                     ///< what has not burnt, ghosts up to date
+  std::function<void(Field&)> after_step = {};  ///< applied to the positions after each full step (contact), or empty
   /// Receives how much shorter each owned spring's own constraint made it, by colour; negative where longer [m]:
   /// (w_a + w_b) |grad C| lambda, with the inverse masses w that move its ends, summed over the projection steps.
   std::array<std::vector<double>, 4>* pull = nullptr;
@@ -73,7 +73,7 @@ class SuccessiveProjection {
 
   void begin(const ProjectionInput& input);
   void set_inverse_masses(const ProjectionInput& input);
-  double length_norm(const Living* living) const;
+  double length_norm(const Living& living) const;
   StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input);
   void add_pull(const System& system, const SpringSet& springs, std::vector<double>& pull) const;
 

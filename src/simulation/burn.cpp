@@ -134,8 +134,8 @@ StageResult Burn::heat(State& state, double h) {
                           {sheet_, state.position, state.mass, source_texture_.at(name), state.time, h, heat.capacity});
   }
   state.heat_in += release_burning_heat(state.temperature, sheet_, state.mass_change, state.mass, heat);
-  state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, h, heat, &state.living);
-  return conduction_->advance(state.temperature, {state.position, state.mass, h, &state.living});
+  state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, state.living, h, heat);
+  return conduction_->advance(state.temperature, {state.position, state.mass, state.living, h});
 }
 
 void Burn::combustion(State& state, double h) {
@@ -221,8 +221,8 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
   const ProjectionInput input{state.target_length,
                               mass,
                               held_,
+                              state.living,
                               [&](Field& positions) { step.contacts = bodies_.correct_positions(positions, contact); },
-                              &state.living,
                               tearing_ ? &pull_ : nullptr};
   StageResult result;
   {
@@ -230,7 +230,7 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
     if (springs_ == nullptr) {
       result = projection_->advance(state.position, input);
     } else {
-      result = springs_->advance(state.position, {state.target_length, mass, held_, start_, h, &state.living});
+      result = springs_->advance(state.position, {state.target_length, mass, held_, state.living, start_, h});
       input.after_step(state.position);
       result.error = projection_->errors(state.position, input).total;
     }

@@ -32,8 +32,9 @@ struct WrinkledSheet {
   std::vector<double> mass;
   std::vector<bool> pinned;
   Field positions;
+  Living living{sheet};
 
-  ProjectionInput input() const { return {target_length, mass, pinned, {}}; }
+  ProjectionInput input() const { return {target_length, mass, pinned, living}; }
   PetscInt springs() const {
     PetscInt count = 0;
     for (const SpringSet& set : sheet.springs) {
@@ -66,6 +67,7 @@ std::unique_ptr<WrinkledSheet> make_wrinkled_sheet(int cells_a_side) {
   wrinkled->mass = sheet.initial_mass;
   wrinkled->pinned.assign(wrinkled->mass.size(), false);
   wrinkled->positions = Field(sheet.particles, 3);
+  wrinkled->living = Living(sheet);
   Field& x = wrinkled->positions;
   x.values() = perturbed_positions(sheet, options);
   Eigen::MatrixXd displacement = Eigen::MatrixXd::Zero(3, sheet.particles.local());

@@ -17,10 +17,10 @@ HeatOptions options_for(const std::string& operator_name, const std::string& mat
   return options;
 }
 
-void advance(Conduction& conduction, Field& temperature, const Field& positions, const Field& mass, double step,
-             int steps, const Living* living = nullptr) {
+void advance(Conduction& conduction, Field& temperature, const Field& positions, const Field& mass,
+             const Living& living, double step, int steps) {
   for (int n = 0; n < steps; ++n) {
-    const StageResult result = conduction.advance(temperature, {positions, mass, step, living});
+    const StageResult result = conduction.advance(temperature, {positions, mass, living, step});
     ASSERT_TRUE(result.converged) << result.reason;
   }
 }
@@ -52,7 +52,7 @@ TEST_P(ConductionOf, decays_a_mode_by_backward_euler) {
     Conduction conduction(sheet, options, {});
     Field temperature =
         field_of(sheet, [&](const Eigen::Vector3d& x) { return 400 + 100 * std::cos(wave_number * x.x()); });
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), step, steps);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), Living(sheet), step, steps);
     const auto mode = [&](double eigenvalue) {
       const double amplitude = 100 * std::pow(1 + options.diffusivity * step * eigenvalue, -steps);
       return [=](const Eigen::Vector3d& x) { return 400 + amplitude * std::cos(wave_number * x.x()); };
@@ -73,7 +73,7 @@ TEST_P(ConductionOf, is_first_order_in_time) {
   for (const int steps : {10, 20, 40}) {
     Conduction conduction(sheet, options, {});
     Field temperature = field_of(sheet, [](const Eigen::Vector3d& x) { return std::cos(M_PI * x.x()); });
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), 0.1 / steps, steps);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), Living(sheet), 0.1 / steps, steps);
     const double amplitude = std::exp(-options.diffusivity * eigenvalue * 0.1);
     errors.push_back(largest_error(sheet, temperature,
                                    [&](const Eigen::Vector3d& x) { return amplitude * std::cos(M_PI * x.x()); }));
@@ -98,7 +98,8 @@ TEST_P(ConductionOf, spreads_a_gaussian) {
       Conduction conduction(sheet, options, {});
       Field temperature = field_of(sheet, [&](const Eigen::Vector3d& x) { return gaussian(variance, x); });
       const int steps = n * n / 16;  // Errors of time and space fall alike.
-      advance(conduction, temperature, flat_positions(sheet), initial_masses(sheet), time / steps, steps);
+      advance(conduction, temperature, flat_positions(sheet), initial_masses(sheet), Living(sheet), time / steps,
+              steps);
       const double later = variance + 2 * share * options.diffusivity * time;
       errors.push_back(later *
                        largest_error(sheet, temperature, [&](const Eigen::Vector3d& x) { return gaussian(later, x); }));
@@ -123,14 +124,14 @@ TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
     const HeatOptions options = options_for(name, GetParam());
     Conduction conduction(sheet, options, factor);
     Field uniform = field_of(sheet, [](const Eigen::Vector3d&) { return 350.0; });
-    advance(conduction, uniform, positions, mass, 0.1, 3);
+    advance(conduction, uniform, positions, mass, Living(sheet), 0.1, 3);
     EXPECT_EQ(largest_error(sheet, uniform, [](const Eigen::Vector3d&) { return 350; }), 0) << name;
 
     Field temperature =
         field_of(sheet, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
     // What the umbrella conserves is E_i T_i: the printed operator knows no masses.
     DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
-    set_umbrella(graph, sheet, factor, positions);
+    set_umbrella(graph, sheet, factor, positions, Living(sheet));
     const auto content = [&] {
       return sum_over_ranks(std::string(name) == "umbrella"
                                 ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
@@ -138,7 +139,7 @@ TEST_P(ConductionOf, a_uniform_field_stays_uniform_and_heat_is_conserved) {
     };
     const double before = content();
     const double rough = temperature.values()(0, 0);
-    advance(conduction, temperature, positions, mass, 0.01, 5);
+    advance(conduction, temperature, positions, mass, Living(sheet), 0.01, 5);
     EXPECT_NEAR(content(), before, 1e-12 * before) << name;
     EXPECT_GT(std::abs(temperature.values()(0, 0) - rough), 1) << name;
   }
@@ -154,7 +155,7 @@ TEST_P(ConductionOf, heat_does_not_cross_a_gap) {
     const auto start = [](const Eigen::Vector3d& x) { return x.x() < 0.5 ? 900 + 50 * std::sin(30 * x.y()) : 300; };
     Field temperature = field_of(sheet, start);
     Field untouched = field_of(sheet, start);
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), 0.05, 20, &living);
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), living, 0.05, 20);
     double warmest = 0;
     double largest_change = 0;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -165,7 +166,8 @@ TEST_P(ConductionOf, heat_does_not_cross_a_gap) {
     }
     EXPECT_EQ(max_over_ranks(warmest), 300) << name;
     EXPECT_GT(max_over_ranks(largest_change), 10) << name;
-    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), 0.05, 1);  // With the gap closed.
+    advance(conduction, temperature, rest_positions(sheet), initial_masses(sheet), Living(sheet), 0.05,
+            1);  // With the gap closed.
     warmest = 0;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       warmest = std::max(warmest, sheet.rest(0, i) > 0.5 ? temperature.data()[i] : 0);
@@ -228,7 +230,7 @@ TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
       Conduction conduction(sheet, options_for(name, GetParam()), {});
       Field temperature = field_of(sheet, start);
       const Living living = without(sheet, is_dead);
-      advance(conduction, temperature, rest_positions(sheet), mass, 0.05, 4, &living);
+      advance(conduction, temperature, rest_positions(sheet), mass, living, 0.05, 4);
       return temperature;
     };
     const Field expected = conducted(whole);
@@ -264,14 +266,14 @@ TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
     const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
     Field temperature = field_of(sheet, start);
     DiffusionGraph graph{umbrella_pairs(sheet), {}, {}};
-    set_umbrella(graph, sheet, alpha, positions, &living);
+    set_umbrella(graph, sheet, alpha, positions, living);
     const auto content = [&] {
       return sum_over_ranks(std::string(name) == "umbrella"
                                 ? graph.capacity.dot(temperature.values().row(0).head(sheet.particles.owned))
                                 : heat_content(sheet, mass, temperature, options.capacity));
     };
     const double before = content();
-    advance(conduction, temperature, positions, mass, 0.01, 5, &living);
+    advance(conduction, temperature, positions, mass, living, 0.01, 5);
     EXPECT_NEAR(content(), before, 1e-12 * before) << name;
     EXPECT_GT(largest_error(sheet, temperature, start), 10) << name;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -313,7 +315,7 @@ class Solvers : public ::testing::Test {
     Conduction conduction(sheet_, options_for(operator_name, mat_type), {});
     Field temperature =
         field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
-    advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), 0.05, 2);
+    advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05, 2);
     return temperature;
   }
 
@@ -349,7 +351,8 @@ TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
   Conduction conduction(sheet_, options_for("consistent"), {});
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x()); });
   const Eigen::MatrixXd before = temperature.values();
-  const StageResult result = conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), 0.05});
+  const StageResult result =
+      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05});
   EXPECT_FALSE(result.converged);
   EXPECT_NE(result.reason.find("DIVERGED_ITS"), std::string::npos) << result.reason;
   EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
@@ -358,7 +361,8 @@ TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
 TEST_F(Solvers, values_that_are_no_numbers_are_a_failed_solve) {
   Conduction conduction(sheet_, options_for("umbrella"), {});
   Field temperature = field_of(sheet_, [](const Eigen::Vector3d&) { return std::nan(""); });
-  EXPECT_FALSE(conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), 0.05}).converged);
+  EXPECT_FALSE(conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05})
+                   .converged);
 }
 
 }  // namespace

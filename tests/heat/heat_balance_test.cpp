@@ -25,7 +25,7 @@ class HeatBalance : public ::testing::Test {
   double lose(Field& temperature, double time, int steps, const HeatOptions& options) {
     double heat = 0;
     for (int n = 0; n < steps; ++n) {
-      heat += lose_heat(temperature, sheet_, positions_, mass_, time / steps, options);
+      heat += lose_heat(temperature, sheet_, positions_, mass_, Living(sheet_), time / steps, options);
     }
     return sum_over_ranks(heat);
   }
@@ -36,7 +36,7 @@ class HeatBalance : public ::testing::Test {
 };
 
 TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
-  const Eigen::VectorXd areas = particle_areas(sheet_, positions_);
+  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, Living(sheet_));
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.6 * 0.5, 1e-14);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[static_cast<std::size_t>(i)], 1e-16);
@@ -48,13 +48,13 @@ TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
 TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
   const Living living =
       without(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.3 || (x.x() < 0.32 && x.y() < 0.1); });
-  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, &living);
+  const Eigen::VectorXd areas = particle_areas(sheet_, positions_, living);
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.3 * 0.5 - 0.01 / 4, 1e-14);
   HeatOptions options;
   options.convection = 12;
   Field temperature = uniform(700);
   const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
-  const double heat = sum_over_ranks(lose_heat(temperature, sheet_, positions_, mass_, 1, options, &living));
+  const double heat = sum_over_ranks(lose_heat(temperature, sheet_, positions_, mass_, living, 1, options));
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
               1e-12 * before);
   const double rate = 2 * options.convection / (test_density * options.capacity);
@@ -86,7 +86,7 @@ TEST_F(HeatBalance, particles_that_have_left_take_no_part) {
   const HeatSourceInput input{sheet_, positions_, mass_, {}, 0, 0.01, options.capacity};
   double heat = apply_heat_source(temperature, source, input);
   heat += release_burning_heat(temperature, sheet_, change, mass_, options);
-  heat += lose_heat(temperature, sheet_, positions_, mass_, 0.01, options);
+  heat += lose_heat(temperature, sheet_, positions_, mass_, Living(sheet_), 0.01, options);
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + sum_over_ranks(heat),
               1e-12 * before);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {

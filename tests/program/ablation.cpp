@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <set>
@@ -69,10 +68,12 @@ struct Surface {
 std::array<double, 2> uv_of(long id) {
   constexpr long corners = (cells + 1) * (cells + 1);
   if (id < corners) {
-    const auto [row, column] = std::ldiv(id, cells + 1);
+    const long row = id / (cells + 1);
+    const long column = id % (cells + 1);
     return {static_cast<double>(column) / cells, static_cast<double>(row) / cells};
   }
-  const auto [row, column] = std::ldiv(id - corners, cells);
+  const long row = (id - corners) / cells;
+  const long column = (id - corners) % cells;
   return {(static_cast<double>(column) + 0.5) / cells, (static_cast<double>(row) + 0.5) / cells};
 }
 
@@ -171,7 +172,8 @@ TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
     std::set<long> cut_cells;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       const long cell = std::lround(surface.cell_value("cell_id", t));
-      const auto [row, column] = std::ldiv(cell, cells);
+      const long row = cell / cells;
+      const long column = cell % cells;
       for (const vtkIdType point : surface.triangles[t]) {
         EXPECT_LE(std::abs(surface.uv(point)[0] * cells - static_cast<double>(column) - 0.5), 0.5 + 1e-9) << cell;
         EXPECT_LE(std::abs(surface.uv(point)[1] * cells - static_cast<double>(row) - 0.5), 0.5 + 1e-9) << cell;

@@ -33,7 +33,8 @@ struct Crumpled {
 
 Linearisation linearise(const Crumpled& crumpled, Colour colour) {
   Linearisation result;
-  linearise(crumpled.sheet.of(colour), crumpled.x.data(), crumpled.sheet.of(colour).initial_length, result);
+  const SpringSet& springs = crumpled.sheet.of(colour);
+  linearise(springs, crumpled.x.data(), springs.initial_length, all_of(springs), result);
   return result;
 }
 
@@ -157,7 +158,7 @@ TEST(Gram, row_without_length_is_the_largest_entry_alone) {
   const SpringSet& blue = sheet.of(Colour::blue);
   rest.col(2) = rest.col(1);
   Linearisation constraint;
-  linearise(blue, rest.data(), blue.initial_length, constraint);
+  linearise(blue, rest.data(), blue.initial_length, all_of(blue), constraint);
   Gram gram(blue, sheet.particles, "aij");
   const std::vector<double> inverse_mass(4, 1);
   gram.update(constraint.gradient, inverse_mass, 0);

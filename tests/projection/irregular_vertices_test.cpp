@@ -172,7 +172,7 @@ double condition(const SurfaceMesh& mesh, Colour colour) {
   const Sheet sheet = sheet_of(PETSC_COMM_SELF, mesh, 0);
   const SpringSet& springs = sheet.of(colour);
   Linearisation constraint;
-  linearise(springs, sheet.rest.data(), springs.initial_length, constraint);
+  linearise(springs, sheet.rest.data(), springs.initial_length, all_of(springs), constraint);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(springs.local(), 3 * sheet.particles.local());
   for (PetscInt s = 0; s < springs.local(); ++s) {
     const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];

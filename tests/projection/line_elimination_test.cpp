@@ -88,7 +88,7 @@ TEST_P(LinesOf, elimination_solves_the_same_system_as_the_assembled_rows) {
   noise.perturbation = 0.1;
   const Eigen::Matrix3Xd x = perturbed_positions(sheet_, noise);
   Linearisation constraint;
-  linearise(springs_, x.data(), springs_.initial_length, constraint);
+  linearise(springs_, x.data(), springs_.initial_length, all_of(springs_), constraint);
   std::vector<double> inverse_mass;
   for (const PetscInt id : sheet_.persistent_id) {
     inverse_mass.push_back(id % 7 == 0 ? 0 : 1 + 0.1 * static_cast<double>(id % 5));

@@ -78,7 +78,7 @@ class Motion {
     }
     unconstrained = positions.values();
     StageResult result =
-        springs_.advance(positions, {initial_lengths(sheet_), sheet_.initial_mass, pinned_, start_, h});
+        springs_.advance(positions, {initial_lengths(sheet_), sheet_.initial_mass, pinned_, Living(sheet_), start_, h});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
     return result;
@@ -342,7 +342,7 @@ TEST_F(SpringBaselineTest, failed_solve_is_a_result) {
   positions.values() = 1.2 * sheet.rest;
   const std::vector<bool> pinned(static_cast<std::size_t>(sheet.particles.local()), false);
   const StageResult result =
-      springs.advance(positions, {initial_lengths(sheet), sheet.initial_mass, pinned, start, 0.1});
+      springs.advance(positions, {initial_lengths(sheet), sheet.initial_mass, pinned, Living(sheet), start, 0.1});
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.reason, "the linear solver spring_ did not converge (DIVERGED_ITS after 1 iterations)");
 }

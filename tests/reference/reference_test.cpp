@@ -145,7 +145,8 @@ TEST_P(ReferenceProjection, agrees) {
   const auto lengths = c.spring_values(c.params["target_lengths"]);
   const std::vector<double> mass = c.particle_masses();
   const std::vector<bool> free(static_cast<std::size_t>(c.sheet.particles.local()), false);
-  const ProjectionInput input{lengths, mass, free, {}};
+  const Living living(c.sheet);
+  const ProjectionInput input{lengths, mass, free, living};
   Field x(c.sheet.particles, 3);
   SuccessiveProjection plain(c.sheet, direct_solves());
 
@@ -162,7 +163,7 @@ TEST_P(ReferenceProjection, agrees) {
     c.set(x, c.params["x0"]);
     const YAML::Node single = c.expected["single_" + letter];
     Linearisation constraint;
-    linearise(c.sheet.of(colour), x.data(), lengths[index], constraint);
+    linearise(c.sheet.of(colour), x.data(), lengths[index], living.springs[index], constraint);
     const auto errors = single["C"].as<std::vector<double>>();
     for (PetscInt s = 0; s < c.sheet.of(colour).owned(); ++s) {
       EXPECT_NEAR(constraint.error[s], errors.at(c.number[index][static_cast<std::size_t>(s)]), tolerance * error);
@@ -206,7 +207,7 @@ TEST_P(ReferenceProjection, agrees) {
     }
     SuccessiveProjection projection(c.sheet, options);
     c.set(x, c.params["x0"]);
-    EXPECT_TRUE(projection.advance(x, {lengths, mass, pinned, {}}).converged);
+    EXPECT_TRUE(projection.advance(x, {lengths, mass, pinned, living}).converged);
     c.expect(x, entry.second["x"], name);
     if (const YAML::Node totals = entry.second["substep_total_error"]) {
       ASSERT_EQ(projection.monitored().size(), totals.size() + 1);
@@ -388,7 +389,8 @@ TEST_P(ReferenceBurning, agrees) {
   c.set(temperature, c.params["T0"]);
   DiffusionGraph graph;
   graph.pairs = umbrella_pairs(sheet);
-  set_umbrella(graph, sheet, std::vector<double>(static_cast<std::size_t>(sheet.particles.local()), 1.0), x0);
+  set_umbrella(graph, sheet, std::vector<double>(static_cast<std::size_t>(sheet.particles.local()), 1.0), x0,
+               Living(sheet));
   Field squared(sheet.particles, 1);
   squared.values() = (temperature.values() / 1000).array().square();
   const Eigen::VectorXd inflow = graph.inflow(squared);

@@ -71,7 +71,7 @@ class Strip {
       }
     }
     const std::vector<double> mass(mass_.data(), mass_.data() + sheet_.particles.local());
-    const StageResult result = projection_.advance(x_, {target_, mass, pinned_, {}, &living_, &pull_});
+    const StageResult result = projection_.advance(x_, {target_, mass, pinned_, living_, {}, &pull_});
     ASSERT_TRUE(result.converged) << result.reason;
     velocity_ = 0.95 * (x_.values() - start) / h;
     if (ablation_.tear(living_, tearing_.torn({living_, pull_, x_, mass_, pinned_, h, 0.3}))) {
