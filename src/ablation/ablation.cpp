@@ -2,16 +2,9 @@
 
 #include <algorithm>
 
+#include "base/collective.h"
+
 namespace pellicle {
-
-namespace {
-
-bool on_any_rank(const Sheet& sheet, bool here) {
-  MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, sheet.comm());
-  return here;
-}
-
-}  // namespace
 
 std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass) {
   std::vector<double> level(static_cast<std::size_t>(sheet.particles.local()));
@@ -54,7 +47,7 @@ bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
 
 bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn) {
   const bool tears = std::any_of(torn.begin(), torn.end(), [](const auto& springs) { return !springs.empty(); });
-  if (!on_any_rank(sheet_, tears)) {
+  if (!on_any_rank(sheet_.comm(), tears)) {
     return false;
   }
   // A torn spring of this rank may have triangles in cells of others, which their owners mark.
@@ -81,7 +74,7 @@ bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& 
 }
 
 bool Ablation::spread(Living& living, bool died) {
-  if (!on_any_rank(sheet_, died)) {
+  if (!on_any_rank(sheet_.comm(), died)) {
     return false;
   }
   Eigen::MatrixXd& lives = of_triangles_.values();

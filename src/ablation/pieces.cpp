@@ -6,6 +6,8 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "base/collective.h"
+
 namespace pellicle {
 
 namespace {
@@ -77,7 +79,7 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
         of_set = of_ghost;
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_CXX_BOOL, MPI_LOR, sheet.comm());
+    changed = on_any_rank(sheet.comm(), changed);
   }
   std::vector<PetscInt> parts(has_springs.size());
   std::transform(part.data(), part.data() + local, parts.begin(), [](double id) { return static_cast<PetscInt>(id); });
@@ -99,15 +101,7 @@ PartSizes part_sizes(const Sheet& sheet, const std::vector<PetscInt>& parts, con
   for (const auto& entry : own) {
     sent.insert(sent.end(), entry.second.begin(), entry.second.end());
   }
-  int ranks = 1;
-  MPI_Comm_size(sheet.comm(), &ranks);
-  const auto count = static_cast<int>(sent.size());
-  std::vector<int> counts(static_cast<std::size_t>(ranks));
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, sheet.comm());
-  std::vector<int> starts(counts.size() + 1, 0);
-  std::partial_sum(counts.begin(), counts.end(), starts.begin() + 1);
-  std::vector<PetscInt> received(static_cast<std::size_t>(starts.back()));
-  MPI_Allgatherv(sent.data(), count, MPIU_INT, received.data(), counts.data(), starts.data(), MPIU_INT, sheet.comm());
+  const std::vector<PetscInt> received = of_all_ranks(sheet.comm(), sent);
   PartSizes sizes;
   for (std::size_t k = 0; k < received.size(); k += 3) {
     sizes[received[k]][received[k + 1]] += received[k + 2];
@@ -116,6 +110,12 @@ PartSizes part_sizes(const Sheet& sheet, const std::vector<PetscInt>& parts, con
 }
 
 }  // namespace
+
+std::size_t Pieces::place_of(PetscInt id) const {
+  const auto piece = std::lower_bound(present.begin(), present.end(), id,
+                                      [](const Piece& one, PetscInt wanted) { return one.id < wanted; });
+  return static_cast<std::size_t>(piece - present.begin());
+}
 
 Pieces initial_pieces(const Sheet& sheet) {
   Pieces pieces;
@@ -150,9 +150,7 @@ void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, dou
       }
     }
     id_of_part[largest->first] = id;
-    const auto before = std::lower_bound(pieces.present.begin(), pieces.present.end(), id,
-                                         [](const Piece& piece, PetscInt sought) { return piece.id < sought; });
-    present.push_back(*before);
+    present.push_back(pieces.present[pieces.place_of(id)]);
   }
   present.insert(present.end(), born.begin(), born.end());
   pieces.present = std::move(present);
@@ -161,15 +159,11 @@ void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, dou
 }
 
 std::vector<double> piece_masses(const Pieces& pieces, const Sheet& sheet, const Field& mass) {
-  std::unordered_map<PetscInt, std::size_t> place;
-  for (std::size_t k = 0; k < pieces.present.size(); ++k) {
-    place[pieces.present[k].id] = k;
-  }
   std::vector<double> masses(pieces.present.size(), 0);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     const PetscInt id = pieces.of_particle[static_cast<std::size_t>(i)];
     if (id >= 0) {
-      masses[place.at(id)] += mass.data()[i];
+      masses[pieces.place_of(id)] += mass.data()[i];
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, masses.data(), static_cast<int>(masses.size()), MPI_DOUBLE, MPI_SUM, sheet.comm());

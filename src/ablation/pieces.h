@@ -19,6 +19,9 @@ struct Pieces {
   std::vector<PetscInt> of_particle;  ///< id of the piece of each local particle, -1 where no spring lives
   std::vector<Piece> present;         ///< in the order of their ids, the same on all ranks
   PetscInt next_id = 0;
+
+  /// Place in `present` of the piece of this id, which is there.
+  std::size_t place_of(PetscInt id) const;
 };
 
 /// The pieces of a sheet of which everything lives: ids 0, 1, ... in the order of their least persistent ids.

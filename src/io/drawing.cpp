@@ -14,6 +14,8 @@
 
 #include <Eigen/Core>
 
+#include "base/collective.h"
+
 namespace pellicle {
 
 namespace {
@@ -82,10 +84,7 @@ class ParticlePoints {
 
 /// Adds the texture coordinates of the points, if the mesh has any. Collective.
 void add_uv(const PointSet& set, const std::vector<DrawnPoint>& points, vtkPolyData* piece) {
-  const PetscInt any_uv = set.uv.cols() > 0 ? 1 : 0;
-  PetscInt uv_somewhere = 0;  // A rank without particles writes the array too.
-  MPI_Allreduce(&any_uv, &uv_somewhere, 1, MPIU_INT, MPI_MAX, set.comm());
-  if (uv_somewhere != 0) {
+  if (on_any_rank(set.comm(), set.uv.cols() > 0)) {  // A rank without particles writes the array too.
     const auto uv = double_array("uv", 2, points.size());
     vtkIdType number = 0;
     for (const DrawnPoint& point : points) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/collective.h"
 #include "base/error.h"
 #include "prism/block_product.h"
 #include "prism/gradient_stiffness.h"
@@ -40,8 +41,7 @@ PrismTangent::PrismTangent(const PrismElements& elements, const PrismOptions& op
       constrained_.push_back(static_cast<PetscInt>(i));
     }
   }
-  any_constrained_ = !constrained_.empty();
-  MPI_Allreduce(MPI_IN_PLACE, &any_constrained_, 1, MPI_CXX_BOOL, MPI_LOR, elements_.membrane().comm());
+  any_constrained_ = on_any_rank(elements_.membrane().comm(), !constrained_.empty());
   if (mat_type_ == "shell") {
     make_shell();
   } else {

@@ -61,12 +61,10 @@ PieceFields derive(const Sheet& sheet, const Pieces& pieces, const std::vector<d
   PieceFields fields;
   for (const PetscInt lattice : sheet.lattice) {
     const PetscInt id = pieces.of_particle[static_cast<std::size_t>(lattice)];
-    const auto piece = std::lower_bound(pieces.present.begin(), pieces.present.end(), id,
-                                        [](const Piece& one, PetscInt wanted) { return one.id < wanted; });
     const bool is_present = id >= 0;
     fields.id.push_back(static_cast<double>(id));
-    fields.mass.push_back(is_present ? masses[static_cast<std::size_t>(piece - pieces.present.begin())] : 0);
-    fields.birth_time.push_back(is_present ? piece->birth_time : 0);
+    fields.mass.push_back(is_present ? masses[pieces.place_of(id)] : 0);
+    fields.birth_time.push_back(is_present ? pieces.present[pieces.place_of(id)].birth_time : 0);
   }
   return fields;
 }

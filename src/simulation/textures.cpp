@@ -1,5 +1,6 @@
 #include "simulation/textures.h"
 
+#include "base/collective.h"
 #include "base/error.h"
 
 namespace pellicle {
@@ -8,9 +9,7 @@ std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::stri
   if (file.empty()) {
     return {};
   }
-  int with_uv = uv.cols() > 0 ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &with_uv, 1, MPI_INT, MPI_MAX, comm_);
-  if (with_uv == 0) {
+  if (!on_any_rank(comm_, uv.cols() > 0)) {
     throw Error(key + ": " + file + " needs texture coordinates, and the mesh has none");
   }
   auto texture = read_.find(file);

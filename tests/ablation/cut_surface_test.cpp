@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "ablation/ablation.h"
+#include "base/collective.h"
 #include "tests/ablation/sheets.h"
 #include "tests/support/print_once.h"
 
@@ -17,21 +18,6 @@ namespace {
 
 using Ids = std::array<std::int64_t, 3>;
 using Place = std::array<double, 3>;
-
-/// Values of any plain type from all ranks, those of rank 0 first. Collective.
-template <class T>
-std::vector<T> from_all(const std::vector<T>& own) {
-  int ranks = 1;
-  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
-  const auto bytes = static_cast<int>(own.size() * sizeof(T));
-  std::vector<int> sizes(static_cast<std::size_t>(ranks));
-  MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, PETSC_COMM_WORLD);
-  std::vector<int> starts(sizes.size() + 1, 0);
-  std::partial_sum(sizes.begin(), sizes.end(), starts.begin() + 1);
-  std::vector<T> all(static_cast<std::size_t>(starts.back()) / sizeof(T));
-  MPI_Allgatherv(own.data(), bytes, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE, PETSC_COMM_WORLD);
-  return all;
-}
 
 /// A number in [-1, 1] that depends on the id alone.
 double noise(PetscInt id, int seed) { return std::sin(12.9898 * id + 78.233 * seed + 0.3 * id * seed); }
@@ -84,8 +70,8 @@ struct Gathered {
       triangles.push_back(triangle);
     }
     if (sheet.comm() != PETSC_COMM_SELF) {
-      points = from_all(points);
-      triangles = from_all(triangles);
+      points = of_all_ranks(PETSC_COMM_WORLD, points);
+      triangles = of_all_ranks(PETSC_COMM_WORLD, triangles);
     }
     std::sort(triangles.begin(), triangles.end());
   }

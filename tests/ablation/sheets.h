@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <functional>
-#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "base/collective.h"
 #include "mesh/living.h"
 #include "mesh/shell.h"
 #include "tests/support/grid_mesh.h"
@@ -47,15 +47,7 @@ inline std::vector<double> level_by_id(const Sheet& sheet, const std::function<d
 
 /// The same list on all ranks: that of all of them, in rising order. Collective.
 inline std::vector<PetscInt> gathered(MPI_Comm comm, const std::vector<PetscInt>& own) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  const auto count = static_cast<int>(own.size());
-  std::vector<int> counts(static_cast<std::size_t>(ranks));
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::vector<int> starts(counts.size() + 1, 0);
-  std::partial_sum(counts.begin(), counts.end(), starts.begin() + 1);
-  std::vector<PetscInt> all(static_cast<std::size_t>(starts.back()));
-  MPI_Allgatherv(own.data(), count, MPIU_INT, all.data(), counts.data(), starts.data(), MPIU_INT, comm);
+  std::vector<PetscInt> all = of_all_ranks(comm, own);
   std::sort(all.begin(), all.end());
   return all;
 }

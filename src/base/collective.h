@@ -1,0 +1,31 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <numeric>
+#include <vector>
+
+namespace pellicle {
+
+/// Whether something is so on any rank. Collective.
+inline bool on_any_rank(MPI_Comm comm, bool here) {
+  MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, comm);
+  return here;
+}
+
+/// Values of any plain type of all ranks, rank after rank. Collective.
+template <class Value>
+std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  const auto bytes = static_cast<int>(own.size() * sizeof(Value));
+  std::vector<int> sizes(static_cast<std::size_t>(ranks));
+  MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, comm);
+  std::vector<int> starts(sizes.size() + 1, 0);
+  std::partial_sum(sizes.begin(), sizes.end(), starts.begin() + 1);
+  std::vector<Value> all(static_cast<std::size_t>(starts.back()) / sizeof(Value));
+  MPI_Allgatherv(own.data(), bytes, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE, comm);
+  return all;
+}
+
+}  // namespace pellicle
