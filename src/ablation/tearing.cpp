@@ -1,10 +1,10 @@
 #include "ablation/tearing.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
 
 #include "base/noise.h"
+#include "geometry/quad_area.h"
 
 namespace pellicle {
 
@@ -105,9 +105,8 @@ void Tearing::find_stress(const TearingInput& input) {
       for (const PetscInt corner : corners) {
         sum += share / sums(living_cells, corner) * sums.col(corner).head<9>();
       }
-      const Eigen::Vector3d first = sheet_.rest.col(corners[2]) - sheet_.rest.col(corners[0]);
-      const Eigen::Vector3d second = sheet_.rest.col(corners[3]) - sheet_.rest.col(corners[1]);
-      stress_[cell] /= share * first.cross(second).norm() / 2;
+      const auto rest = [&](std::size_t k) { return sheet_.rest.col(corners[k]); };
+      stress_[cell] /= share * quad_area_vector(rest(0), rest(1), rest(2), rest(3)).norm();
     }
   }
 }

@@ -1,7 +1,8 @@
 #include "heat/heat_balance.h"
 
-#include <Eigen/Geometry>
 #include <cmath>
+
+#include "geometry/quad_area.h"
 
 namespace pellicle {
 
@@ -36,9 +37,9 @@ Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const
   Eigen::VectorXd area = Eigen::VectorXd::Zero(sheet.particles.local());
   for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
     const std::array<PetscInt, 4>& cell = sheet.cells[c];
-    const Eigen::Vector3d first_diagonal = positions.vector(cell[2]) - positions.vector(cell[0]);
-    const Eigen::Vector3d second_diagonal = positions.vector(cell[3]) - positions.vector(cell[1]);
-    const double cell_area = 0.5 * first_diagonal.cross(second_diagonal).norm();
+    const double cell_area = quad_area_vector(positions.vector(cell[0]), positions.vector(cell[1]),
+                                              positions.vector(cell[2]), positions.vector(cell[3]))
+                                 .norm();
     for (std::size_t k = 0; k < 4; ++k) {
       if (living.triangles[4 * c + k]) {
         area[cell[k]] += cell_area / 16;

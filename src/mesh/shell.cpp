@@ -1,10 +1,10 @@
 #include "mesh/shell.h"
 
-#include <Eigen/Geometry>
 #include <array>
 #include <numeric>
 #include <utility>
 
+#include "geometry/quad_area.h"
 #include "mesh/distribution.h"
 #include "mesh/perturbation.h"
 #include "mesh/shell_assembly.h"
@@ -20,13 +20,11 @@ Distribution::Source shell_source(const SurfaceMesh& mesh, PetscInt first_lattic
   source.extra.setZero(1, static_cast<Eigen::Index>(source.data.size()));
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const auto& face = mesh.faces[cell];
-    const std::array<Eigen::Vector3d, 4> corner{
-        mesh.points[static_cast<std::size_t>(face[0])], mesh.points[static_cast<std::size_t>(face[1])],
-        mesh.points[static_cast<std::size_t>(face[2])], mesh.points[static_cast<std::size_t>(face[3])]};
-    const Eigen::Vector3d twice_area = (corner[2] - corner[0]).cross(corner[3] - corner[1]);
-    const double mass = options.areal_density * twice_area.norm() / 2;
+    const auto corner = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(face[k])]; };
+    const Eigen::Vector3d area = quad_area_vector(corner(0), corner(1), corner(2), corner(3));
+    const double mass = options.areal_density * area.norm();
     source.data[cell].id += first_lattice_id;
-    Eigen::Map<Eigen::Vector3d>(source.data[cell].position) += options.thickness * twice_area.normalized();
+    Eigen::Map<Eigen::Vector3d>(source.data[cell].position) += options.thickness * area.normalized();
     source.extra(0, static_cast<Eigen::Index>(cell)) = mass / 2;
     for (const int vertex : face) {
       source.extra(0, static_cast<Eigen::Index>(cells) + vertex) += mass / 8;
