@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "projection/spring_lines.h"
 
 namespace pellicle {
 
@@ -23,13 +24,10 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
   }
   std::vector<PetscInt> most(static_cast<std::size_t>(sheet.particles.owned), 0);
   for (const SpringSet& springs : sheet.springs) {
-    std::vector<PetscInt> count(static_cast<std::size_t>(sheet.particles.local()), 0);
-    for (const auto& [a, b] : springs.ends) {
-      ++count[static_cast<std::size_t>(a)];
-      ++count[static_cast<std::size_t>(b)];
+    const SpringIncidence incidence(springs, sheet.particles.local());
+    for (std::size_t i = 0; i < most.size(); ++i) {
+      most[i] = std::max(most[i], incidence.offsets[i + 1] - incidence.offsets[i]);
     }
-    std::transform(most.begin(), most.end(), count.begin(), most.begin(),
-                   [](PetscInt x, PetscInt y) { return std::max(x, y); });
   }
   PetscInt largest = most.empty() ? 0 : *std::max_element(most.begin(), most.end());
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_INT, MPI_MAX, sheet.comm());

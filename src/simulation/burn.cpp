@@ -92,6 +92,7 @@ State Burn::initial_state() const {
   State state(sheet_);
   state.position.values() = perturbed_positions(sheet_, options_.sheet);
   pins_.impose(state.position, 0);
+  state.pieces = initial_pieces(sheet_);
   state.temperature.values().setConstant(options_.heat.initial_temperature);
   return state;
 }
@@ -198,17 +199,13 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
   Eigen::MatrixXd& v = state.velocity.values();
   start_.values() = x;
   held_ = pins_.pinned();
-  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (state.mass.data()[i] == 0) {
-      held_[static_cast<std::size_t>(i)] = true;
-    }
-  }
   {
     const auto timer = clock_.time("external force");  // eq. 8 and 9
     v.colwise() += h * options_.force.gravity;
     v *= std::exp(-options_.force.damping * h);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
       if (state.mass.data()[i] == 0) {
+        held_[static_cast<std::size_t>(i)] = true;
         v.col(i).setZero();
       }
     }

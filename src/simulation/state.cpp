@@ -9,7 +9,6 @@ State::State(const Sheet& sheet)
       mass(sheet.particles, 1),
       mass_change(sheet.particles, 1),
       living(sheet),
-      pieces(initial_pieces(sheet)),
       burn_time(sheet.cells.size(), -1) {
   position.values() = sheet.rest;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {

@@ -10,7 +10,7 @@ namespace pellicle {
 
 /// All that changes from step to step. Fields live on the sheet's particles, ghosts up to date between steps.
 struct State {
-  /// Everything lives and is at rest. Collective.
+  /// Everything lives and is at rest; the pieces are yet to be found. Collective.
   explicit State(const Sheet& sheet);
 
   double time = 0;    ///< [s]
