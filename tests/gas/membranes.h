@@ -9,6 +9,7 @@
 #include "mesh/field.h"
 #include "mesh/membrane.h"
 #include "tests/support/balls.h"
+#include "tests/support/pressure_action.h"
 
 namespace pellicle {
 
@@ -94,14 +95,8 @@ inline Eigen::Matrix3Xd gas_stiffness_product(const Membrane& membrane, const Ch
                                               double factor, double pressure, const Field& w) {
   const Eigen::Matrix3Xd gradient = chambers.volume_gradient(0, x);
   Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, membrane.particles.local());
-  for (const auto& [a, b, c] : membrane.triangles) {
-    const std::array<Eigen::Vector3d, 3> corners{x.vector(a), x.vector(b), x.vector(c)};
-    const std::array<Eigen::Vector3d, 3> displacements{w.vector(a), w.vector(b), w.vector(c)};
-    std::array<Eigen::Vector3d, 3> forces{result.col(a), result.col(b), result.col(c)};
-    add_pressure_stiffness_action(pressure, corners.data(), displacements.data(), forces.data());
-    result.col(a) = forces[0];
-    result.col(b) = forces[1];
-    result.col(c) = forces[2];
+  for (const auto& triangle : membrane.triangles) {
+    add_pressure_stiffness_action(pressure, triangle, x.values(), w.values(), result);
   }
   return result.leftCols(gradient.cols()) + factor * dot(membrane, gradient, w.values()) * gradient;
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/support/pressure_action.h"
+
 namespace pellicle {
 namespace {
 
@@ -59,14 +61,8 @@ Eigen::MatrixXd stiffness(double pressure, const std::vector<Triangle>& surface,
     Eigen::Matrix3Xd w = Eigen::Matrix3Xd::Zero(3, x.cols());
     Eigen::Matrix3Xd product = w;
     w.data()[column] = 1;
-    for (const auto& [a, b, c] : surface) {
-      const std::array<Eigen::Vector3d, 3> corners{x.col(a), x.col(b), x.col(c)};
-      const std::array<Eigen::Vector3d, 3> displacements{w.col(a), w.col(b), w.col(c)};
-      std::array<Eigen::Vector3d, 3> forces{product.col(a), product.col(b), product.col(c)};
-      add_pressure_stiffness_action(pressure, corners.data(), displacements.data(), forces.data());
-      product.col(a) = forces[0];
-      product.col(b) = forces[1];
-      product.col(c) = forces[2];
+    for (const Triangle& triangle : surface) {
+      add_pressure_stiffness_action(pressure, triangle, x, w, product);
     }
     sum.col(column) = product.reshaped();
   }

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/tight_projection.h"
+
 namespace pellicle {
 
 /// A deck with something of everything, small: a sheet of 20 x 20 cells that hangs by two corners, is lifted by a ball
@@ -31,18 +33,7 @@ combustion:
   min_mass: 0.3
   initial_density: 800
   burnt_density: 320
-project:
-  weight_red: 0.5
-  weight_green: 0.5
-  weight_blue: 0.5
-  weight_yellow: 0.5
-  shift: 1e-2
-  ksp_rtol: 1e-12
-output:
-  directory: out
-  name: scene
-  interval_steps: 20
-)";
+)" + tight_projection + "  interval_steps: 20\n";
 
 /// Options that turn the scene into one of which a third burns away in 24 steps. Four frames.
 inline const std::vector<std::string> burning_away{"-ablation_loss_mass",

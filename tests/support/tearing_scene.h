@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "tests/support/tight_projection.h"
+
 namespace pellicle {
 
 /// A small strip that is held at one end and pulled at the other until it tears here and there, in 30 steps. Four
@@ -16,17 +18,6 @@ pins:
   upper: {box: [-1, 0.39, -1, 1, 1, 1], velocity: [0, 0.4 m/s, 0.1 m/s]}
 heat: {initial_temperature: 300 K, ksp_rtol: 1e-12}
 ablation: {strength: 100 N/m, strength_scatter: 0.3}
-project:
-  weight_red: 0.5
-  weight_green: 0.5
-  weight_blue: 0.5
-  weight_yellow: 0.5
-  shift: 1e-2
-  ksp_rtol: 1e-12
-output:
-  directory: out
-  name: scene
-  interval_steps: 10
-)";
+)" + tight_projection + "  interval_steps: 10\n";
 
 }  // namespace pellicle
