@@ -39,7 +39,7 @@ void describe(OptionTable& table, OutputOptions& options) {
   table.add("output.fields", &options.fields)
       .help("fields of the drawn surface; all unless given; vertex_id, rank and cell_id are always there");
   table.add("output.springs", &options.springs)
-      .help("also write the springs of a sheet as lines, <name>_springs.pvd: colour set, strain, target length");
+      .help("also write the springs of a sheet as lines, <name>_springs.pvd: colour set, strain, target length, state");
   table.add("output.monitor", &options.monitor)
       .at_least(0)
       .help(
