@@ -5,11 +5,30 @@
 Points that are marked as duplicates (corners of other ranks' pieces) are counted once.
 """
 
+import argparse
 import json
+import os
 import sys
 
-from paraview import simple
-from paraview.vtk.util.numpy_support import vtk_to_numpy
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", metavar="FILE.pvd")
+    parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
+    options = parser.parse_args()
+    if not options.file.endswith(".pvd") or not os.path.isfile(options.file):
+        parser.error(f"{options.file}: no such file; expected the .pvd of a run")
+    return options
+
+
+# Before ParaView is loaded, which takes seconds.
+OPTIONS = arguments()
+
+try:
+    from paraview import simple
+    from paraview.vtk.util.numpy_support import vtk_to_numpy
+except ImportError:
+    sys.exit("check_output.py: no ParaView here; expected to be run by tools/pvbatch")
 
 
 def ranges(data, own):
@@ -31,7 +50,7 @@ def describe(data):
 
 
 def main():
-    reader = simple.PVDReader(FileName=sys.argv[1])
+    reader = simple.PVDReader(FileName=OPTIONS.file)
     times = list(reader.TimestepValues)
     frames = []
     for time in times:

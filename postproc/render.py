@@ -10,9 +10,6 @@ import math
 import os
 import sys
 
-import yaml
-from paraview import simple
-
 DIRECTIONS = {  # from the sheet towards the camera
     "oblique": (0.35, -0.85, 0.75),
     "top": (0.0, -0.02, 1.0),
@@ -28,23 +25,75 @@ CHAR_TO_PAPER = [0.0, 0.20, 0.185, 0.18, 0.25, 0.27, 0.20, 0.16, 0.5, 0.46, 0.29
                  0.91, 0.83, 0.69, 1.0, *PAPER]
 
 
+def at_least_one(text):
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text}; expected a number, at least 1")
+    return int(text)
+
+
+def positive(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}; expected a number above 0")
+    return value
+
+
+def size(text):
+    sides = text.split("x")
+    if len(sides) != 2 or not all(side.isdecimal() and 0 < int(side) <= 16384 for side in sides):
+        raise argparse.ArgumentTypeError(f"{text}; expected WIDTHxHEIGHT, each 1 to 16384")
+    return [int(side) for side in sides]
+
+
+def direction(text):
+    if text in DIRECTIONS:
+        return DIRECTIONS[text]
+    try:
+        components = [float(component) for component in text.split(",")]
+    except ValueError:
+        components = []
+    if len(components) != 3 or not 0 < math.hypot(*components) < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}; expected {', '.join(DIRECTIONS)}, or X,Y,Z")
+    return components
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder")
-    parser.add_argument("--frames", type=int, default=5, help="how many, spread evenly from the first to the last (5)")
+    parser.add_argument("--frames", type=at_least_one, default=5,
+                        help="how many, spread evenly from the first to the last (5)")
     parser.add_argument("--field", help="colour by this point or cell field; default: mass_ratio of paper and "
                                         "thickness_ratio of balloons, where they vary")
     parser.add_argument("--range", type=float, nargs=2, help="of the colours; default: that of the field over all frames")
-    parser.add_argument("--size", default="1200x900", help="WIDTHxHEIGHT in pixels (1200x900)")
-    parser.add_argument("--view", default="oblique", help=f"{', '.join(DIRECTIONS)} or X,Y,Z towards the camera (oblique)")
-    parser.add_argument("--zoom", type=float, default=1.0, help="above 1: closer (1)")
+    parser.add_argument("--size", type=size, default=[1200, 900], metavar="SIZE", help="WIDTHxHEIGHT in pixels (1200x900)")
+    parser.add_argument("--view", type=direction, default=DIRECTIONS["oblique"], metavar="VIEW",
+                        help=f"{', '.join(DIRECTIONS)} or X,Y,Z towards the camera (oblique)")
+    parser.add_argument("--zoom", type=positive, default=1.0, help="above 1: closer (1)")
     parser.add_argument("--edges", action="store_true", help="draw the mesh too")
-    return parser.parse_args()
+    parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
+    options = parser.parse_args()
+    if not os.path.isdir(options.folder):
+        parser.error(f"{options.folder}: no such folder; expected that of a run")
+    return options
+
+
+# Before ParaView is loaded, which takes seconds.
+OPTIONS = arguments()
+
+try:
+    import yaml
+    from paraview import simple
+except ImportError:
+    sys.exit("render.py: no ParaView here; expected to be run by tools/pvbatch")
 
 
 def open_sheet(folder):
     """Returns the name of the run and its reader."""
-    files = [name for name in sorted(glob.glob(os.path.join(folder, "*.pvd"))) if not name.endswith("_springs.pvd")]
+    files = [name for name in sorted(glob.glob(os.path.join(glob.escape(folder), "*.pvd")))
+             if not name.endswith("_springs.pvd")]
     if len(files) != 1:
         sys.exit(f"render.py: {folder}: {len(files)} .pvd files of a sheet; expected one")
     return os.path.basename(files[0])[:-4], simple.PVDReader(FileName=files[0])
@@ -183,10 +232,12 @@ def show_bodies(bodies, view, centre, size):
 
 
 def main():
-    options = arguments()
+    options = OPTIONS
     simple._DisableFirstRenderCameraReset()
     name, reader = open_sheet(options.folder)
     times = list(reader.TimestepValues)
+    if not times:
+        sys.exit(f"render.py: {options.folder}: no frame in {name}.pvd; expected one at least")
     pictures = chosen(times, options.frames)
 
     simple.UpdatePipeline(time=times[0], proxy=reader)
@@ -204,13 +255,12 @@ def main():
         association = "POINTS"
 
     view = simple.CreateRenderView()
-    view.ViewSize = [int(pixels) for pixels in options.size.split("x")]
+    view.ViewSize = options.size
     view.OrientationAxesVisibility = 0
     view.UseColorPaletteForBackground = 0
     view.Background = (1.0, 1.0, 1.0)
     view.UseFXAA = 1
-    direction = DIRECTIONS.get(options.view) or [float(c) for c in options.view.split(",")]
-    axes = place_camera(view, low, high, direction, options.zoom)
+    axes = place_camera(view, low, high, options.view, options.zoom)
     add_lights(view, *axes)
 
     display = simple.Show(sheet, view)

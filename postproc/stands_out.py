@@ -35,25 +35,48 @@ def arguments():
     parser.add_argument("--parts", nargs="+", default=["left_ear", "right_ear"], help="names of blobs, spheres "
                         "(left_ear right_ear)")
     parser.add_argument("--base", default="head", help="the blob that they stand on, a sphere (head)")
-    parser.add_argument("--rows", type=int, default=8, help="of the printed tables (8)")
-    return parser.parse_args()
+    parser.add_argument("--rows", type=int, default=8, help="of the printed tables, at least 1 (8)")
+    parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
+    options = parser.parse_args()
+    if options.rows < 1:
+        parser.error(f"argument --rows: {options.rows}; expected at least 1")
+    if options.base in options.parts:
+        parser.error(f"argument --parts: {options.base} is the base; expected other blobs")
+    return options
+
+
+def fail(problem):
+    sys.exit(f"stands_out.py: {problem}")
 
 
 def frames(folder):
     """Returns times and files of the frames."""
-    files = glob.glob(os.path.join(folder, "*.pvd"))
+    files = glob.glob(os.path.join(glob.escape(folder), "*.pvd"))
     if len(files) != 1:
-        sys.exit(f"stands_out.py: {folder}: {len(files)} .pvd files; expected one")
-    sets = xml.etree.ElementTree.parse(files[0]).getroot().iter("DataSet")
-    return [(float(entry.get("timestep")), os.path.join(folder, entry.get("file"))) for entry in sets]
+        fail(f"{folder}: {len(files)} .pvd files; expected the folder of a run, with one")
+    try:
+        sets = xml.etree.ElementTree.parse(files[0]).getroot().iter("DataSet")
+        series = [(float(entry.get("timestep")), os.path.join(folder, entry.get("file"))) for entry in sets]
+    except (OSError, TypeError, ValueError, xml.etree.ElementTree.ParseError) as error:
+        fail(f"{files[0]}: {error}; expected the .pvd of a run")
+    if not series:
+        fail(f"{files[0]}: no frame; expected one at least")
+    return series
 
 
 def read_frame(path):
     """Returns the points by vertex_id [m] and the triangles as three of these numbers each, sorted by cell_id."""
+    if not os.path.isfile(path):
+        fail(f"{path}: no such file, which the .pvd names")
     reader = vtk.vtkXMLPPolyDataReader()
     reader.SetFileName(path)
     reader.Update()
     data = reader.GetOutput()
+    if data.GetPointData().GetArray("vertex_id") is None or data.GetNumberOfCells() == 0:
+        fail(f"{path}: no triangles with vertex_id; expected a frame of a balloon")
+    if data.GetPolys().GetNumberOfConnectivityIds() != 3 * data.GetNumberOfCells() or \
+            vtk_to_numpy(data.GetPointData().GetArray("vertex_id")).min() < 0:
+        fail(f"{path}: not the triangles of a mesh; expected a frame of a balloon")
     number = vtk_to_numpy(data.GetPointData().GetArray("vertex_id")).astype(int)
     points = numpy.empty((number.max() + 1, 3))
     points[number] = vtk_to_numpy(data.GetPoints().GetData())
@@ -74,10 +97,18 @@ def areas(points, triangles):
 
 def read_sphere(folder, name):
     """Returns centre and radius of a blob as the deck has them [m]."""
-    with open(os.path.join(folder, "options.yaml"), encoding="utf-8") as deck:
-        blob = (yaml.safe_load(deck)["mesh"].get("blobs") or {}).get(name)
+    path = os.path.join(folder, "options.yaml")
+    try:
+        with open(path, encoding="utf-8") as deck:
+            mesh = yaml.safe_load(deck)["mesh"]
+    except (OSError, KeyError, TypeError, yaml.YAMLError):
+        fail(f"{path}: cannot be read; expected the options of a run")
+    if mesh["shape"] != "blobs" or mesh["file"]:
+        fail(f"{folder}: its mesh is {mesh['file'] or mesh['shape']}; expected one of blobs, mesh.shape: blobs")
+    blob = (mesh.get("blobs") or {}).get(name)
     if not blob or blob["shape"] != "sphere":
-        sys.exit(f"stands_out.py: {folder}: mesh.blobs.{name} is no sphere")
+        fail(f"{folder}: mesh.blobs.{name} is no sphere; the spheres are "
+             + ", ".join(known for known, other in mesh["blobs"].items() if other["shape"] == "sphere"))
     return numpy.array(blob["centre"], float), float(blob["radius"])
 
 
@@ -136,6 +167,13 @@ def measure(folder, options):
         of_base[part.members] = False
     base_vertices = numpy.flatnonzero(of_base)
     base_triangles = triangles[of_base[triangles].all(axis=1)]
+    for name, part in zip(options.parts, parts):
+        if not (len(part.triangles) and len(part.seam) and len(part.top)):
+            fail(f"{folder}: {name} has no triangles, no seam with {options.base}, or no top in this mesh; expected a "
+                 "finer mesh, or a part that stands on the base")
+    if len(base_vertices) < 4 or not len(base_triangles):
+        fail(f"{folder}: {len(base_vertices)} vertices on the sphere of {options.base} on the parts' side; expected a "
+             "finer mesh, or another base")
 
     rows = []
     first = None
@@ -147,6 +185,8 @@ def measure(folder, options):
         first = first or now
         ratio = [value / start for value, start in zip(now, first)]
         rows.append([time, ratio[0], height, seam, ratio[1], ratio[2]**0.5, ratio[3], ratio[4]**0.5])
+        if not numpy.isfinite(rows[-1]).all():
+            fail(f"{path}: its points give no finite figures")
     with open(os.path.join(folder, "stands_out.csv"), "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         units = {"time": " [s]", "height": " [m]", "seam": " [m]"}
@@ -158,7 +198,7 @@ def measure(folder, options):
 def print_table(runs, by, values):
     """A line for each value of the column `by`, the columns SHOWN of each run; "-" where a run did not get there."""
     width = 10 * len(SHOWN)
-    print(f"\n{'':>12}" + "".join(f"   {name[:width]:<{width}}" for name in runs))
+    print(f"\n{'':>12}" + "".join(f"   {name[-width:]:<{width}}" for name in runs))
     heads = "".join(f"{figure.replace('stretch_', 's_'):>10}" for figure in SHOWN)
     print(f"{by:>12}" + len(runs) * f"   {heads}")
     for value in values:
@@ -174,7 +214,7 @@ def print_table(runs, by, values):
 
 def main():
     options = arguments()
-    runs = {os.path.basename(os.path.normpath(folder)): measure(folder, options) for folder in options.folders}
+    runs = {os.path.normpath(folder): measure(folder, options) for folder in options.folders}
     end = min(rows[-1, 0] for rows in runs.values())
     print_table(runs, "time", numpy.linspace(0, end, options.rows))
     largest = max(rows[:, 1].max() for rows in runs.values())

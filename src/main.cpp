@@ -1,8 +1,11 @@
+#include <fcntl.h>
 #include <mpi.h>
 #include <petscsys.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <iostream>
 #include <thread>
 
@@ -10,26 +13,12 @@
 #include "base/error.h"
 #include "base/manual.h"
 #include "base/revision.h"
+#include "base/stop_signal.h"
 #include "simulation/run.h"
 
 using namespace pellicle;
 
 namespace {
-
-/// PETSc's options without what decks, which may be made for both chains, say of solvers that this run does not have.
-std::vector<PetscOption> of_solvers_in_use(std::vector<PetscOption> petsc, const Options& options) {
-  const std::vector<std::string> idle = idle_solver_prefixes(options);
-  petsc.erase(std::remove_if(petsc.begin(), petsc.end(),
-                             [&](const PetscOption& option) {
-                               const bool from_deck = option.written.rfind('-', 0) != 0;
-                               return from_deck &&
-                                      std::any_of(idle.begin(), idle.end(), [&](const std::string& prefix) {
-                                        return option.name.rfind(prefix, 0) == 0;
-                                      });
-                             }),
-              petsc.end());
-  return petsc;
-}
 
 /// Reads the options and runs what they ask for. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
@@ -46,34 +35,55 @@ int run_program(int argc, char** argv, bool is_root) {
     }
     return 0;
   }
-  options.output.name_after(arguments.decks.empty() ? "pellicle.yaml" : arguments.decks.front().path);
+  options.output.name_after(arguments.decks.empty() ? "pellicle.yaml" : arguments.decks.front().source());
   options.output.validate();
 
   RunRecord record;
   record.program = program;
   record.revision = git_revision();
   record.arguments.assign(argv, argv + argc);
-  for (const Deck& deck : arguments.decks) {
-    record.decks.push_back(deck.path);
-  }
+  record.decks = arguments.decks;
   record.options = written_deck(table, arguments.petsc);
-  const std::vector<PetscOption> petsc = of_solvers_in_use(arguments.petsc, options);
-  initialize_petsc(argv[0], petsc, table);
+  if (is_root && !arguments.unused.empty()) {
+    std::cout << arguments.unused << '\n';
+  }
+  initialize_petsc(argv[0], arguments.petsc, table);
+  catch_stop_signals(is_root ? 0 : 1);
   run(PETSC_COMM_WORLD, options, record);
-  warn_unused(PETSC_COMM_WORLD, petsc, table);
+  warn_unused(PETSC_COMM_WORLD, arguments.petsc, table);
   return 0;
+}
+
+/// Opens those of standard input, output and error that are closed: a file of the run would get their number, and with
+/// it what is printed.
+void open_standard_streams() {
+  int file = open("/dev/null", O_RDWR);
+  while (file >= 0 && file <= STDERR_FILENO) {
+    file = open("/dev/null", O_RDWR);
+  }
+  if (file > STDERR_FILENO) {
+    close(file);
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  MPI_Init(&argc, &argv);
-  int rank = 0;
+  // Until MPI says so.
+  const char* launched = std::getenv("OMPI_COMM_WORLD_RANK");
+  int rank = launched != nullptr ? std::atoi(launched) : 0;
   int status = 1;
+  open_standard_streams();
+  catch_stop_signals(rank);
+  MPI_Init(&argc, &argv);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  catch_stop_signals(rank);
   try {
     status = run_program(argc, argv, rank == 0);
   } catch (const Error& error) {  // The same on every rank.
+    if (const auto* interrupted = dynamic_cast<const Interrupted*>(&error)) {
+      status = 128 + interrupted->signal();
+    }
     if (rank == 0) {
       std::cout << std::flush;
       std::cerr << "pellicle: " << error.what() << std::endl;
@@ -85,6 +95,7 @@ int main(int argc, char** argv) {
     std::cerr << ("pellicle: rank " + std::to_string(rank) + ": " + failure.what() + "\n") << std::flush;
     MPI_Abort(MPI_COMM_WORLD, 2);
   }
+  release_stop_signals();
   PetscBool initialized = PETSC_FALSE;
   PetscInitialized(&initialized);
   if (initialized == PETSC_TRUE) {

@@ -3,10 +3,10 @@
 (black on the left, white on the right, a soft step between).
 
 The first two repeat at their edges; all have the mean 1/2.
-Usage: make_textures.py [FOLDER]; the folder of this script unless given.
 """
+
+import argparse
 import os
-import sys
 
 import numpy
 import vtk
@@ -67,8 +67,19 @@ def write(picture, path):
     writer.Write()
 
 
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", default=os.path.dirname(os.path.abspath(__file__)),
+                        help="where they go; the folder of this script unless given")
+    parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
+    options = parser.parse_args()
+    if not os.path.isdir(options.folder):
+        parser.error(f"{options.folder}: no such folder")
+    return options
+
+
 def main():
-    folder = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
+    folder = arguments().folder
     for number, (name, make) in enumerate([("fibres", fibres), ("clouds", clouds)]):
         write(grey(make(numpy.random.default_rng(7 + number))), os.path.join(folder, name + ".png"))
     write(halves(), os.path.join(folder, "halves.png"))

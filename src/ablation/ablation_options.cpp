@@ -22,21 +22,31 @@ void describe(OptionTable& table, AblationOptions& options) {
       .more_than(0)
       .help("force per width at which the unburnt sheet tears. Nothing tears unless given")
       .source("burning paper, section 8.2; README: readings");
+  const Condition tears{"ablation.strength", [&options] { return options.strength.has_value(); }};
   table.add("ablation.strength_texture", options.strength_texture)
       .file()
+      .acts_with(tears)
       .help("image whose brightness at the uv coordinates weights the strength");
   table.add("ablation.strength_range", options.strength_range)
       .length(2)
+      .acts_with(tears)
+      .acts_with({"ablation.strength_texture", [&options] { return !options.strength_texture.empty(); }})
       .help("factors on the strength where the image is black and where it is white");
   table.add("ablation.char_strength", options.char_strength)
       .range(0, 1)
+      .acts_with(tears)
       .help("share of the strength that is left at the least mass; in between the strength is linear in the mass");
   table.add("ablation.strength_scatter", options.strength_scatter)
       .range(0, 1)
+      .acts_with(tears)
       .help(
           "largest share by which the strength of a spring differs at random; depends on the seed and the persistent "
           "ids only");
-  table.add("ablation.seed", options.seed).at_least(0).help("seed of the scatter of the strength");
+  table.add("ablation.seed", options.seed)
+      .at_least(0)
+      .acts_with(tears)
+      .acts_with({"ablation.strength_scatter: more than 0", [&options] { return options.strength_scatter > 0; }})
+      .help("seed of the scatter of the strength");
 }
 
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <petscsys.h>
 
+#include <algorithm>
 #include <cctype>
 #include <csignal>
 #include <cstdlib>
@@ -10,9 +11,10 @@
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "base/error.h"
-#include "base/spelling.h"
+#include "base/idle_options.h"
 
 namespace pellicle {
 
@@ -21,7 +23,15 @@ namespace {
 struct TypedOption {
   std::string name;  ///< without the dash
   std::optional<std::string> value;
+  Origin origin;
 };
+
+struct Word {
+  std::string text;
+  int line = 0;  ///< of its file
+};
+
+const char* const command_line = "command line";
 
 /// Negative numbers are values, as are PETSc's -inf and -nan.
 bool is_option(const std::string& argument) {
@@ -35,51 +45,84 @@ bool is_deck(const std::string& argument) {
   return extension == ".yaml" || extension == ".yml";
 }
 
-[[noreturn]] void fail(const std::string& option, const std::string& problem) {
-  throw Error("command line: " + option + ": " + problem);
+[[noreturn]] void fail(const Origin& origin, const std::string& problem) {
+  throw Error(origin.text() + ": " + problem);
 }
 
-/// Splits the command line into flags, paths of decks and options with their values.
-std::vector<TypedOption> split_arguments(int argc, const char* const* argv, const OptionTable& table,
-                                         ProgramArguments& arguments) {
+/// Takes one of the words that stand alone. @returns whether it is one.
+bool set_flag(const std::string& name, ProgramArguments& arguments) {
+  const bool is_help = name == "help" || name == "h";
+  arguments.help = arguments.help || is_help;
+  arguments.options_table = arguments.options_table || name == "options_table";
+  arguments.version = arguments.version || name == "version";
+  return is_help || name == "options_table" || name == "version";
+}
+
+/// Splits the words of the command line, or of another source, into paths of decks and options with their values.
+std::vector<TypedOption> split_words(const std::vector<Word>& words, const std::string& source,
+                                     const OptionTable& table, std::vector<Deck>& decks) {
   std::vector<TypedOption> typed;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (is_deck(argument)) {
-      arguments.decks.push_back({argument, ""});
+  const bool may_name_decks = source == command_line;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i].text;
+    if (may_name_decks && is_deck(word)) {
+      decks.push_back({word, "", "", !decks.empty()});
       continue;
     }
-    if (!is_option(argument)) {
-      fail(argument, "neither an option nor the value of one; expected a deck, DECK.yaml, or -option");
+    const Origin origin{source, words[i].line, word, source != command_line};
+    if (!is_option(word)) {
+      fail(origin,
+           std::string("neither an option nor the value of one; expected ") +
+               (may_name_decks ? "a deck, DECK.yaml, or -option" : "-option, its value in quotes if it has spaces"));
     }
-    TypedOption option{argument.substr(argument[1] == '-' ? 2 : 1), std::nullopt};
-    if (option.name == "help" || option.name == "h") {
-      arguments.help = true;
-    } else if (option.name == "options_table") {
-      arguments.options_table = true;
-    } else if (option.name == "version") {
-      arguments.version = true;
-    } else {
+    TypedOption option{word.substr(word[1] == '-' ? 2 : 1), std::nullopt, origin};
+    option.origin.name = "-" + option.name;
+    ProgramArguments ignored;
+    if (!set_flag(option.name, ignored)) {
       const Option* known = table.find_name(option.name);
       const Option* ours = known != nullptr ? known : table.find_prototype(option.name);
-      const bool may_be_deck = ours == nullptr || ours->is_flag();
-      if (i + 1 < argc && !is_option(argv[i + 1]) && !(may_be_deck && is_deck(argv[i + 1]))) {
-        option.value = argv[++i];
+      const bool may_be_deck = may_name_decks && (ours == nullptr || ours->is_flag()) && option.name != "options_file";
+      if (i + 1 < words.size() && !is_option(words[i + 1].text) && !(may_be_deck && is_deck(words[i + 1].text))) {
+        option.value = words[++i].text;
       }
-      typed.push_back(option);
     }
+    typed.push_back(option);
   }
   return typed;
 }
 
-std::string file_text(const std::string& path) {
+/// The words of a text as PETSc's files of options have them: between spaces, or between quotes; # begins a comment.
+std::vector<Word> words_of(const std::string& text) {
+  std::vector<Word> words;
+  int line = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const char letter = text[at];
+    if (letter == '#') {
+      at = std::min(text.find('\n', at), text.size());
+    } else if (std::isspace(static_cast<unsigned char>(letter)) != 0) {
+      line += letter == '\n' ? 1 : 0;
+      ++at;
+    } else if (letter == '"' || letter == '\'') {
+      const std::size_t end = std::min(text.find(letter, at + 1), text.size());
+      words.push_back({text.substr(at + 1, end - at - 1), line});
+      at = end + 1;
+    } else {
+      const std::size_t end = std::min(text.find_first_of(" \t\r\n\f\v", at), text.size());
+      words.push_back({text.substr(at, end - at), line});
+      at = end;
+    }
+  }
+  return words;
+}
+
+std::string file_text(const std::string& path, const std::string& expected) {
   std::ifstream file(path);
   std::ostringstream text;
   if (file && !std::filesystem::is_directory(path)) {
     text << file.rdbuf();
   }
   if (!file || std::filesystem::is_directory(path)) {
-    throw Error(path + ": cannot be read; expected a deck of options in YAML");
+    throw Error(path + ": cannot be read; expected " + expected);
   }
   return text.str();
 }
@@ -99,60 +142,158 @@ void refuse_unknown_object(const OptionTable& table, const TypedOption& typed) {
     }
     std::string known;
     bool names_object = false;
-    for (const std::string& object : section.objects) {
-      known += (known.empty() ? "" : ", ") + object;
-      const std::string start = section.name + "_" + object + "_";
+    for (const auto& object : section.objects) {
+      known += (known.empty() ? "" : ", ") + object.name;
+      const std::string start = section.name + "_" + object.name + "_";
       names_object = names_object || typed.name.compare(0, start.size(), start) == 0;
     }
     if (!names_object) {
-      fail("-" + typed.name, "no such object; expected one that a deck names in " + section.key + ": " +
-                                 (known.empty() ? "there is none" : known));
+      fail(typed.origin, "no such object; expected one that a deck names in " + section.key + ": " +
+                             (known.empty() ? "there is none" : known));
     }
   }
 }
 
 void set_option(const TypedOption& typed, OptionTable& table, std::vector<PetscOption>& petsc) {
-  const std::string written = "-" + typed.name;
   if (Option* option = table.find_name(typed.name)) {
     if (!typed.value && !option->is_flag()) {
-      fail(written, "no value; expected " + option->expected());
+      fail(typed.origin, "no value; expected " + option->expected());
     }
     try {
       WrittenValue value = option->from_command_line(typed.value.value_or("true"));
       option->resolve(value, "");
-      option->assign(value);
+      option->give(value, typed.origin);
     } catch (const Error& error) {
-      fail(written, error.what());
+      fail(typed.origin, error.what());
     }
     return;
   }
   if (const auto meant = table.meant_name(typed.name)) {
     refuse_unknown_object(table, typed);
-    fail(written, "unknown option; nearest valid option: -" + *meant);
+    fail(typed.origin, "unknown option; nearest valid option: -" + *meant);
   }
-  set_petsc_option(petsc, {typed.name, typed.value, "command line: " + written});
+  set_petsc_option(petsc, {typed.name, typed.value, typed.origin});
+}
+
+/// The options with those of a file in place of each `-options_file FILE`. Not collective: for rank 0.
+std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const OptionTable& table, int depth = 0) {
+  std::vector<TypedOption> all;
+  for (const TypedOption& option : typed) {
+    if (option.name != "options_file") {
+      all.push_back(option);
+      continue;
+    }
+    constexpr int deepest = 10;
+    const std::string expected = "a file of options, -name value in each line";
+    if (!option.value || depth == deepest) {
+      fail(option.origin, (option.value ? "names itself; expected " : "no value; expected ") + expected);
+    }
+    std::vector<Deck> no_decks;
+    const std::vector<Word> words = words_of(file_text(*option.value, expected));
+    for (TypedOption& named : with_files(split_words(words, *option.value, table, no_decks), table, depth + 1)) {
+      all.push_back(std::move(named));
+    }
+  }
+  return all;
+}
+
+/// What PETSc reads before the command line, the later winning. Not collective: for rank 0.
+std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool skip_files) {
+  std::vector<TypedOption> all;
+  const auto append = [&](const std::string& source, const std::vector<Word>& words) {
+    std::vector<Deck> no_decks;
+    const std::vector<TypedOption> found = split_words(words, source, table, no_decks);
+    all.insert(all.end(), found.begin(), found.end());
+  };
+  std::vector<std::string> files{".petscrc", "petscrc"};
+  if (const char* home = std::getenv("HOME")) {
+    files.insert(files.begin(), std::string(home) + "/.petscrc");
+  }
+  for (const std::string& file : files) {
+    if (!skip_files && std::filesystem::is_regular_file(file)) {
+      append(file, words_of(file_text(file, "a file of options")));
+    }
+  }
+  if (const char* text = std::getenv("PETSC_OPTIONS")) {
+    std::vector<Word> words = words_of(text);
+    for (Word& word : words) {
+      word.line = 0;
+    }
+    append("PETSC_OPTIONS", words);
+  }
+  return all;
+}
+
+/// Everything but the decks, in the order in which the later wins, as rank 0 finds it. Collective.
+std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOption>& typed, const OptionTable& table) {
+  std::string
+      text;  // of each option the source, line and name, and its value after "=", or nothing; all end with a NUL
+  on_root(comm, [&] {
+    const bool skip_files = std::any_of(typed.begin(), typed.end(), [](const TypedOption& option) {
+      return option.name == "skip_petscrc" && option.value.value_or("true") != "false";
+    });
+    std::vector<TypedOption> all = options_of_surroundings(table, skip_files);
+    all.insert(all.end(), typed.begin(), typed.end());
+    for (const TypedOption& option : with_files(all, table)) {
+      for (const std::string& part : {option.origin.source, std::to_string(option.origin.line), option.name,
+                                      option.value ? "=" + *option.value : ""}) {
+        text += part + '\0';
+      }
+    }
+  });
+  broadcast(comm, text);
+  std::vector<TypedOption> all;
+  std::istringstream parts(text);
+  const auto next = [&parts] {
+    std::string part;
+    std::getline(parts, part, '\0');
+    return part;
+  };
+  while (parts.peek() != std::istringstream::traits_type::eof()) {
+    TypedOption& option = all.emplace_back();
+    option.origin.source = next();
+    option.origin.line = std::stoi(next());
+    option.origin.is_laid_over = option.origin.source != command_line;
+    option.name = next();
+    option.origin.name = "-" + option.name;
+    if (const std::string value = next(); !value.empty()) {
+      option.value = value.substr(1);
+    }
+  }
+  return all;
 }
 
 }  // namespace
 
 ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table) {
   ProgramArguments arguments;
-  const std::vector<TypedOption> typed = split_arguments(argc, argv, table, arguments);
+  std::vector<Word> words;
+  for (int i = 1; i < argc; ++i) {
+    words.push_back({argv[i]});
+  }
+  const std::vector<TypedOption> typed = split_words(words, command_line, table, arguments.decks);
+  std::vector<TypedOption> options = all_options(comm, typed, table);
+  const auto is_flag = [&](const TypedOption& option) { return set_flag(option.name, arguments); };
+  options.erase(std::remove_if(options.begin(), options.end(), is_flag), options.end());
   if (arguments.help || arguments.options_table || arguments.version) {
     return arguments;
   }
   on_root(comm, [&] {
     for (Deck& deck : arguments.decks) {
-      deck.text = file_text(deck.path);
+      deck.text = file_text(deck.path, "a deck of options in YAML");
+      deck.copy_of = original_of(deck.path);
     }
   });
   for (Deck& deck : arguments.decks) {
     broadcast(comm, deck.text);
+    broadcast(comm, deck.copy_of);
     read_deck(deck, table, arguments.petsc);
+    note_acting(table, arguments.petsc);
   }
-  for (const TypedOption& option : typed) {
+  for (const TypedOption& option : options) {
     set_option(option, table, arguments.petsc);
   }
+  arguments.unused = settle_idle_options(table, arguments.petsc);
   return arguments;
 }
 
@@ -174,7 +315,9 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   // PETSc keeps the pointers until PetscFinalize.
   static std::vector<std::string> words;
   static std::vector<char*> pointers;
-  words = {program, "-options_left", "false"};
+  // What PETSc would read besides has been read, and checked, with the command line.
+  words = {program, "-skip_petscrc", "true", "-options_left", "false"};
+  unsetenv("PETSC_OPTIONS");
   for (std::string& word : petsc_arguments(options, table)) {
     words.push_back(std::move(word));
   }

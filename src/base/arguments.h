@@ -18,18 +18,22 @@ struct ProgramArguments {
   bool version = false;        ///< -version
   std::vector<Deck> decks;     ///< in the order of the command line
   std::vector<PetscOption> petsc;
+  std::string unused;  ///< one line that names what is given for solvers that the run does not have, or ""
 };
 
-/// Reads the command line and the decks that it names, and sets the options: decks in their order, then the options of
-/// the command line, wherever they stand. Decks are the arguments that end in .yaml or .yml and are not the value of an
-/// option of ours. With one of the three flags the decks are not read. Collective: rank 0 reads the files.
-/// @throws Error, the same on every rank: a deck that cannot be read or is wrong (see read_deck), an option of ours
-/// that is misspelt, without its value, or wrong in its value; an argument that is none of all this.
+/// Reads the command line and the decks that it names, and sets the options: decks in their order; then what PETSc
+/// reads beside the command line, in PETSc's order: the files ~/.petscrc, .petscrc and petscrc, and the environment
+/// variable PETSC_OPTIONS; then the options of the command line, wherever they stand, with those of `-options_file
+/// FILE` in its place. The later wins. Decks are the arguments that end in .yaml or .yml and are not the value of an
+/// option. With one of the three flags no deck is read. Collective: rank 0 reads files and environment.
+/// @throws Error, the same on every rank: a file that cannot be read or is wrong (see read_deck), an option of ours
+/// that is misspelt, without its value, or wrong in its value; one that has no effect (see settle_idle_options); an
+/// argument that is none of all this.
 ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table);
 
-/// PetscInitialize with PETSc's own options of the decks and the command line, PETSc's warning about unused options
-/// switched off: `warn_unused` is ours. BLAS gets one thread unless the environment says how many. Collective on
-/// MPI_COMM_WORLD; MPI may be initialised already.
+/// PetscInitialize with PETSc's own options of all that read_arguments reads, which PETSc does not read again. Its
+/// warning about unused options is switched off: `warn_unused` is ours. BLAS gets one thread unless the environment
+/// says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const OptionTable& table);
 
 }  // namespace pellicle

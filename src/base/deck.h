@@ -12,15 +12,24 @@ namespace pellicle {
 struct Deck {
   std::string path;
   std::string text;
+  std::string copy_of = {};   ///< of a deck that a run has kept: the absolute path of the file that it is a copy of
+  bool is_laid_over = false;  ///< over a deck before it
+
+  /// The file that the deck comes from: it gives the run its name, and relative names of files start at its folder.
+  const std::string& source() const { return copy_of.empty() ? path : copy_of; }
 };
 
+/// What the record of a run, the run.yaml beside a deck, says that the deck is a copy of; empty if there is none.
+std::string original_of(const std::string& path);
+
 /// Sets the options that a deck gives; PETSc's own are put into `petsc`. Objects that the deck names are created.
-/// Keys that an earlier deck has set are set anew.
+/// Keys that an earlier deck has set are set anew. A map may take over the entries of others by `<<: *map`.
 /// @throws Error, one line with file, line, key, value and what was expected: YAML that cannot be parsed, a key that is
-/// unknown (with the nearest valid one) or there twice, a wrong type, unit, length of a list, or a value out of range.
+/// unknown (with the nearest valid one) or there twice, aliases that contain themselves or multiply, a wrong type,
+/// unit, length of a list, or a value out of range.
 void read_deck(const Deck& deck, OptionTable& table, std::vector<PetscOption>& petsc);
 
-/// A deck that sets every option to its present value in SI, with its unit as a comment, and PETSc's own.
+/// A deck that sets every option that acts to its present value in SI, with its unit as a comment, and PETSc's own.
 std::string written_deck(const OptionTable& table, const std::vector<PetscOption>& petsc);
 
 }  // namespace pellicle

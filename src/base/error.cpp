@@ -31,7 +31,28 @@ std::string describe_failure(PetscErrorCode code, const char* file, int line) {
          std::to_string(line);
 }
 
+std::string one_line(const std::string& text) {
+  constexpr std::size_t kept_in_front = 700;
+  constexpr std::size_t kept_behind = 300;
+  if (text.size() > kept_in_front + kept_behind) {
+    return one_line(text.substr(0, kept_in_front)) + " ... " + one_line(text.substr(text.size() - kept_behind));
+  }
+  std::string line;
+  for (const char character : text) {
+    const auto code = static_cast<unsigned char>(character);
+    if (code < ' ' || code == 127) {
+      constexpr const char* digits = "0123456789ABCDEF";
+      line += {'\\', 'x', digits[code / 16], digits[code % 16]};
+    } else {
+      line += character;
+    }
+  }
+  return line;
+}
+
 }  // namespace
+
+Error::Error(const std::string& text) : std::runtime_error(one_line(text)) {}
 
 PetscFailure::PetscFailure(PetscErrorCode code, const char* file, int line)
     : std::runtime_error(describe_failure(code, file, line)), code_(code) {}

@@ -12,7 +12,9 @@ namespace pellicle {
 /// the value, and what was expected. `main` prints it once and ends with exit code 1.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// @param text may quote the input: its control characters become \x0A and so on, and what is too long to be read is
+  /// left out in the middle, so that it is one line whatever it quotes.
+  explicit Error(const std::string& text);
 };
 
 /// A PETSc call failed. `what()` is one line with PETSc's own words, if keep_petsc_messages has been called.

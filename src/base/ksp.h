@@ -2,6 +2,7 @@
 
 #include <petscksp.h>
 
+#include <functional>
 #include <string>
 
 #include "base/handle.h"
@@ -15,15 +16,31 @@ struct KspDefaults {
   PCType preconditioner = PCBJACOBI;  ///< its blocks are ICC(0) where the matrix is known to be symmetric
   double rtol = 1e-8;
   int max_iterations = 2000;
+  double divtol = 1e5;  ///< growth of the residual that ends a solve
 };
 
 /// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner
 /// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
 /// @param preconditioning matrix that the preconditioner is built from
-/// @throws Error when `matrix` is matrix-free and the preconditioner needs entries
+/// @throws Error that names the option: a type or solver package that PETSc does not have, or that the matrix does not
+/// allow
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);
 
-/// Solves and says how it went; divergence is a result. Collective.
-StageResult solve(KSP ksp, Vec right_hand_side, Vec solution);
+/// Runs calls of PETSc's that set up or run the solvers of `prefix`. @throws Error that names their options when PETSc
+/// cannot do as they say
+void run_solver(const std::string& prefix, const std::function<void()>& calls);
+
+/// How a linear solve went.
+struct LinearResult : StageResult {
+  KSPConvergedReason ended = KSP_CONVERGED_ITERATING;  ///< PETSc's name for it
+};
+
+/// Solves and says how it went; divergence is a result. Where the solver tests no residual itself (preonly, no norm),
+/// the true one is tested. Collective. @throws Error that names the solver's options when PETSc cannot do as they say
+LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution);
+
+/// What is wrong with a solution whose residual b - A x nobody has tested; empty if it is within `rtol` of b, or what
+/// rounding leaves of a direct solve. Collective. @param preconditioning a matrix whose diagonal is as large as A's
+std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution, double rtol);
 
 }  // namespace pellicle

@@ -57,9 +57,20 @@ std::string wrapped(const std::string& text, const std::string& indent) {
   return line.empty() ? lines : lines + indent + line + "\n";
 }
 
+/// What the option needs to have an effect; empty: nothing.
+std::string needs_text(const Option& option) {
+  std::string text;
+  for (const Condition& condition : option.conditions()) {
+    text += (text.empty() ? "" : "; ") + condition.words;
+  }
+  return text;
+}
+
 std::string option_help(const Option& option) {
   const std::string range = option.range_text();
+  const std::string needs = needs_text(option);
   std::string text = option.help();
+  text += needs.empty() ? "" : " {" + needs + "}";
   text += option.source().empty() ? "" : " [" + option.source() + "]";
   return wrapped("-" + option.name() + " " + with_unit(option) + (range.empty() ? "" : " (" + range + ")"), "  ") +
          wrapped(text, "      ");
@@ -84,12 +95,28 @@ std::string cell(const std::string& text) {
 std::string markdown_row(const Option& option) {
   return "|" + cell("`" + option.key() + "`") + cell("`-" + option.name() + "`") +
          cell(option.default_text().empty() ? "\"\"" : option.default_text()) +
-         cell(option.unit() == "1" ? "" : option.unit()) + cell(option.range_text()) + cell(option.help()) +
-         cell(option.source()) + "\n";
+         cell(option.unit() == "1" ? "" : option.unit()) + cell(option.range_text()) + cell(needs_text(option)) +
+         cell(option.help()) + cell(option.source()) + "\n";
 }
 
 const std::string markdown_head =
-    "| YAML key | command line | default | unit | range | meaning | source |\n|---|---|---|---|---|---|---|\n";
+    "| YAML key | command line | default | unit | range | needs | meaning | source |\n"
+    "|---|---|---|---|---|---|---|---|\n";
+
+const std::string not_done =
+    "What the program does not do: self-contact (a sheet or a wall passes through itself); contact between objects (a "
+    "run has one mesh, which meets bodies); going on with an earlier run from its files; heat and fire on a balloon, "
+    "and gas in a sheet; flames and air; tears or leaks of a balloon.";
+
+const std::string no_effect =
+    "An option that is given but cannot act in the run, for want of what it needs (in braces below; in the table under "
+    "\"needs\"), is refused. Two exceptions are named once as not used: settings of solvers (project, spring, prism, "
+    "volume, the solvers of heat and gas) in a deck after the first, or in PETSc's files of options, which may be for "
+    "both chains; and what a later deck or the command line has made superfluous.";
+
+const std::string petsc_sources =
+    "Later ones win: decks, in their order; ~/.petscrc, .petscrc and petscrc; PETSC_OPTIONS; the command line, with "
+    "-options_file FILE in its place.";
 
 }  // namespace
 
@@ -105,6 +132,9 @@ std::string help_text(const OptionTable& table) {
       "[1, 2, 3] in a deck and 1,2,3 on the command line, rows [[0, 1], [2, 3]] and \"0,1;2,3\". Any option of PETSc's "
       "may be added on the command line or, in a deck, as petsc: {log_view: true}.",
       "");
+  for (const std::string& paragraph : {petsc_sources, no_effect, not_done}) {
+    text += "\n" + wrapped(paragraph, "");
+  }
   for (const Module& module : modules_of(table)) {
     text += "\n" + module.name + "\n";
     for (const Option* option : module.options) {
@@ -129,7 +159,8 @@ std::string options_markdown(const OptionTable& table) {
   std::string text =
       "# Options\n\nWritten by `pellicle -options_table`. Defaults are in SI; a deck and the command line may give "
       "units "
-      "(`0.3 mm`, `450 degC`).\n";
+      "(`0.3 mm`, `450 degC`).\n\n" +
+      petsc_sources + "\n\n" + no_effect + "\n\n" + not_done + "\n";
   for (const Module& module : modules_of(table)) {
     text += "\n## " + module.name + "\n";
     if (!module.options.empty()) {

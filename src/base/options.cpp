@@ -4,7 +4,9 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <type_traits>
@@ -17,10 +19,13 @@ namespace pellicle {
 
 namespace {
 
-// The first words of PETSc's options for solvers and what is nested in them.
-constexpr std::array<const char*, 12> solver_words{"ksp_",       "pc_",        "sub_",    "mat_",
-                                                   "snes_",      "mg_",        "gamg_",   "fieldsplit_",
-                                                   "redundant_", "telescope_", "esteig_", "schur_"};
+// The first words of PETSc's options for solvers, and of the prefixes that PETSc 3.18 gives the solvers nested in one.
+constexpr std::array<const char*, 37> solver_words{
+    "ksp_",         "pc_",        "snes_",   "mat_",       "dm_",           "linesearch_", "npc_",       "fas_",
+    "mg_",          "gamg_",      "hmg_",    "sub_",       "esteig_",       "fieldsplit_", "schur_",     "inner_",
+    "upper_",       "redundant_", "repart_", "telescope_", "redistribute_", "deflation_",  "galerkin_",  "fetidp_",
+    "exotic_",      "gdsw_",      "nn_",     "lsc_",       "mpi_",          "lmvm_",       "multigrid_", "exact_",
+    "approximate_", "hierarch_",  "power_",  "pseudo_",    "harmonic_"};
 
 // Those that are suggested for a misspelt one.
 constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",
@@ -40,11 +45,6 @@ bool is_solver_word(const std::string& rest) {
 }
 
 std::string first_word(const std::string& name) { return name.substr(0, name.find('_')); }
-
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> parts;
@@ -137,6 +137,25 @@ Option& Option::choices(std::vector<std::string> names) {
 Option& Option::length(int count) {
   length_ = static_cast<std::size_t>(count);
   return *this;
+}
+
+Option& Option::acts_with(Condition condition) {
+  conditions_.push_back(std::move(condition));
+  return *this;
+}
+
+Option& Option::solver_setting() {
+  is_solver_setting_ = true;
+  return *this;
+}
+
+const Condition* Option::idle_because() const { return first_unmet(conditions_); }
+
+bool Option::is_blank() const {
+  const WrittenValue now = value();
+  const bool is_optional = std::holds_alternative<std::optional<double>*>(variable_);
+  return now.rows.empty() || now.rows.front().empty() || now.rows.front().front().empty() ||
+         (is_optional && now.rows.front().front() == "none");
 }
 
 Option& Option::file() {
@@ -243,6 +262,18 @@ WrittenValue Option::value() const {
       variable_);
 }
 
+WrittenValue Option::value_with_unit() const {
+  WrittenValue written = value();
+  if (unit_ == "rad") {  // Beyond a full turn an angle must name it.
+    for (auto& row : written.rows) {
+      for (std::string& word : row) {
+        word += " rad";
+      }
+    }
+  }
+  return written;
+}
+
 WrittenValue Option::from_command_line(const std::string& text) const {
   return std::visit(
       [&](auto* variable) {
@@ -272,7 +303,20 @@ void Option::resolve(WrittenValue& written, const std::string& folder) const {
   name = std::filesystem::absolute(std::filesystem::path(folder) / name).lexically_normal().string();
 }
 
+void Option::give(const WrittenValue& written, Origin origin) {
+  assign(written);
+  origin_ = std::move(origin);
+  has_acted_ = false;
+}
+
 void Option::assign(const WrittenValue& written) {
+  for (const auto& row : written.rows) {
+    for (const std::string& word : row) {
+      if (std::any_of(word.begin(), word.end(), [](unsigned char c) { return (c < 0x20 && c != '\t') || c == 0x7f; })) {
+        refuse("\"" + word + "\" has control characters");
+      }
+    }
+  }
   std::visit(
       [&](auto* variable) {
         using T = std::remove_pointer_t<decltype(variable)>;
@@ -295,7 +339,8 @@ void Option::assign(const WrittenValue& written) {
           }
           *variable = rows;
         } else if constexpr (is_list<T>) {
-          if (written.kind != Kind::list) {
+          // A list of any length may be one entry without brackets: `corners: all`.
+          if (written.kind == Kind::rows || (written.kind == Kind::scalar && length_)) {
             refuse(written.kind == Kind::rows ? "a list of lists"
                                               : "\"" + written.rows.front().front() + "\" is no list");
           }
@@ -357,14 +402,23 @@ double Option::number(const std::string& word, const std::string& unit) const {
   if (!quantity.bare && quantity.dimension != parse_unit(unit).dimension) {
     refuse("\"" + word + "\" has the wrong dimension");
   }
+  constexpr double full_turn = 6.283185307179586;
+  if (quantity.bare && unit == "rad" && std::abs(quantity.value) > full_turn * (1 + 1e-4)) {  // 6.2832 is one
+    throw Error(word + ": an angle of more than 2 pi without a unit; expected " + word + " deg or " + word + " rad");
+  }
   check_range(quantity.value, word);
   return quantity.value;
 }
 
 int Option::integer(const std::string& word) const {
   int value = 0;
+  const bool plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
   const char* end = word.data() + word.size();
-  const auto [last, failure] = std::from_chars(word.data(), end, value);
+  const auto [last, failure] = std::from_chars(word.data() + (plus ? 1 : 0), end, value);
+  if (failure == std::errc::result_out_of_range && last == end) {
+    refuse("\"" + word + "\" is beyond the integers, " + std::to_string(std::numeric_limits<int>::min()) + " to " +
+           std::to_string(std::numeric_limits<int>::max()));
+  }
   if (failure != std::errc() || last != end) {
     refuse("\"" + word + "\" is not an integer");
   }
@@ -404,7 +458,25 @@ Option& OptionTable::add(const std::string& key, Option::Variable variable) {
       std::any_of(target_->begin(), target_->end(), below)) {
     throw std::logic_error("option " + option.key() + " is declared twice, or is a group as well");
   }
+  for (const Condition& condition : conditions_) {
+    option.acts_with(condition);
+  }
+  if (adds_solver_settings_) {
+    option.solver_setting();
+  }
   return target_->emplace_back(std::move(option));
+}
+
+void OptionTable::add_under(const Condition& condition, const std::function<void()>& declare) {
+  conditions_.push_back(condition);
+  declare();
+  conditions_.pop_back();
+}
+
+void OptionTable::add_solver_settings(const std::function<void()>& declare) {
+  adds_solver_settings_ = true;
+  declare();
+  adds_solver_settings_ = false;
 }
 
 void OptionTable::add_object_section(const std::string& section, std::string help,
@@ -414,6 +486,8 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   added.name = command_line_name(section);
   added.help = std::move(help);
   added.describe = std::move(describe);
+  added.conditions = conditions_;
+  added.is_solver_setting = adds_solver_settings_;
   base_ = section + ".NAME.";
   target_ = &added.prototype;
   added.describe(*this, "");
@@ -422,7 +496,7 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
 }
 
 void OptionTable::add_solver_prefix(std::string prefix, std::vector<std::string> variants) {
-  solver_prefixes_.push_back({std::move(prefix), std::move(variants)});
+  solver_prefixes_.push_back({std::move(prefix), std::move(variants), conditions_});
 }
 
 Option* OptionTable::find_key(const std::string& key) {
@@ -505,10 +579,24 @@ std::vector<std::string> OptionTable::keys() const {
   return {keys.begin(), keys.end()};
 }
 
-void OptionTable::create_object(const std::string& section, const std::string& object) {
+void OptionTable::note_acting() {
+  for (Option& option : options_) {
+    option.note_acting();
+  }
+  for (ObjectSection& section : sections_) {
+    for (Object& object : section.objects) {
+      object.has_acted = object.has_acted || first_unmet(section.conditions) == nullptr;
+    }
+  }
+}
+
+void OptionTable::create_object(const std::string& section, const std::string& object, const Origin& origin) {
   const auto found =
       std::find_if(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return s.key == section; });
-  if (std::find(found->objects.begin(), found->objects.end(), object) != found->objects.end()) {
+  const auto known = std::find_if(found->objects.begin(), found->objects.end(),
+                                  [&](const Object& other) { return other.name == object; });
+  if (known != found->objects.end()) {
+    *known = {object, origin};
     return;
   }
   const bool word =
@@ -524,27 +612,31 @@ void OptionTable::create_object(const std::string& section, const std::string& o
       throw Error("-" + name + " would also mean " + other->key() + "; expected another name of the object");
     }
   }
-  found->objects.push_back(object);
+  found->objects.push_back({object, origin});
   base_ = section + "." + object + ".";
+  conditions_ = found->conditions;
+  adds_solver_settings_ = found->is_solver_setting;
   found->describe(*this, object);
+  adds_solver_settings_ = false;
+  conditions_.clear();
   base_.clear();
 }
 
-bool OptionTable::is_solver_option(const std::string& name) const {
+const SolverPrefix* OptionTable::solver_of(const std::string& name) const {
   for (const SolverPrefix& solver : solver_prefixes_) {
     if (starts_with(name, solver.prefix)) {
       const std::string rest = name.substr(solver.prefix.size());
       for (const std::string& variant : solver.variants) {
         if (starts_with(rest, variant) && is_solver_word(rest.substr(variant.size()))) {
-          return true;
+          return &solver;
         }
       }
       if (is_solver_word(rest)) {
-        return true;
+        return &solver;
       }
     }
   }
-  return false;
+  return nullptr;
 }
 
 std::vector<std::string> OptionTable::variant_names(const std::string& name) const {
@@ -584,6 +676,19 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
   // A short name is within two letters of too many.
   const bool misspelt = name.size() > 4 && edit_distance(name, closest) <= 2;
   return misspelt || modules.count(first_word(name)) > 0 ? std::optional(closest) : std::nullopt;
+}
+
+Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values) {
+  const std::string words = key + ": " + join(values, ", ");
+  return {words, [&variable, values = std::move(values)] {
+            return std::find(values.begin(), values.end(), variable) != values.end();
+          }};
+}
+
+const Condition* first_unmet(const std::vector<Condition>& conditions) {
+  const auto unmet =
+      std::find_if(conditions.begin(), conditions.end(), [](const Condition& condition) { return !condition.holds(); });
+  return unmet == conditions.end() ? nullptr : &*unmet;
 }
 
 std::string command_line_name(const std::string& key) {

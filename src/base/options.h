@@ -23,6 +23,27 @@ struct WrittenValue {
   std::vector<std::vector<std::string>> rows;
 };
 
+/// Where a user gave an option.
+struct Origin {
+  std::string source;  ///< "input/deck.yaml", "command line"
+  int line = 0;        ///< 0: the source has no lines
+  std::string name;    ///< as it is written there: "heat.diffusivity", "-heat_diffusivity"
+  /// From what lies over a scene and may be made for many: a deck after the first, PETSc's files and environment.
+  bool is_laid_over = false;
+
+  /// "input/deck.yaml:3: heat.diffusivity", as messages begin.
+  std::string text() const { return source + (line > 0 ? ":" + std::to_string(line) : "") + ": " + name; }
+};
+
+/// What an option needs to have any effect.
+struct Condition {
+  std::string words;  ///< "mesh.shape: torus, roof"
+  std::function<bool()> holds;
+};
+
+/// The option `key`, stored in `variable`, has one of these values.
+Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values);
+
 /// One declared option: everything that the deck reader, the command line, `-help` and the manual know of it.
 /// The default is the value that the variable holds when it is declared.
 class Option {
@@ -47,6 +68,11 @@ class Option {
   /// one; the variable gets an absolute path.
   Option& file();
   Option& help(std::string text);
+  /// The option has no effect unless this holds when all options have been read. Of several all must hold.
+  Option& acts_with(Condition condition);
+  /// The option chooses how a solver works, not what is solved: a deck laid over a scene may set it for a chain that
+  /// the run does not have.
+  Option& solver_setting();
   /// Paper and equation, or where the default comes from.
   Option& source(std::string text);
 
@@ -62,9 +88,17 @@ class Option {
   /// "0 to 1", "at least 0", "3 numbers", the choices; empty when anything goes.
   std::string range_text() const;
   bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
+  bool is_solver_setting() const { return is_solver_setting_; }
+  const std::vector<Condition>& conditions() const { return conditions_; }
+  /// The first of its conditions that does not hold; null: it acts.
+  const Condition* idle_because() const;
+  /// Whether its value says that nothing is given: no text, no entries, none.
+  bool is_blank() const;
 
-  /// The variable's value now, in the form that `assign` takes, in SI.
+  /// The variable's value now, in SI, without its unit.
   WrittenValue value() const;
+  /// The same as `assign` takes it: angles have their unit.
+  WrittenValue value_with_unit() const;
 
   /// Splits a value of the command line: lists at commas, Rows at semicolons too.
   WrittenValue from_command_line(const std::string& text) const;
@@ -74,6 +108,14 @@ class Option {
 
   /// Checks a value and stores it. @throws Error saying what is wrong and what was expected, without naming the key.
   void assign(const WrittenValue& written);
+  /// Assigns what a user wrote, and keeps where. @throws Error as assign does.
+  void give(const WrittenValue& written, Origin origin);
+
+  /// Where it was given last; nothing: it was not.
+  const std::optional<Origin>& origin() const { return origin_; }
+  /// Whether it acted when the source that gives it, or a later one, had been read.
+  bool has_acted() const { return has_acted_; }
+  void note_acting() { has_acted_ = has_acted_ || idle_because() == nullptr; }
 
   /// In words, the value that is expected: "a length such as 0.3 mm, at least 0".
   std::string expected() const;
@@ -97,6 +139,10 @@ class Option {
   std::vector<std::string> choices_;
   std::optional<std::size_t> length_;
   bool is_file_ = false;
+  bool is_solver_setting_ = false;
+  bool has_acted_ = false;
+  std::vector<Condition> conditions_;
+  std::optional<Origin> origin_;
   std::string help_;
   std::string source_;
   std::string default_text_;
@@ -106,7 +152,11 @@ class Option {
 struct SolverPrefix {
   std::string prefix;
   std::vector<std::string> variants;
+  std::vector<Condition> conditions;  ///< which the run must meet to have these solvers
 };
+
+/// The first condition that does not hold; null when all do.
+const Condition* first_unmet(const std::vector<Condition>& conditions);
 
 /// Every option of the program, grouped by the first word of its key (the module).
 ///
@@ -115,13 +165,22 @@ struct SolverPrefix {
 /// holds others.
 class OptionTable {
  public:
+  /// A named object that a deck has created.
+  struct Object {
+    std::string name;
+    Origin origin;           ///< of the deck that named it last
+    bool has_acted = false;  ///< as Option::has_acted
+  };
+
   /// Named objects of one kind, such as all bodies.
   struct ObjectSection {
     std::string key;   ///< "bodies"
     std::string name;  ///< "bodies": of the command line
     std::string help;
-    std::deque<Option> prototype;      ///< what an object has, with keys such as "bodies.NAME.radius"
-    std::vector<std::string> objects;  ///< the names that decks have created, in their order
+    std::deque<Option> prototype;  ///< what an object has, with keys such as "bodies.NAME.radius"
+    std::vector<Object> objects;   ///< in the order of their creation
+    std::vector<Condition> conditions;
+    bool is_solver_setting = false;
     std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
   };
 
@@ -140,13 +199,25 @@ class OptionTable {
   /// Declares named objects: `bodies: {ball: {radius: 0.2 m}}`, `-bodies_ball_radius 0.2`. The keys that
   /// `describe(table, object)` adds are relative to the object. A deck creates an object by naming it; the command
   /// line changes objects that a deck has created.
+  template <class T, class Describe>
+  void add_objects(const std::string& section, std::map<std::string, T>& objects, const std::string& help,
+                   const Describe& describe_object) {
+    auto prototype = std::make_shared<T>();
+    add_object_section(section, help,
+                       [&objects, prototype, describe_object](OptionTable& table, const std::string& object) {
+                         describe_object(table, object.empty() ? *prototype : objects[object]);
+                       });
+  }
   template <class T>
   void add_objects(const std::string& section, std::map<std::string, T>& objects, const std::string& help) {
-    auto prototype = std::make_shared<T>();
-    add_object_section(section, help, [&objects, prototype](OptionTable& table, const std::string& object) {
-      describe(table, object.empty() ? *prototype : objects[object]);
-    });
+    add_objects(section, objects, help, [](OptionTable& table, T& object) { describe(table, object); });
   }
+
+  /// Declares options, objects and solver prefixes that have no effect unless a condition holds: all that `declare`
+  /// adds. May be nested.
+  void add_under(const Condition& condition, const std::function<void()>& declare);
+  /// Declares options that are all solver settings, see Option::solver_setting.
+  void add_solver_settings(const std::function<void()>& declare);
 
   /// Names solver prefixes such as "project_" or "heat_": below one of them a PETSc solver option (`ksp_...`,
   /// `pc_...`, `sub_...`, ...) goes to PETSc's options database instead of being an error.
@@ -173,12 +244,17 @@ class OptionTable {
   /// All keys that a deck may hold: options, objects and groups.
   std::vector<std::string> keys() const;
 
-  /// Adds an object to a section, if it is new. @throws Error when the name is not a word or its options would have
-  /// the name of others on the command line.
-  void create_object(const std::string& section, const std::string& object);
+  /// Adds an object to a section, or notes that it is named again. @throws Error when the name is not a word or its
+  /// options would have the name of others on the command line.
+  void create_object(const std::string& section, const std::string& object, const Origin& origin = {});
 
-  /// Whether the name (without the dash) is a PETSc option below a solver prefix.
-  bool is_solver_option(const std::string& name) const;
+  /// To be called when a deck has been read whole: what it gives and acts then was meant, even if a later deck or the
+  /// command line takes away what it needs.
+  void note_acting();
+
+  /// The solver prefix below which the name (without the dash) is a PETSc option; null: it is not one.
+  const SolverPrefix* solver_of(const std::string& name) const;
+  bool is_solver_option(const std::string& name) const { return solver_of(name) != nullptr; }
   /// The names under which the variants of a solver prefix read a PETSc option that was given for the prefix alone.
   std::vector<std::string> variant_names(const std::string& name) const;
   /// The option of ours that the user may have meant with a name (without the dash) that is not one: when the name
@@ -194,6 +270,8 @@ class OptionTable {
   std::vector<SolverPrefix> solver_prefixes_;
   std::string base_;                        ///< "bodies.ball." while an object is described
   std::deque<Option>* target_ = &options_;  ///< where `add` puts options
+  std::vector<Condition> conditions_;       ///< of what is being added
+  bool adds_solver_settings_ = false;
 };
 
 /// The name on the command line, without the dash, of a key: dots become underscores.

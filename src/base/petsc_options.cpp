@@ -79,7 +79,7 @@ std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& op
     std::vector<std::string> read_as = handed_names(option, options, table);
     read_as.push_back(option.name);
     if (std::all_of(read_as.begin(), read_as.end(), [&](const std::string& name) { return left.count(name) > 0; })) {
-      lines.push_back(option.written + problem);
+      lines.push_back(option.origin.text() + problem);
     }
     for (const std::string& name : read_as) {
       left.erase(name);

@@ -14,7 +14,8 @@ namespace pellicle {
 struct PetscOption {
   std::string name;                  ///< without the dash
   std::optional<std::string> value;  ///< none: the name stands alone, which PETSc takes for true
-  std::string written;               ///< where and how the user wrote it: "deck.yaml:3: project.ksp_type"
+  Origin origin;                     ///< where and how the user wrote it
+  bool has_acted = false;            ///< as Option::has_acted
 };
 
 /// Puts an option into the list; one of the same name that was there is replaced.

@@ -33,8 +33,8 @@ const std::map<std::string, Unit>& plain_units() {
                                                  {"min", {60, 0, {0, 0, 1, 0}}},
                                                  {"h", {3600, 0, {0, 0, 1, 0}}},
                                                  {"bar", {1e5, 0, {-1, 1, -2, 0}}},
-                                                 {"rad", {1, 0, {}}},
-                                                 {"deg", {pi / 180, 0, {}}},
+                                                 {"rad", {1, 0, {0, 0, 0, 0, 0, 1}}},
+                                                 {"deg", {pi / 180, 0, {0, 0, 0, 0, 0, 1}}},
                                                  {"%", {1e-2, 0, {}}},
                                                  {"1", {1, 0, {}}},
                                                  {"degC", {1, 273.15, {0, 0, 0, 1}}}};
@@ -169,12 +169,12 @@ class UnitParser {
   std::size_t position_ = 0;
 };
 
+}  // namespace
+
 std::string trimmed(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \t");
   return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
-
-}  // namespace
 
 Unit parse_unit(const std::string& text) {
   const std::string unit = trimmed(text);
@@ -184,16 +184,20 @@ Unit parse_unit(const std::string& text) {
 
 Quantity parse_quantity(const std::string& text) {
   const std::string written = trimmed(text);
-  const std::size_t sign = !written.empty() && written[0] == '+' ? 1 : 0;
+  // from_chars knows no plus sign; "+-1" is no number.
+  const std::size_t sign = written.size() > 1 && written[0] == '+' && written[1] != '-' ? 1 : 0;
   Quantity quantity;
   const char* begin = written.data() + sign;
   const auto [end, failure] = std::from_chars(begin, written.data() + written.size(), quantity.value);
   if (failure != std::errc() || !std::isfinite(quantity.value)) {
     throw Error("\"" + text + "\" is not a finite number");
   }
-  const std::string unit = trimmed(std::string(end));
+  const std::string unit = trimmed(written.substr(static_cast<std::size_t>(end - written.data())));
   quantity.bare = unit.empty();
   if (!quantity.bare) {
+    if (unit == "1") {
+      throw Error("\"" + text + "\" is two numbers");
+    }
     const Unit parsed = parse_unit(unit);
     // Divide by the reciprocal of small factors: 0.3 mm is 0.3/1000, correctly rounded to 0.0003.
     const double reciprocal = std::round(1 / parsed.factor);

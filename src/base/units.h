@@ -5,8 +5,9 @@
 
 namespace pellicle {
 
-/// Exponents of metre, kilogram, second, kelvin and mole.
-using Dimension = std::array<int, 5>;
+/// Exponents of metre, kilogram, second, kelvin, mole and radian: an angle is no pure number here, so that neither is
+/// read as the other.
+using Dimension = std::array<int, 6>;
 
 /// A unit: a quantity of `value` in it is `factor * value + offset` in SI.
 struct Unit {
@@ -36,5 +37,8 @@ std::string example_of(const std::string& unit);
 
 /// The shortest text that reads back as the same number.
 std::string number_text(double value);
+
+/// A text without the blanks at its ends.
+std::string trimmed(const std::string& text);
 
 }  // namespace pellicle

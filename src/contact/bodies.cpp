@@ -34,11 +34,22 @@ void require_valid(const std::string& key, const BodyOptions& options) {
 
 void describe(OptionTable& table, BodyOptions& options) {
   table.add("shape", options.shape).choices({"sphere", "plane"}).help("what the body is; a plane is solid behind it");
-  table.add("centre", options.centre).unit("m").help("centre of a sphere at time 0");
-  table.add("radius", options.radius).unit("m").more_than(0).help("radius of a sphere");
-  table.add("point", options.point).unit("m").help("a point of a plane at time 0");
-  table.add("normal", options.normal).help("normal of a plane, towards the sheet; any length");
-  table.add("velocity", options.velocity).unit("m/s").help("constant velocity; excludes a path");
+  const Condition sphere = one_of("shape", options.shape, {"sphere"});
+  const Condition plane = one_of("shape", options.shape, {"plane"});
+  const Condition without_path{"no path", [&options] { return options.path.empty(); }};
+  table.add("centre", options.centre)
+      .unit("m")
+      .acts_with(sphere)
+      .acts_with(without_path)
+      .help("centre of a sphere at time 0");
+  table.add("radius", options.radius).unit("m").more_than(0).acts_with(sphere).help("radius of a sphere");
+  table.add("point", options.point)
+      .unit("m")
+      .acts_with(plane)
+      .acts_with(without_path)
+      .help("a point of a plane at time 0");
+  table.add("normal", options.normal).acts_with(plane).help("normal of a plane, towards the sheet; any length");
+  table.add("velocity", options.velocity).unit("m/s").acts_with(without_path).help("constant velocity");
   table.add("path", options.path)
       .unit("s,m,m,m")
       .help(

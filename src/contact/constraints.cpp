@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/error.h"
@@ -36,33 +37,26 @@ double nearest_distance(const PointSet& points, const Plane& plane) {
   return nearest;
 }
 
-/// The point that comes nearest to lying in all planes, and, of several, is the nearest to `middle` [m].
-Eigen::Vector3d common_point(const std::vector<Plane>& planes, const Eigen::Vector3d& middle) {
-  const auto count = static_cast<Eigen::Index>(planes.size());
-  Eigen::MatrixX3d normals(count, 3);
-  Eigen::VectorXd heights(count);
-  for (Eigen::Index p = 0; p < count; ++p) {
-    const Plane& plane = planes[static_cast<std::size_t>(p)];
-    normals.row(p) = plane.normal;
-    heights[p] = plane.normal.dot(plane.point - middle);
+/// What of a unit vector is at right angles to orthonormal axes, normalised; nothing if it lies among them.
+std::optional<Eigen::Vector3d> direction_beside(const std::vector<Eigen::Vector3d>& axes, Eigen::Vector3d normal) {
+  for (const Eigen::Vector3d& axis : axes) {
+    normal -= axis.dot(normal) * axis;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixX3d> decomposition;
-  decomposition.setThreshold(nearness);
-  decomposition.compute(normals);
-  return middle + decomposition.solve(heights);
+  const double length = normal.norm();
+  return length > nearness ? std::optional<Eigen::Vector3d>(normal / length) : std::nullopt;
 }
 
-/// Projector on the directions at right angles to all columns.
-Eigen::Matrix3d projector_across(const Eigen::Matrix3Xd& normals) {
-  Eigen::ColPivHouseholderQR<Eigen::Matrix3Xd> decomposition;
-  decomposition.setThreshold(nearness);
-  decomposition.compute(normals);
-  if (decomposition.rank() == 3) {
-    return Eigen::Matrix3d::Zero();
+/// The point nearest to `middle` that lies in all planes, if there is one [m].
+Eigen::Vector3d common_point(const std::vector<Plane>& planes, const Eigen::Vector3d& middle) {
+  Eigen::Vector3d point = middle;
+  std::vector<Eigen::Vector3d> axes;
+  for (const Plane& plane : planes) {
+    if (const auto axis = direction_beside(axes, plane.normal)) {  // Along it the point stays in the planes before.
+      point += plane.normal.dot(plane.point - point) / plane.normal.dot(*axis) * *axis;
+      axes.push_back(*axis);
+    }
   }
-  const Eigen::Matrix3d axes = decomposition.householderQ();
-  const Eigen::Matrix3Xd barred = axes.leftCols(decomposition.rank());
-  return Eigen::Matrix3d::Identity() - barred * barred.transpose();
+  return point;
 }
 
 }  // namespace
@@ -109,15 +103,17 @@ Constraints::Constraints(const PointSet& points, const std::map<std::string, Sym
       projectors_[i].setZero();
       continue;
     }
-    Eigen::Matrix3Xd normals(3, 0);
+    std::vector<Eigen::Vector3d> barred;
     for (const Plane& plane : known) {
       if (plane.members[i] && plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance) {
-        normals.conservativeResize(3, normals.cols() + 1);
-        normals.rightCols(1) = plane.normal;
+        if (const auto axis = direction_beside(barred, plane.normal)) {
+          projectors_[i] -= *axis * axis->transpose();
+          barred.push_back(*axis);
+        }
       }
     }
-    if (normals.cols() > 0) {
-      projectors_[i] = projector_across(normals);
+    if (barred.size() == 3) {
+      projectors_[i].setZero();  // exactly
     }
   }
 }

@@ -19,7 +19,10 @@ namespace {
 
 void describe(OptionTable& table, PinOptions& options) {
   describe(table, static_cast<SelectionOptions&>(options));
-  table.add("velocity", options.velocity).unit("m/s").help("constant velocity; excludes a path");
+  table.add("velocity", options.velocity)
+      .unit("m/s")
+      .acts_with({"no path", [&options] { return options.path.empty(); }})
+      .help("constant velocity");
   table.add("path", options.path)
       .unit("s,m,m,m")
       .help(

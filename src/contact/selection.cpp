@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "mesh/field.h"
+#include "mesh/groups.h"
 
 namespace pellicle {
 
@@ -100,10 +101,14 @@ void describe(OptionTable& table, SelectionOptions& options) {
       .unit("m")
       .length(6)
       .help("particles whose undeformed place is in the box between two points x,y,z,x,y,z");
-  table.add("centre", options.centre).unit("m").help("centre of a ball, which selects as a box does");
+  table.add("centre", options.centre)
+      .unit("m")
+      .acts_with({"radius", [&options] { return options.radius.has_value(); }})
+      .help("centre of a ball, which selects as a box does");
   table.add("radius", options.radius).unit("m").more_than(0).help("radius of the ball");
   table.add("layer", options.layer)
       .choices({"corners", "lattice", "both"})
+      .acts_with({"box or radius", [&options] { return !options.box.empty() || options.radius.has_value(); }})
       .help("which particles a box or a ball selects");
   table.add("vertices", options.vertices)
       .at_least(0)
@@ -170,12 +175,7 @@ std::vector<bool> select(const PointSet& points, const std::string& key, const S
                   [&](PetscInt i) { return points.persistent_id[static_cast<std::size_t>(i)] == id; });
   }
   if (!options.group.empty()) {
-    std::vector<bool> members(static_cast<std::size_t>(points.particles.local()), false);
-    if (const auto group = points.groups.find(options.group); group != points.groups.end()) {
-      for (const PetscInt i : group->second) {
-        members[static_cast<std::size_t>(i)] = true;
-      }
-    }
+    const std::vector<bool> members = members_of_group(points, key + ".group", options.group);
     selection.add("group: " + options.group, [&](PetscInt i) { return members[static_cast<std::size_t>(i)]; });
   }
   return selection.chosen();

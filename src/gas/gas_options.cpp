@@ -5,6 +5,7 @@ namespace pellicle {
 void describe(OptionTable& table, GasOptions& options) {
   table.add("gas.tangent", options.tangent)
       .choices({"paper", "rank1", "exact"})
+      .solver_setting()
       .help(
           "derivative of the pressure force: with the factor 1/27 as printed, with the right factor 1/9, or with the "
           "load's geometric stiffness too")
@@ -17,6 +18,7 @@ void describe(OptionTable& table, GasOptions& options) {
 }
 
 void describe(OptionTable& table, ChamberOptions& options) {
+  const auto law = [&options](std::vector<std::string> names) { return one_of("law", options.law, std::move(names)); };
   table.add("law", options.law)
       .choices({"relative", "isothermal", "adiabatic", "pressure", "volume"})
       .help(
@@ -31,33 +33,43 @@ void describe(OptionTable& table, ChamberOptions& options) {
           "names (NAME, NAME_2, ...)");
   table.add("pressure", options.pressure)
       .unit("s,Pa")
+      .acts_with(law({"relative", "pressure"}))
       .help(
           "key points (time, pressure), linear between, constant outside, as all below. Law relative: p0, absolute "
           "with nothing outside; law pressure: gauge, inside minus outside")
       .source("balloon paper, eq. 14");
   table.add("amount", options.amount)
       .unit("s,mol")
-      .help("laws isothermal, adiabatic: amount n of gas inside")
+      .acts_with(law({"isothermal", "adiabatic"}))
+      .help("amount n of gas inside")
       .source("balloon paper, eq. 12");
   table.add("amount_ratio", options.amount_ratio)
       .unit("s,1")
+      .acts_with(law({"isothermal", "adiabatic"}))
       .help(
           "in place of amount: n over the amount that fills the undeformed volume at ambient pressure and the "
           "temperature at time 0; 1 unless given")
       .source("README: readings");
   table.add("temperature", options.temperature)
       .unit("s,K")
+      .acts_with(law({"isothermal", "adiabatic"}))
       .help("law isothermal: T; law adiabatic: one key point, T at the undeformed volume; 293.15 K unless given")
       .source("balloon paper, eq. 12");
   table.add("gamma", options.gamma)
       .more_than(1)
-      .help("law adiabatic: ratio of the heat capacities; 1.4, air, unless given")
+      .acts_with(law({"adiabatic"}))
+      .help("ratio of the heat capacities; 1.4, air, unless given")
       .source("README: readings");
   table.add("volume_ratio", options.volume_ratio)
       .unit("s,1")
-      .help("law volume: enclosed volume over the undeformed one")
+      .acts_with(law({"volume"}))
+      .help("enclosed volume over the undeformed one")
       .source("README: readings");
-  table.add("volume", options.volume).unit("s,m^3").help("in place of volume_ratio").source("README: readings");
+  table.add("volume", options.volume)
+      .unit("s,m^3")
+      .acts_with(law({"volume"}))
+      .help("in place of volume_ratio")
+      .source("README: readings");
 }
 
 }  // namespace pellicle

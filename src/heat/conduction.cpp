@@ -1,15 +1,36 @@
 #include "heat/conduction.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "base/ksp.h"
+#include "base/units.h"
 
 namespace pellicle {
 
 namespace {
 
+constexpr int most_solves = 20;  ///< of a step
+
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
+
+Eigen::VectorXd copy_of(Vec vector, Eigen::Index size) {
+  const double* array = nullptr;
+  check(VecGetArrayRead(vector, &array));
+  Eigen::VectorXd copy = Eigen::Map<const Eigen::VectorXd>(array, size);
+  check(VecRestoreArrayRead(vector, &array));
+  return copy;
+}
+
+void set(Vec vector, const Eigen::VectorXd& values) {
+  double* array = nullptr;
+  check(VecGetArrayWrite(vector, &array));
+  owned_values(array, values.size()) = values;
+  check(VecRestoreArrayWrite(vector, &array));
+}
 
 }  // namespace
 
@@ -17,7 +38,10 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
     : sheet_(sheet),
       umbrella_(options.operator_name == "umbrella"),
       assembled_(options.mat_type == "aij"),
-      diffusivity_(static_cast<std::size_t>(sheet.particles.local()), options.diffusivity) {
+      tolerance_(options.ksp_rtol),
+      diffusivity_(static_cast<std::size_t>(sheet.particles.local()), options.diffusivity),
+      exchange_(sheet.particles, 1),
+      estimate_(sheet.particles, 1) {
   for (std::size_t i = 0; i < diffusivity_factor.size(); ++i) {
     diffusivity_[i] *= diffusivity_factor[i];
   }
@@ -34,6 +58,7 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
   KspDefaults defaults;
   defaults.preconditioner = PCJACOBI;
   defaults.rtol = options.ksp_rtol;
+  defaults.divtol = 1e20;  // Where conduction is fast, conjugate gradients pass through large residuals.
   ksp_ = make_ksp(matrix_, matrix_, "heat_", defaults);
 }
 
@@ -65,14 +90,14 @@ void Conduction::create_assembled() {
 
 void Conduction::create_shell() {
   const Layout& particles = sheet_.particles;
-  exchange_ = Field(particles, 1);
   check(MatCreateShell(sheet_.comm(), particles.owned, particles.owned, particles.global, particles.global, this,
                        matrix_.create()));
   const auto product = +[](Mat matrix, Vec x, Vec y) -> PetscErrorCode {
     return as_petsc_callback([&] {
       void* self = nullptr;
       check(MatShellGetContext(matrix, &self));
-      static_cast<Conduction*>(self)->multiply(x, y);
+      auto& conduction = *static_cast<Conduction*>(self);
+      set(y, conduction.product(copy_of(x, conduction.sheet_.particles.owned)));
     });
   };
   const auto diagonal = +[](Mat matrix, Vec out) -> PetscErrorCode {
@@ -128,38 +153,62 @@ void Conduction::update_operator(const ConductionInput& input) {
   }
 }
 
-void Conduction::multiply(Vec x, Vec y) {
-  const PetscInt owned = sheet_.particles.owned;
-  const double* in = nullptr;
-  check(VecGetArrayRead(x, &in));
-  std::copy(in, in + owned, exchange_.data());
-  check(VecRestoreArrayRead(x, &in));
+Eigen::VectorXd Conduction::product(const Eigen::VectorXd& x) {
+  owned_values(exchange_.data(), x.size()) = x;
   exchange_.update_ghosts();
-  double* out = nullptr;
-  check(VecGetArrayWrite(y, &out));
-  // (capacity + h K) x: the inflow is -h K x.
-  owned_values(out, owned) =
-      graph_.capacity.cwiseProduct(owned_values(exchange_.data(), owned)) - graph_.inflow(exchange_);
-  check(VecRestoreArrayWrite(y, &out));
+  return graph_.capacity.cwiseProduct(x) - graph_.inflow(exchange_);  // The inflow is -h K x.
+}
+
+double Conduction::limit_of_remainder(const Field& temperature) const {
+  std::array<double, 2> extremes{-HUGE_VAL, -HUGE_VAL};  // the highest temperature, minus the lowest
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    if (diagonal_[i] > graph_.capacity[i]) {
+      extremes = {std::max(extremes[0], temperature.data()[i]), std::max(extremes[1], -temperature.data()[i])};
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  const double range = std::max(0.0, extremes[0] + extremes[1]);
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max({0.0, extremes[0], extremes[1]});
+  return tolerance_ * range + rounding;
 }
 
 StageResult Conduction::advance(Field& temperature, const ConductionInput& input) {
   update_operator(input);
+  const double limit = limit_of_remainder(temperature);
   const PetscInt owned = sheet_.particles.owned;
-  double* array = nullptr;
-  check(VecGetArrayWrite(right_hand_side_, &array));
-  owned_values(array, owned) = graph_.inflow(temperature);
-  check(VecRestoreArrayWrite(right_hand_side_, &array));
-
-  StageResult result = solve(ksp_, right_hand_side_, increment_);
-  if (!result.converged) {
-    return result;
+  auto before = owned_values(temperature.data(), owned);
+  auto after = owned_values(estimate_.data(), owned);
+  estimate_.values() = temperature.values();
+  int iterations = 0;
+  double largest = 0;
+  for (int solves = 0; solves < most_solves; ++solves) {
+    // The heat that flows at the estimated temperatures and is not in them yet.
+    Eigen::VectorXd remainder = graph_.inflow(estimate_) - graph_.capacity.cwiseProduct(after - before);
+    set(right_hand_side_, remainder);
+    StageResult result = solve(ksp_, right_hand_side_, increment_);
+    iterations += result.iterations;
+    result.iterations = iterations;
+    if (!result.converged) {
+      return result;
+    }
+    const Eigen::VectorXd increment = copy_of(increment_, owned);
+    remainder = (remainder - product(increment)).cwiseQuotient(graph_.capacity);
+    largest = owned > 0 ? remainder.cwiseAbs().maxCoeff() : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+    if (largest <= limit) {
+      before = after + (increment + remainder);
+      temperature.update_ghosts();
+      return result;
+    }
+    after += increment;
+    estimate_.update_ghosts();
   }
-  const double* increment = nullptr;
-  check(VecGetArrayRead(increment_, &increment));
-  owned_values(temperature.data(), owned) += Eigen::Map<const Eigen::VectorXd>(increment, owned);
-  check(VecRestoreArrayRead(increment_, &increment));
-  temperature.update_ghosts();
+  StageResult result;
+  result.converged = false;
+  result.iterations = iterations;
+  result.reason = "the linear solver heat_ leaves errors of " + number_text(largest) + " K after " +
+                  std::to_string(most_solves) + " solves, expected at most " + number_text(limit) +
+                  " K by heat.ksp_rtol " + number_text(tolerance_);
   return result;
 }
 

@@ -23,6 +23,11 @@ struct ConductionInput {
 /// Heat conduction over all particles of a sheet by backward Euler (burning paper, eq. 2, 3 and section 5):
 /// (capacity + h K) (T^{n+1} - T^n) = -h K T^n, a symmetric positive definite system for CG.
 ///
+/// What the linear solver leaves over, r, is given to the particles as r / capacity, so that heat flows from one
+/// particle to another and none is made or lost, whatever the tolerance of the solver: sum_i capacity_i T_i stays to
+/// rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, r is solved for
+/// again.
+///
 /// A particle to which nothing conducts any more keeps its temperature.
 /// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.
 class Conduction {
@@ -33,24 +38,29 @@ class Conduction {
   Conduction(const Conduction&) = delete;  // The shell matrix points to this object.
   Conduction& operator=(const Conduction&) = delete;
 
-  /// One step. The temperatures stay as they were when the linear solve fails. @returns iterations and, when it failed,
-  /// PETSc's reason. Collective.
+  /// One step. The temperatures stay as they were when the linear solve fails. @returns the iterations of all solves
+  /// and, when it failed, the reason. Collective.
   StageResult advance(Field& temperature, const ConductionInput& input);
 
  private:
   void create_assembled();
   void create_shell();
   void update_operator(const ConductionInput& input);
-  void multiply(Vec x, Vec y);
+  /// (capacity + h K) x of the owned rows. Collective.
+  Eigen::VectorXd product(const Eigen::VectorXd& x);
+  /// What may remain of a particle's balance, as a change of its temperature [K]. Collective.
+  double limit_of_remainder(const Field& temperature) const;
 
   const Sheet& sheet_;
   bool umbrella_;
   bool assembled_;
+  double tolerance_;
   std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]
   DiffusionGraph graph_;             ///< weights times h
   Eigen::VectorXd diagonal_;         ///< of the owned rows
   std::vector<double> entries_;      ///< of the assembled matrix, in the order of its coordinates
-  Field exchange_;                   ///< the matrix-free operand with its ghosts
+  Field exchange_;                   ///< an operand with its ghosts
+  Field estimate_;                   ///< of the temperatures at the end of the step
   MatHandle matrix_;
   VecHandle right_hand_side_;
   VecHandle increment_;

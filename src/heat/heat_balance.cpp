@@ -1,5 +1,6 @@
 #include "heat/heat_balance.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "geometry/quad_area.h"
@@ -13,8 +14,12 @@ constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
 }  // namespace
 
 double heat_content(const Sheet& sheet, const Field& mass, const Field& temperature, double capacity) {
-  const Eigen::Index owned = sheet.particles.owned;
-  return capacity * mass.values().row(0).head(owned).dot(temperature.values().row(0).head(owned));
+  // The ledger compares sums over the whole sheet with what came in, which may be little of them.
+  long double sum = 0;
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    sum += static_cast<long double>(mass.data()[i]) * temperature.data()[i];
+  }
+  return static_cast<double>(capacity * sum);
 }
 
 double release_burning_heat(Field& temperature, const Sheet& sheet, const Field& mass_change, const Field& mass,
@@ -24,10 +29,12 @@ double release_burning_heat(Field& temperature, const Sheet& sheet, const Field&
     if (mass.data()[i] == 0) {
       continue;
     }
-    const double rise = -options.burning_heat * mass_change.data()[i] / sheet.initial_mass[static_cast<std::size_t>(i)];
-    temperature.data()[i] += rise;
+    const double before = temperature.data()[i];
+    const double after =
+        before - options.burning_heat * mass_change.data()[i] / sheet.initial_mass[static_cast<std::size_t>(i)];
+    temperature.data()[i] = after;
     if (i < sheet.particles.owned) {
-      heat += mass.data()[i] * options.capacity * rise;
+      heat += mass.data()[i] * options.capacity * (after - before);
     }
   }
   return heat;
@@ -51,10 +58,12 @@ Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const
   return area.head(sheet.particles.owned);
 }
 
-double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass,
-                 const Living& living, double time_step, const HeatOptions& options) {
+HeatExchange exchange_with_surroundings(Field& temperature, const Sheet& sheet, const Field& positions,
+                                        const Field& mass, const Living& living, double time_step,
+                                        const HeatOptions& options) {
+  HeatExchange exchange;
   if (options.convection == 0 && options.emissivity == 0) {
-    return 0;
+    return exchange;
   }
   const Eigen::VectorXd area = particle_areas(sheet, positions, living);
   const double ambient = options.ambient_temperature;
@@ -63,7 +72,6 @@ double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions,
     return options.convection +
            options.emissivity * stefan_boltzmann * (value + ambient) * (value * value + ambient * ambient);
   };
-  double heat = 0;
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     const double capacity = mass.data()[i] * options.capacity;
     if (capacity <= 0) {
@@ -75,11 +83,12 @@ double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions,
     };
     const double midway = decayed(transfer(value), 0.5 * time_step);
     const double end = decayed(transfer(midway), time_step);
-    heat += capacity * (end - value);
+    exchange.gained += capacity * std::max(end - value, 0.0);
+    exchange.lost += capacity * std::max(value - end, 0.0);
     value = end;
   }
   temperature.update_ghosts();
-  return heat;
+  return exchange;
 }
 
 }  // namespace pellicle

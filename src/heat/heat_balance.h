@@ -7,8 +7,8 @@
 
 namespace pellicle {
 
-/// sum c m_i T_i of the owned particles [J]; with a change of mass in place of the mass, the heat that leaves with it.
-/// Not collective: the caller sums over the ranks.
+/// sum c m_i T_i of the owned particles [J]; with a change of mass or of temperature in place of one of them, the heat
+/// that comes with it. Not collective: the caller sums over the ranks.
 double heat_content(const Sheet& sheet, const Field& mass, const Field& temperature, double capacity);
 
 /// Heat released by burning (burning paper, eq. 1 with the sign mended): T -= eta dm / m^init, of which dm <= 0 is the
@@ -23,12 +23,18 @@ double release_burning_heat(Field& temperature, const Sheet& sheet, const Field&
 /// @param living what has not burnt, ghosts up to date
 Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living& living);
 
-/// Loss to the surroundings from both sides by convection and radiation,
+/// Heat that the owned particles exchanged [J].
+struct HeatExchange {
+  double gained = 0;  ///< by those that grew warmer
+  double lost = 0;    ///< by those that cooled, at least 0
+};
+
+/// Exchange with the surroundings on both sides by convection and radiation,
 /// m c dT/dt = -2 A (h_c (T - T_amb) + epsilon sigma (T^4 - T_amb^4)), by the exponential midpoint rule: exact for
 /// convection, second order for radiation, never beyond T_amb. Nothing when both are off. Collective.
 /// @param living what has not burnt, ghosts up to date
-/// @returns the heat added to the owned particles, negative when they cool [J].
-double lose_heat(Field& temperature, const Sheet& sheet, const Field& positions, const Field& mass,
-                 const Living& living, double time_step, const HeatOptions& options);
+HeatExchange exchange_with_surroundings(Field& temperature, const Sheet& sheet, const Field& positions,
+                                        const Field& mass, const Living& living, double time_step,
+                                        const HeatOptions& options);
 
 }  // namespace pellicle

@@ -10,10 +10,12 @@ void describe(OptionTable& table, HeatOptions& options) {
       .at_least(0)
       .help("temperature of every particle at the start");
   table.add("heat.operator", options.operator_name)
-      .choices({"umbrella", "consistent"})
+      .choices({"consistent", "umbrella"})
+      .solver_setting()
       .help(
-          "conduction: the paper's umbrella over the springs, which is half of the Laplacian on regular sheets, or a "
-          "consistent one over the drawn triangles, which conserves the heat content")
+          "conduction: finite elements on the drawn triangles, which converge to the Laplacian and conserve heat, or "
+          "the paper's umbrella over the springs, half of the Laplacian on regular sheets, which makes heat where "
+          "masses differ (heat_made in history.csv)")
       .source("burning paper, eq. 3");
   table.add("heat.diffusivity", options.diffusivity)
       .unit("m^2/s")
@@ -26,6 +28,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .source("burning paper, section 8");
   table.add("heat.diffusivity_range", options.diffusivity_range)
       .length(2)
+      .acts_with({"heat.diffusivity_texture", [&options] { return !options.diffusivity_texture.empty(); }})
       .help("factors on the diffusivity where the image is black and where it is white");
   table.add("heat.burning_heat", options.burning_heat)
       .unit("K")
@@ -40,6 +43,8 @@ void describe(OptionTable& table, HeatOptions& options) {
   table.add("heat.ambient_temperature", options.ambient_temperature)
       .unit("K")
       .at_least(0)
+      .acts_with({"heat.convection or heat.emissivity: more than 0",
+                  [&options] { return options.convection > 0 || options.emissivity > 0; }})
       .help("temperature of the surroundings, to which heat is lost");
   table.add("heat.convection", options.convection)
       .unit("W/(m^2 K)")
@@ -50,9 +55,11 @@ void describe(OptionTable& table, HeatOptions& options) {
       .help("emissivity of each side; 0: no radiation; paper: about 0.9");
   table.add("heat.ksp_rtol", options.ksp_rtol)
       .more_than(0)
-      .help("relative tolerance of the linear solve of conduction");
+      .solver_setting()
+      .help("relative tolerance of the linear solve of conduction, also of the temperatures' range");
   table.add("heat.mat_type", options.mat_type)
       .choices({"aij", "shell"})
+      .solver_setting()
       .help("the matrix of conduction: assembled, or matrix-free");
   table.add_objects("heat.sources", options.sources, "external heat sources, by name");
   table.add_solver_prefix("heat_");

@@ -12,10 +12,10 @@ class OptionTable;
 
 /// Heat of a sheet (burning paper, section 5).
 struct HeatOptions {
-  double initial_temperature = 300;        ///< of every particle [K]
-  std::string operator_name = "umbrella";  ///< umbrella (eq. 3 as printed) or consistent
-  double diffusivity = 2e-3;               ///< alpha [m^2/s]
-  std::string diffusivity_texture;         ///< file of an image that weights alpha by particle; none when empty
+  double initial_temperature = 300;          ///< of every particle [K]
+  std::string operator_name = "consistent";  ///< consistent or umbrella (eq. 3 as printed)
+  double diffusivity = 2e-3;                 ///< alpha [m^2/s]
+  std::string diffusivity_texture;           ///< file of an image that weights alpha by particle; none when empty
   std::vector<double> diffusivity_range{0.2, 1.8};  ///< factors on alpha at black and at white
   double burning_heat = 300;                        ///< eta: rise per unit of lost mass fraction [K]
   double capacity = 1340;                           ///< c [J/(kg K)]

@@ -30,16 +30,31 @@ void describe(OptionTable& table, HeatSource& source) {
       .source("README: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
-  table.add("radius", source.radius).unit("m").more_than(0).help("radius of a ball").source("README: parameters");
-  table.add("centre", source.centre).unit("m").help("centre of a ball at time 0");
-  table.add("velocity", source.velocity).unit("m/s").help("velocity of a ball");
+  const Condition ball = one_of("shape", source.shape, {"ball"});
+  const Condition without_path{"no path", [&source] { return source.path.empty(); }};
+  table.add("radius", source.radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(ball)
+      .help("radius of a ball")
+      .source("README: parameters");
+  table.add("centre", source.centre)
+      .unit("m")
+      .acts_with(ball)
+      .acts_with(without_path)
+      .help("centre of a ball at time 0");
+  table.add("velocity", source.velocity).unit("m/s").acts_with(ball).acts_with(without_path).help("velocity of a ball");
   table.add("path", source.path)
       .unit("s,m,m,m")
       .length(4)
+      .acts_with(ball)
       .help(
           "key points of a ball (time, x, y, z), which replace centre and velocity; linear between key points, at rest "
           "before and after them");
-  table.add("file", source.file).file().help("image of a texture: white takes the whole rate, black none");
+  table.add("file", source.file)
+      .file()
+      .acts_with(one_of("shape", source.shape, {"texture"}))
+      .help("image of a texture: white takes the whole rate, black none");
 }
 
 void validate(const std::string& name, const HeatSource& source) {
@@ -74,10 +89,10 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
       share = -std::expm1(-source.rate * input.texture[static_cast<std::size_t>(i)] * input.time_step);
     }
     double& value = temperature.data()[i];
-    const double rise = share * std::max(source.temperature - value, 0.0);
-    value += rise;
+    const double before = value;
+    value += share * std::max(source.temperature - value, 0.0);
     if (i < particles.owned) {
-      heat += input.mass.data()[i] * input.capacity * rise;
+      heat += input.mass.data()[i] * input.capacity * (value - before);
     }
   }
   return heat;

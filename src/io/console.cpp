@@ -47,6 +47,8 @@ bool stdout_is_terminal() {
   return terminal;
 }
 
+std::string time_text(double seconds) { return formatted("%.6g s", seconds); }
+
 std::string duration_text(double seconds) {
   if (seconds < 9.95) {
     return formatted("%.2g s", seconds);
@@ -61,33 +63,37 @@ std::string duration_text(double seconds) {
   return formatted("%ld h %02ld min", whole / 3600, whole % 3600 / 60);
 }
 
-Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal)
+Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal, double longest_silence)
     : comm_(comm),
       is_root_(is_first_rank(comm)),
-      interval_(is_root_ ? print_interval(monitor, terminal) : 0),
+      interval_(print_interval(monitor, terminal)),
       stream_(stream),
-      start_(MPI_Wtime()) {}
+      longest_silence_(longest_silence),
+      start_(MPI_Wtime()),
+      last_line_(start_) {}
 
 void Console::say(const std::string& line) {
   if (interval_ > 0) {
-    stream_ << line << std::endl;
+    tell(line);
   }
 }
 
-void Console::conclude(const std::string& line) {
+void Console::tell(const std::string& line) {
   if (is_root_) {
     stream_ << line << std::endl;
+    last_line_ = MPI_Wtime();
   }
 }
 
 void Console::progress(const Progress& progress) {
-  if (interval_ == 0 || progress.step % interval_ != 0) {
+  const bool is_due = interval_ > 0 && progress.step % interval_ == 0;
+  if (!is_due && MPI_Wtime() - last_line_ < longest_silence_) {
     return;
   }
   const double elapsed = MPI_Wtime() - start_;
   const std::string left = progress.share > 0 ? duration_text(elapsed * (1 - progress.share) / progress.share) : "?";
-  say(formatted("step %6d  time %-10.5g s %5.1f %%  left %-12s  iterations %5d  %s", progress.step, progress.time,
-                100 * progress.share, left.c_str(), progress.iterations, progress.figures.c_str()));
+  tell(formatted("step %6d  time %-10.5g s %5.1f %%  left %-12s  iterations %5d  %s", progress.step, progress.time,
+                 100 * progress.share, left.c_str(), progress.iterations, progress.figures.c_str()));
 }
 
 void Console::stage_table(const StageClock& clock) {

@@ -23,17 +23,21 @@ struct Progress {
 /// own output is, so under it mpirun's output is what counts.
 bool stdout_is_terminal();
 
-/// What a run tells while it goes on; rank 0 prints. Silent unless the output is a terminal or progress lines are asked
-/// for (`-output_monitor N`).
+/// What a run tells while it goes on; rank 0 prints. Where nobody watches, that is where the output is no terminal and
+/// progress lines are not asked for (`-output_monitor N`), it prints what a log needs: the lines that are told, and a
+/// progress line now and then.
 class Console {
  public:
   /// @param monitor a progress line every so many steps; 0: every step on a terminal, none elsewhere
-  Console(MPI_Comm comm, int monitor, std::ostream& stream = std::cout, bool terminal = stdout_is_terminal());
+  /// @param longest_silence after so long without a line the next step has a progress line, also where nobody watches
+  /// [s]
+  Console(MPI_Comm comm, int monitor, std::ostream& stream = std::cout, bool terminal = stdout_is_terminal(),
+          double longest_silence = 300);
 
-  /// Prints a line of the header or a remark.
+  /// Prints a line for somebody who watches: a line of the header, a table.
   void say(const std::string& line);
-  /// Prints why a run ended before its time, also where progress is not printed.
-  void conclude(const std::string& line);
+  /// Prints a line that every run's log needs: what the mesh is, a warning, a step that failed, how the run ended.
+  void tell(const std::string& line);
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
   /// Prints the table of time per stage: of each stage the slowest rank's. Collective.
@@ -42,10 +46,15 @@ class Console {
  private:
   MPI_Comm comm_;
   bool is_root_;
-  int interval_;  ///< steps between progress lines; 0: nothing is printed
+  int interval_;  ///< steps between progress lines; 0: nobody watches
   std::ostream& stream_;
+  double longest_silence_;  ///< [s]
   double start_;
+  double last_line_;  ///< when it was printed
 };
+
+/// A moment of a run [s] as people read it, six digits: "0.125 s".
+std::string time_text(double seconds);
 
 /// A span of time as people say it: "0.35 s", "12 s", "3 min 05 s", "2 h 10 min".
 std::string duration_text(double seconds);

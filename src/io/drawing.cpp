@@ -4,6 +4,7 @@
 #include <vtkCellData.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -82,10 +83,13 @@ class ParticlePoints {
   std::vector<DrawnPoint> points_;
 };
 
-/// Adds the texture coordinates of the points, if the mesh has any. Collective.
+/// Adds the texture coordinates of the points, if the mesh has any, as ParaView wants them: its writer of PLY crashes
+/// unless they are of type float, and looks for them by this name. Collective.
 void add_uv(const PointSet& set, const std::vector<DrawnPoint>& points, vtkPolyData* piece) {
   if (on_any_rank(set.comm(), set.uv.cols() > 0)) {  // A rank without particles writes the array too.
-    const auto uv = double_array("uv", 2, points.size());
+    const auto uv = named_array<vtkFloatArray>("TCoords");
+    uv->SetNumberOfComponents(2);
+    uv->SetNumberOfTuples(static_cast<vtkIdType>(points.size()));
     vtkIdType number = 0;
     for (const DrawnPoint& point : points) {
       Eigen::Vector2d value = point.centre_share * set.uv.col(point.lattice);
@@ -103,13 +107,18 @@ vtkSmartPointer<vtkDoubleArray> at_points(const Drawing& drawing, const DrawnFie
   auto array = double_array(field.name, field.components, drawing.points.size());
   double* value = array->GetPointer(0);
   for (const DrawnPoint& point : drawing.points) {
+    const double centre_share = field.is_of_both_layers ? point.centre_share : 0;
     for (int component = 0; component < field.components; ++component) {
       *value = 0;
-      for (std::size_t k = 0; k < 4; ++k) {
-        if (point.weights[k] != 0) {  // The particle of no weight may be any, and its value no number.
-          *value += point.weights[k] * field.values[field.components * point.particles[k] + component];
+      const auto add = [&](double weight, PetscInt particle) {
+        if (weight != 0) {  // The particle of no weight may be any, and its value no number.
+          *value += weight * field.values[field.components * particle + component];
         }
+      };
+      for (std::size_t k = 0; k < 4; ++k) {
+        add(point.weights[k] - centre_share / 4, point.particles[k]);
       }
+      add(centre_share, point.lattice);
       ++value;
     }
   }

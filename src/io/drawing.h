@@ -18,6 +18,8 @@ struct DrawnField {
   std::string name;
   int components = 1;
   const double* values = nullptr;  ///< (components x local), must outlive the call that writes it
+  /// At the virtual centre of a cell a particle field has the lattice particle's value instead of the corners' mean.
+  bool is_of_both_layers = false;
 };
 
 /// What a rank draws of a sheet or membrane, and from which of its items each drawn point and cell has its values.
@@ -27,9 +29,9 @@ struct Drawing {
   std::vector<PetscInt> items;  ///< of each drawn cell: the local cell, the element, or the owned spring
 };
 
-/// What is left of a sheet. Point data: `vertex_id` (the persistent id, negative where the sheet is cut), `uv` as
-/// texture coordinates if the sheet has them, and `vtkGhostType`, which marks a point that another rank counts as a
-/// duplicate, so that statistics count it once. Cell data: `rank`, `cell_id`. Collective.
+/// What is left of a sheet. Point data: `vertex_id` (the persistent id, negative where the sheet is cut), the texture
+/// coordinates `TCoords`, of type float, if the sheet has them, and `vtkGhostType`, which marks a point that another
+/// rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, `cell_id`. Collective.
 Drawing drawing_of(const Sheet& sheet, const DrawnSurface& surface);
 
 /// The owned triangles as they are. Point and cell data as for a sheet; `cell_id` is the number of the face in its

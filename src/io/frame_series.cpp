@@ -9,12 +9,9 @@
 #include <vtkXMLPPolyDataWriter.h>
 #include <vtkXMLPolyDataWriter.h>
 
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <regex>
 
 #include "base/error.h"
 
@@ -26,43 +23,6 @@ std::string frame_name(const std::string& series, std::size_t number) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "_%06zu", number);
   return series + digits;
-}
-
-/// Removes what an older run of this name left: the .pvd first, so that it never names missing files.
-void remove_old_series(const std::filesystem::path& directory, const std::string& name) {
-  std::filesystem::remove(directory / (name + ".pvd"));
-  const std::regex frame("_[0-9]{6,}(\\.pvtp)?");
-  std::vector<std::filesystem::path> old;
-  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-    const std::string file = entry.path().filename().string();
-    if (file.compare(0, name.size(), name) == 0 && std::regex_match(file.substr(name.size()), frame)) {
-      old.push_back(entry.path());
-    }
-  }
-  for (const auto& path : old) {
-    if (std::filesystem::is_directory(path)) {
-      for (const auto& piece : std::filesystem::directory_iterator(path)) {
-        if (piece.path().extension() == ".vtp") {
-          std::filesystem::remove(piece.path());
-        }
-      }
-    }
-    if (!std::filesystem::is_directory(path) || std::filesystem::is_empty(path)) {
-      std::filesystem::remove(path);
-    }
-  }
-}
-
-/// Replaces a text file in one move: a reader sees the old or the new one, never a part.
-void replace_file(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path temporary = path.string() + ".part";
-  std::ofstream file(temporary);
-  file << text;
-  file.close();
-  if (!file) {
-    throw Error(path.string() + ": cannot be written: " + std::strerror(errno));
-  }
-  std::filesystem::rename(temporary, path);
 }
 
 /// Blanks the encoding of a piece's appended data, base64, which readers assume where none is said. With an expat of
@@ -83,6 +43,19 @@ void leave_encoding_unsaid(const std::filesystem::path& path) {
   }
   if (!file) {
     throw Error(path.string() + ": cannot be written");
+  }
+}
+
+/// The file of a rank's piece, as VTK names it.
+std::string piece_name(const std::string& frame, int rank) {
+  return frame + "/" + frame + "_" + std::to_string(rank) + ".vtp";
+}
+
+void make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directory(path, error);
+  if (error) {
+    throw Error(path + ": cannot be made: " + error.message());
   }
 }
 
@@ -109,13 +82,13 @@ void add_empty_piece(vtkPolyData* piece, const std::filesystem::path& frame) {
   std::ifstream file(frame);
   std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   text.insert(text.find("  </PPolyData>"), "    <Piece Source=\"" + source + "\"/>\n");
-  replace_file(frame, text);
+  std::ofstream(frame) << text;
 }
 
 }  // namespace
 
-FrameSeries::FrameSeries(MPI_Comm comm, std::string directory, std::string name)
-    : comm_(comm), directory_(std::move(directory)), name_(std::move(name)) {
+FrameSeries::FrameSeries(OutputFolder& folder, std::string name)
+    : folder_(folder), comm_(folder.comm()), name_(std::move(name)) {
   MPI_Comm_rank(comm_, &rank_);
   MPI_Comm_size(comm_, &ranks_);
   vtkMPICommunicatorOpaqueComm opaque(&comm_);
@@ -128,40 +101,53 @@ FrameSeries::FrameSeries(MPI_Comm comm, std::string directory, std::string name)
 
 FrameSeries::~FrameSeries() = default;
 
-void FrameSeries::start() {
-  on_root(comm_, [this] {
-    try {
-      std::filesystem::create_directories(directory_);
-      remove_old_series(directory_, name_);
-    } catch (const std::filesystem::filesystem_error& error) {
-      throw Error("output.directory: " + directory_ + " cannot be used: " + error.code().message());
-    }
-  });
-}
-
 void FrameSeries::write(vtkPolyData* piece, double time) {
-  const std::string file = frame_name(name_, frames_.size()) + ".pvtp";
-  write_pieces(piece, file);
+  const std::string stem = frame_name(name_, frames_.size());
+  const std::string file = stem + ".pvtp";
+  on_root(comm_, [&] {
+    std::vector<std::string> files{name_ + ".pvd", file};
+    for (int rank = 0; rank < ranks_; ++rank) {
+      files.push_back(piece_name(stem, rank));
+    }
+    folder_.list(files);
+    make_folder(folder_.path(stem));
+  });
+  try {
+    write_pieces(piece, file);
+    together(comm_, [&] {
+      std::error_code ignored;
+      if (std::filesystem::exists(folder_.path_of_part(piece_name(stem, rank_)), ignored)) {
+        folder_.put_in_place(piece_name(stem, rank_));  // VTK writes no file for a piece without points.
+      }
+    });
+    on_root(comm_, [&] { folder_.put_in_place(file); });
+  } catch (const Error&) {
+    if (rank_ == 0) {
+      folder_.remove_parts();
+    }
+    throw;
+  }
   frames_.emplace_back(time, file);
   on_root(comm_, [&] {
+    std::error_code ignored;
+    std::filesystem::remove(folder_.path_of_part(stem), ignored);  // empty now
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
         "  <Collection>\n";
     for (const auto& [frame_time, frame_file] : frames_) {
+      if (!std::filesystem::exists(folder_.path(frame_file), ignored)) {
+        continue;  // removed by hand since
+      }
       char number[32];
       std::snprintf(number, sizeof number, "%.17g", frame_time);
       text += "    <DataSet timestep=\"" + std::string(number) + "\" part=\"0\" file=\"" + frame_file + "\"/>\n";
     }
-    try {
-      replace_file(std::filesystem::path(directory_) / (name_ + ".pvd"), text + "  </Collection>\n</VTKFile>\n");
-    } catch (const std::filesystem::filesystem_error& error) {
-      throw Error(directory_ + "/" + name_ + ".pvd: cannot be written: " + error.code().message());
-    }
+    folder_.write(name_ + ".pvd", text + "  </Collection>\n</VTKFile>\n");
   });
 }
 
 void FrameSeries::write_pieces(vtkPolyData* piece, const std::string& file) {
-  const std::filesystem::path path = std::filesystem::path(directory_) / file;
+  const std::filesystem::path path = folder_.path_of_part(file);
   vtkNew<vtkXMLPPolyDataWriter> writer;
   writer->SetController(controller_);
   writer->SetFileName(path.c_str());
@@ -181,14 +167,13 @@ void FrameSeries::write_pieces(vtkPolyData* piece, const std::string& file) {
   MPI_Allreduce(MPI_IN_PLACE, &points, 1, MPI_LONG_LONG, MPI_SUM, comm_);
   together(comm_, [&] {
     if (!written || code != vtkErrorCode::NoError) {
-      throw Error(path.string() + ": cannot be written: " + vtkErrorCode::GetStringFromErrorCode(code));
+      throw Error(folder_.path(file) + ": cannot be written: " + vtkErrorCode::GetStringFromErrorCode(code));
     }
-    const std::string stem = path.stem().string();
     if (points == 0 && rank_ == 0) {
       add_empty_piece(piece, path);
     }
-    const auto own = path.parent_path() / stem / (stem + "_" + std::to_string(rank_) + ".vtp");
-    if (std::filesystem::exists(own)) {  // VTK writes no file for a piece without points.
+    const std::string own = folder_.path_of_part(piece_name(path.stem().string(), rank_));
+    if (std::filesystem::exists(own)) {
       leave_encoding_unsaid(own);
     }
   });

@@ -22,12 +22,11 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
 
 }  // namespace
 
-FrameWriter::FrameWriter(MPI_Comm comm, OutputOptions options)
-    : options_(std::move(options)),
-      surface_series_(comm, options_.directory, options_.name),
-      spring_series_(comm, options_.directory, options_.name + "_springs") {
-  options_.validate();
-}
+FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options)
+    : folder_(folder),
+      options_(std::move(options)),
+      surface_series_(folder, options_.name),
+      spring_series_(folder, options_.name + "_springs") {}
 
 bool FrameWriter::due(double time, int step) const {
   if (surface_series_.empty()) {
@@ -47,15 +46,16 @@ std::optional<double> FrameWriter::next_time(double time) const {
 }
 
 void FrameWriter::write(const Frame& frame) {
-  check_chosen_fields(frame);
-  if (surface_series_.empty()) {
-    surface_series_.start();
-    spring_series_.start();  // Also of an older run that drew springs.
+  if (!surface_series_.empty() && frame.step == last_step_) {
+    return;
   }
-  const std::vector<DrawnField> particle_fields = chosen(frame.particle_fields);
-  surface_series_.write(drawn(*frame.surface, frame.positions, particle_fields, chosen(frame.cell_fields)), frame.time);
+  check_chosen_fields(frame);
+  folder_.start();
+  surface_series_.write(
+      drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields)), frame.time);
   if (frame.springs != nullptr) {
-    spring_series_.write(drawn(*frame.springs, frame.positions, particle_fields, frame.spring_fields), frame.time);
+    spring_series_.write(drawn(*frame.springs, frame.positions, chosen(frame.spring_ends), frame.spring_fields),
+                         frame.time);
   }
   last_time_ = frame.time;
   last_step_ = frame.step;

@@ -18,21 +18,21 @@ struct Frame {
   const Drawing* surface = nullptr;         ///< of a sheet or membrane, which may differ from frame to frame
   const Drawing* springs = nullptr;         ///< of a sheet, or null: none are drawn
   const double* positions = nullptr;        ///< of the local particles [m], (3 x local), ghosts up to date
-  std::vector<DrawnField> particle_fields;  ///< on the local particles
+  std::vector<DrawnField> particle_fields;  ///< on the local particles, for the surface
   std::vector<DrawnField> cell_fields;      ///< on the local cells of a sheet, elements of a membrane
+  std::vector<DrawnField> spring_ends;      ///< on the local particles, for the springs
   std::vector<DrawnField> spring_fields;    ///< on the owned springs of a sheet, colour after colour
 };
 
 /// Writes the frames of a sheet or membrane as DIRECTORY/NAME.pvd (see FrameSeries): its surface with the chosen
-/// fields. At the virtual centre of a sheet's cell a particle field has the mean of the cell's corners: the drawn
-/// surface is the corner layer. Ranks may have nothing to draw, or all of them.
+/// fields. Ranks may have nothing to draw, or all of them.
 ///
-/// NAME_springs.pvd has the springs of a sheet as lines, with the particle fields of each particle itself and the
-/// frame's spring fields.
+/// NAME_springs.pvd has the springs of a sheet as lines, with the chosen fields of their ends and the frame's spring
+/// fields.
 class FrameWriter {
  public:
-  /// Touches no file. Collective. @throws Error on a name that cannot be used.
-  FrameWriter(MPI_Comm comm, OutputOptions options);
+  /// Touches no file. The folder must outlive it. Collective.
+  FrameWriter(OutputFolder& folder, OutputOptions options);
 
   /// Whether the interval asks for a frame of this step: the first step asked about, then every `interval_steps` steps
   /// or at the first step that reaches a multiple of `interval_time`.
@@ -41,15 +41,16 @@ class FrameWriter {
   /// The first multiple of `interval_time` after `time` [s]; none where frames come by steps.
   std::optional<double> next_time(double time) const;
 
-  /// Writes a frame. The first call makes the directory and removes the frames of an older run of the same name.
-  /// Collective. @throws Error, on all ranks, on an unknown name in `output.fields` (before anything is written), or
-  /// when a file cannot be written.
+  /// Writes a frame, if that of its step is not written yet. The first call starts the folder. Collective. @throws
+  /// Error, on all ranks, on an unknown name in `output.fields` (before anything is written), or when a file cannot be
+  /// written.
   void write(const Frame& frame);
 
  private:
   void check_chosen_fields(const Frame& frame) const;
   std::vector<DrawnField> chosen(const std::vector<DrawnField>& fields) const;
 
+  OutputFolder& folder_;
   OutputOptions options_;
   FrameSeries surface_series_;
   FrameSeries spring_series_;

@@ -1,9 +1,8 @@
 #include "io/history.h"
 
-#include <cerrno>
+#include <fcntl.h>
+
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
@@ -11,41 +10,60 @@
 
 namespace pellicle {
 
-History::History(MPI_Comm comm, std::string path, const std::vector<Column>& columns)
-    : comm_(comm), path_(std::move(path)), columns_(columns.size()) {
+namespace {
+
+constexpr int new_file = O_RDWR | O_CREAT | O_EXCL;
+
+}  // namespace
+
+History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns)
+    : folder_(folder), name_(std::move(name)), columns_(columns.size()) {
   std::string names;
   for (const Column& column : columns) {
     names += (names.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
   }
-  on_root(comm_, [&] {
-    std::error_code ignored;  // Opening the file tells what is wrong.
-    std::filesystem::create_directories(std::filesystem::path(path_).parent_path(), ignored);
-    file_.open(path_);
-    write_line(names);
+  on_root(folder_.comm(), [&] {
+    folder_.list({name_});
+    file_ = OpenFile(folder_.path(name_), new_file);
+    file_.append(names + "\n");
   });
 }
 
 void History::add(const std::vector<double>& values) {
   if (values.size() != columns_) {
-    throw std::logic_error(path_ + ": a row of " + std::to_string(values.size()) + " values for " +
+    throw std::logic_error(name_ + ": a row of " + std::to_string(values.size()) + " values for " +
                            std::to_string(columns_) + " columns");
   }
-  on_root(comm_, [&] {
+  on_root(folder_.comm(), [&] {
     std::string line;
     for (const double value : values) {
       char text[32];
       std::snprintf(text, sizeof text, "%.17g", value);
       line += (line.empty() ? "" : ",") + std::string(text);
     }
-    write_line(line);
+    file_.append(line + "\n");
+    require_present();
   });
 }
 
-void History::write_line(const std::string& line) {
-  file_ << line << '\n' << std::flush;
-  if (!file_) {
-    throw Error(path_ + ": cannot be written: " + std::strerror(errno));
+void History::require_present() {
+  if (file_.is_at(file_.path())) {
+    return;
   }
+  std::string fault = file_.path() + " was removed or replaced while the run went on";
+  try {
+    folder_.require_present();
+  } catch (const Error& error) {
+    fault = error.what();
+  }
+  OpenFile again(folder_.path(name_), new_file);
+  if (!again.is_open()) {
+    again = OpenFile(folder_.path("rescued_" + name_), new_file);
+  }
+  again.append(file_.text());
+  file_ = std::move(again);
+  folder_.list({"rescued_" + name_});
+  throw Error(fault + "; its rows are in " + file_.path());
 }
 
 }  // namespace pellicle

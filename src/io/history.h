@@ -1,10 +1,10 @@
 #pragma once
 
-#include <mpi.h>
-
-#include <fstream>
 #include <string>
 #include <vector>
+
+#include "io/open_file.h"
+#include "io/output_folder.h"
 
 namespace pellicle {
 
@@ -16,21 +16,23 @@ class History {
     std::string unit;  ///< SI, as in "kg"; empty for a pure number
   };
 
-  /// Makes the file, its folder too, and writes the line of names: `time [s],step,mass_left [kg]`. A file of that name
-  /// is replaced. Collective. @throws Error, on all ranks, if that fails.
-  History(MPI_Comm comm, std::string path, const std::vector<Column>& columns);
+  /// Makes the file in a folder that has been started, and writes the line of names: `time [s],step,mass_left [kg]`.
+  /// Collective. @throws Error, on all ranks, if that fails.
+  History(OutputFolder& folder, std::string name, const std::vector<Column>& columns);
 
   /// Adds a row, one value a column in their order, with all digits. The values of rank 0 count. Collective.
-  /// @throws Error, on all ranks, when the file cannot be written; std::logic_error on a wrong number of values.
+  /// @throws Error, on all ranks, when the file cannot be written: it keeps whole rows only; or when it has been
+  /// removed or replaced: all rows have been written again then, to `rescued_<name>` if another file is at its place;
+  /// std::logic_error on a wrong number of values.
   void add(const std::vector<double>& values);
 
  private:
-  void write_line(const std::string& line);
+  void require_present();
 
-  MPI_Comm comm_;
-  std::string path_;
+  OutputFolder& folder_;
+  std::string name_;
   std::size_t columns_;
-  std::ofstream file_;  ///< open on rank 0 only
+  OpenFile file_;  ///< open on rank 0 only
 };
 
 }  // namespace pellicle

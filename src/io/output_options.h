@@ -20,7 +20,7 @@ struct OutputOptions {
   /// Gives name and directory the values that follow from the deck's file name, where they are empty:
   /// `input/roof.yaml` is named `roof` and goes to `output/roof`.
   void name_after(const std::string& deck);
-  /// @throws Error if the name cannot be part of a file name.
+  /// @throws Error if the name cannot be part of a file name, or the directory has control characters.
   void validate() const;
 };
 

@@ -5,37 +5,17 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
-#include <cerrno>
+#include <algorithm>
+#include <cctype>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <regex>
 
 #include "base/error.h"
 
 namespace pellicle {
 
 namespace {
-
-std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (!file) {
-    throw Error(path + ": cannot be read: " + std::strerror(errno));
-  }
-  return text;
-}
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) {
-    throw Error(path.string() + ": cannot be written: " + std::strerror(errno));
-  }
-}
 
 std::string now() {
   const std::time_t time = std::time(nullptr);
@@ -62,9 +42,15 @@ std::string eigen_library() {
          std::to_string(EIGEN_MINOR_VERSION);
 }
 
-std::string facts(MPI_Comm comm, const RunRecord& record, const std::vector<std::string>& deck_copies) {
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
+/// "deck_1_paper.yaml": a copy of a copy has the name of the first.
+std::string copy_name(const RunRecord& record, std::size_t deck) {
+  std::string name = std::filesystem::path(record.decks[deck].source()).filename().string();
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char letter) { return std::iscntrl(letter) != 0; }, '_');
+  return "deck_" + std::to_string(deck + 1) + "_" + name;
+}
+
+std::string facts(const RunRecord& record, int ranks) {
   YAML::Emitter yaml;
   yaml << YAML::BeginMap;
   yaml << YAML::Key << "program" << YAML::Value << record.program;
@@ -73,11 +59,15 @@ std::string facts(MPI_Comm comm, const RunRecord& record, const std::vector<std:
   yaml << YAML::Key << "ranks" << YAML::Value << ranks;
   yaml << YAML::Key << "command_line" << YAML::Value << record.arguments;
   yaml << YAML::Key << "decks" << YAML::Value << YAML::BeginSeq;
-  for (std::size_t i = 0; i < deck_copies.size(); ++i) {
-    yaml << YAML::BeginMap << YAML::Key << "read" << YAML::Value << record.decks[i] << YAML::Key << "copy"
-         << YAML::Value << deck_copies[i] << YAML::EndMap;
+  for (std::size_t i = 0; i < record.decks.size(); ++i) {
+    yaml << YAML::BeginMap;
+    yaml << YAML::Key << "read" << YAML::Value << record.decks[i].path;
+    yaml << YAML::Key << "copy" << YAML::Value << copy_name(record, i);
+    yaml << YAML::Key << "copy_of" << YAML::Value << std::filesystem::absolute(record.decks[i].source()).string();
+    yaml << YAML::EndMap;
   }
   yaml << YAML::EndSeq;
+  yaml << YAML::Key << "mesh" << YAML::Value << record.mesh;
   yaml << YAML::Key << "libraries" << YAML::Value << YAML::BeginMap;
   yaml << YAML::Key << "petsc" << YAML::Value << petsc_library();
   yaml << YAML::Key << "vtk" << YAML::Value << vtkVersion::GetVTKVersion();
@@ -89,33 +79,12 @@ std::string facts(MPI_Comm comm, const RunRecord& record, const std::vector<std:
 
 }  // namespace
 
-void write_run_record(MPI_Comm comm, const std::string& directory, const RunRecord& record) {
-  on_root(comm, [&] {
-    // All decks are read before anything is written: one may be the record of the run that is replaced.
-    std::vector<std::string> texts;
-    std::vector<std::string> copies;
-    for (const std::string& deck : record.decks) {
-      texts.push_back(read_text(deck));
-      copies.push_back("deck_" + std::to_string(texts.size()) + "_" + std::filesystem::path(deck).filename().string());
-    }
-    const std::filesystem::path folder(directory);
-    try {
-      std::filesystem::create_directories(folder);
-      const std::regex old_copy("deck_[0-9]+_.*");
-      for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (std::regex_match(entry.path().filename().string(), old_copy)) {
-          std::filesystem::remove(entry.path());
-        }
-      }
-    } catch (const std::filesystem::filesystem_error& error) {
-      throw Error("output.directory: " + directory + " cannot be used: " + error.code().message());
-    }
-    for (std::size_t i = 0; i < texts.size(); ++i) {
-      write_text(folder / copies[i], texts[i]);
-    }
-    write_text(folder / "options.yaml", record.options);
-    write_text(folder / "run.yaml", facts(comm, record, copies));
-  });
+std::map<std::string, std::string> record_files(const RunRecord& record, int ranks) {
+  std::map<std::string, std::string> files{{"run.yaml", facts(record, ranks)}, {"options.yaml", record.options}};
+  for (std::size_t i = 0; i < record.decks.size(); ++i) {
+    files.emplace(copy_name(record, i), record.decks[i].text);
+  }
+  return files;
 }
 
 }  // namespace pellicle

@@ -2,8 +2,11 @@
 
 #include <mpi.h>
 
+#include <map>
 #include <string>
 #include <vector>
+
+#include "base/deck.h"
 
 namespace pellicle {
 
@@ -12,13 +15,15 @@ struct RunRecord {
   std::string program;                 ///< name and version
   std::string revision;                ///< of git
   std::vector<std::string> arguments;  ///< of the command line, the program's name first
-  std::vector<std::string> decks;      ///< paths, in the order in which they were read
+  std::vector<Deck> decks;             ///< in the order in which they were read
   std::string options;                 ///< every option with its value, as a deck
+  std::vector<std::string> mesh;       ///< what it is like, what was repaired, warnings: a line each
 };
 
-/// Writes into the folder of a run: `run.yaml` (versions of the program and its libraries, ranks, date, command line),
-/// `options.yaml` (every option with its value; itself a deck) and the decks as they were, `deck_1_<name>` and so on.
-/// The folder is made if need be; a record of an older run is replaced. Collective. @throws Error, on all ranks.
-void write_run_record(MPI_Comm comm, const std::string& directory, const RunRecord& record);
+/// The texts of the files that a run's folder keeps of it, by name: `run.yaml` (versions of the program and its
+/// libraries, ranks, date, command line, mesh), `options.yaml` (every option with its value; itself a deck) and the
+/// decks as they were, `deck_1_<name>` and so on. Not collective.
+/// @param ranks of the run
+std::map<std::string, std::string> record_files(const RunRecord& record, int ranks);
 
 }  // namespace pellicle

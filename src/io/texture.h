@@ -10,8 +10,8 @@ namespace pellicle {
 /// A grey picture that gives a factor at texture coordinates: the mass-loss rate, the diffusivity, a constraint weight.
 class Texture {
  public:
-  /// Reads a PNG file on rank 0 and gives it to all. Colours become the mean of their channels; transparency is
-  /// dropped. Collective. @throws Error, on all ranks, if the file is missing or no PNG.
+  /// Reads a PNG file on rank 0 (read_png) and gives it to all. Collective. @throws Error, on all ranks, if the file is
+  /// missing, no PNG, damaged, or too large.
   static Texture read(MPI_Comm comm, const std::string& path);
 
   /// Value in [0, 1] at (u, v), bilinear between the centres of the pixels; v = 0 is the lower edge. Outside the

@@ -7,13 +7,12 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "base/units.h"
+#include "geometry/pi.h"
 #include "geometry/solid_distance.h"
 #include "mesh/implicit_surface.h"
 
 namespace pellicle {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// k of a blend of radius 1. Two planes at a right angle, joined by the sum of exponentials, leave their corner as far
 /// aside, sqrt(2) ln(2) k, as a circle of that radius does, sqrt(2) - 1.
@@ -94,22 +93,39 @@ void describe(OptionTable& table, BlobOptions& options) {
       .choices({"add", "subtract"})
       .help("whether the solid is joined to the others or taken away from them; all adding comes first");
   table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
+  const auto shape = [&options](std::vector<std::string> names) {
+    return one_of("shape", options.shape, std::move(names));
+  };
   table.add("radius", options.radius)
       .unit("m")
       .more_than(0)
-      .help("of sphere, capsule, cylinder; of the torus that of the circle in the middle of its tube");
-  table.add("end", options.end).unit("m").help("capsule, cylinder: centre of the other end");
+      .acts_with(shape({"sphere", "capsule", "cylinder", "torus"}))
+      .help("its radius; of the torus that of the circle in the middle of its tube");
+  table.add("end", options.end).unit("m").acts_with(shape({"capsule", "cylinder"})).help("centre of the other end");
   table.add("end_radius", options.end_radius)
       .unit("m")
       .more_than(0)
-      .help("capsule: radius of the other end; none: the same");
-  table.add("tube_radius", options.tube_radius).unit("m").more_than(0).help("torus: radius of its tube");
-  table.add("size", options.size).unit("m").more_than(0).help("box, ellipsoid: lengths along its own x, y and z");
+      .acts_with(shape({"capsule"}))
+      .help("radius of the other end; none: the same");
+  table.add("tube_radius", options.tube_radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(shape({"torus"}))
+      .help("radius of its tube");
+  table.add("size", options.size)
+      .unit("m")
+      .more_than(0)
+      .acts_with(shape({"box", "ellipsoid"}))
+      .help("lengths along its own x, y and z");
   table.add("rotation", options.rotation)
       .unit("rad")
-      .help(
-          "ellipsoid, box, torus: turned by these angles about the axes x, y and z, in this order, through its centre");
-  table.add("round", options.round).unit("m").at_least(0).help("box, cylinder: radius of the edges");
+      .acts_with(shape({"ellipsoid", "box", "torus"}))
+      .help("turned by these angles about the axes x, y and z, in this order, through its centre");
+  table.add("round", options.round)
+      .unit("m")
+      .at_least(0)
+      .acts_with(shape({"box", "cylinder"}))
+      .help("radius of the edges");
   table.add("blend", options.blend)
       .unit("m")
       .more_than(0)
@@ -118,10 +134,15 @@ void describe(OptionTable& table, BlobOptions& options) {
       .unit("m")
       .at_least(0)
       .help("height of the waves on its surface above and below the mean, see flutes and pitch");
-  table.add("flutes", options.flutes).at_least(0).help("waves of the relief round its own z axis; 0: rings only");
+  const Condition has_relief{"relief: more than 0", [&options] { return options.relief > 0; }};
+  table.add("flutes", options.flutes)
+      .at_least(0)
+      .acts_with(has_relief)
+      .help("waves of the relief round its own z axis; 0: rings only");
   table.add("pitch", options.pitch)
       .unit("m")
       .at_least(0)
+      .acts_with(has_relief)
       .help("length of a wave of the relief along its own z axis; 0: flutes only, with both there are bumps");
 }
 

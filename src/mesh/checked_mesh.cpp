@@ -15,8 +15,7 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
     return checked;
   }
   if (report.boundary_edges > 0) {
-    throw Error("mesh.volume: " + options.name() + " has " + std::to_string(report.boundary_edges) +
-                " boundary edges, expected a closed mesh");
+    throw Error("mesh.volume: " + report.summary() + "; expected a closed mesh");
   }
   if (!(report.volume > 0)) {
     throw Error("mesh.volume: " + options.name() + " encloses no volume, expected a mesh that does");
@@ -25,6 +24,7 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
   for (Eigen::Vector3d& point : mesh.points) {
     point = options.shift + factor * (point - options.shift);
   }
+  require_coordinates(mesh, options.name());
   report.volume = *options.volume;
   report.area *= factor * factor;
   report.shortest_edge *= factor;

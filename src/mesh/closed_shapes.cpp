@@ -6,13 +6,12 @@
 #include <map>
 
 #include "base/error.h"
+#include "geometry/pi.h"
 #include "geometry/solid_distance.h"
 #include "mesh/implicit_surface.h"
 
 namespace pellicle {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 void require_above_0(double value, const char* what) {
   if (!(value > 0)) {

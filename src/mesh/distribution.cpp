@@ -3,6 +3,7 @@
 #include <petscsf.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -139,6 +140,22 @@ void broadcast(MPI_Comm comm, std::vector<std::string>& names) {
   }
 }
 
+void broadcast(MPI_Comm comm, std::vector<std::vector<int>>& lists) {
+  std::vector<int> numbers;  // of each list its length, then its numbers
+  for (const std::vector<int>& list : lists) {
+    numbers.push_back(static_cast<int>(list.size()));
+    numbers.insert(numbers.end(), list.begin(), list.end());
+  }
+  auto length = static_cast<int>(numbers.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  numbers.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(numbers.data(), length, MPI_INT, 0, comm);
+  lists.clear();
+  for (auto next = numbers.begin(); next != numbers.end(); next += 1 + *next) {
+    lists.emplace_back(next + 1, next + 1 + *next);
+  }
+}
+
 void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned) {
   layout.comm = comm;
   layout.owned = owned;
@@ -177,12 +194,35 @@ Distribution::Source Distribution::source(const SurfaceMesh& mesh) {
       }
     }
   }
+  std::vector<std::vector<int>> groups_of_vertex(mesh.groups.empty() ? 0 : mesh.points.size());
+  int group = 0;
+  for (const auto& [name, members] : mesh.groups) {
+    for (const int vertex : members) {
+      std::vector<int>& groups = groups_of_vertex[static_cast<std::size_t>(vertex)];
+      if (groups.empty() || groups.back() != group) {
+        groups.push_back(group);
+      }
+    }
+    ++group;
+  }
+  // One number goes to the ranks with each vertex, however many groups there are.
+  std::map<std::vector<int>, std::size_t> number_of_set{{{}, 0}};
+  for (std::size_t vertex = 0; vertex < groups_of_vertex.size(); ++vertex) {
+    const auto [set, is_new] = number_of_set.emplace(std::move(groups_of_vertex[vertex]), source.group_sets.size());
+    if (is_new) {
+      source.group_sets.push_back(set->first);
+    }
+    data[cells + vertex].groups = static_cast<double>(set->second);
+  }
   return source;
 }
 
 Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source, int layers,
                            const SheetOptions& options)
-    : comm_(comm), data_(std::move(source.data)), extra_(std::move(source.extra)) {
+    : comm_(comm),
+      group_sets_(std::move(source.group_sets)),
+      data_(std::move(source.data)),
+      extra_(std::move(source.extra)) {
   int rank = 0;
   int ranks = 1;
   MPI_Comm_rank(comm, &rank);
@@ -207,18 +247,11 @@ Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source
   const auto [corners, has_uv, extra_rows] = shape;
   has_uv_ = has_uv != 0;
   broadcast(comm, groups_);
+  broadcast(comm, group_sets_);
   const auto cell_count = static_cast<PetscInt>(cells.size()) / corners;
   const auto vertex_count = static_cast<PetscInt>(coordinates.size() / 3);
   check(DMPlexCreateFromCellListPetsc(comm, 2, cell_count, vertex_count, corners, PETSC_FALSE, cells.data(), 3,
                                       coordinates.data(), dm_.create()));
-  for (const std::string& name : groups_) {
-    auto& members = group_members_.emplace_back(data_.size(), 0);
-    if (rank == 0) {
-      for (const int vertex : mesh.groups.at(name)) {
-        members[static_cast<std::size_t>(cell_count + vertex)] = 1;
-      }
-    }
-  }
 
   if (ranks > 1) {
     set_partitioner(dm_, mesh, std::move(source.part), options);
@@ -243,13 +276,6 @@ Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source
       }
       extra_.setZero(extra_rows, last);
       send_doubles(migration, extra_rows, sent.data(), extra_.data());
-    }
-    for (auto& members : group_members_) {
-      members.resize(static_cast<std::size_t>(roots), 0);
-      std::vector<PetscInt> received(held, 0);
-      check(PetscSFBcastBegin(migration, MPIU_INT, members.data(), received.data(), MPI_REPLACE));
-      check(PetscSFBcastEnd(migration, MPIU_INT, members.data(), received.data(), MPI_REPLACE));
-      members = std::move(received);
     }
   }
   owned_ = owned_points(dm_);
@@ -310,8 +336,9 @@ void Distribution::fill(PointSet& set, const std::vector<PetscInt>& points) cons
   const auto count = static_cast<Eigen::Index>(points.size());
   set.rest.resize(3, count);
   set.uv.resize(2, has_uv_ ? count : 0);
+  std::vector<std::vector<PetscInt>*> members;
   for (const std::string& group : groups_) {
-    set.groups[group];
+    members.push_back(&set.groups[group]);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto point = static_cast<std::size_t>(points[static_cast<std::size_t>(i)]);
@@ -320,10 +347,8 @@ void Distribution::fill(PointSet& set, const std::vector<PetscInt>& points) cons
       set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(data_[point].uv);
     }
     set.persistent_id.push_back(static_cast<PetscInt>(data_[point].id));
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      if (group_members_[g][point] != 0) {
-        set.groups[groups_[g]].push_back(static_cast<PetscInt>(i));
-      }
+    for (const int group : group_sets_[static_cast<std::size_t>(data_[point].groups)]) {
+      members[static_cast<std::size_t>(group)]->push_back(static_cast<PetscInt>(i));
     }
   }
   set.partition = quality();

@@ -25,8 +25,9 @@ std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::
 /// The faces of a mesh, which have the same number of corners, joined by common edges (of at most two faces).
 CellGraph cell_graph(const SurfaceMesh& mesh);
 
-/// Gives rank 0's names to every rank. Collective.
+/// Gives rank 0's names, or lists of numbers, to every rank. Collective.
 void broadcast(MPI_Comm comm, std::vector<std::string>& names);
+void broadcast(MPI_Comm comm, std::vector<std::vector<int>>& lists);
 
 /// Sets a layout's owned, first and global numbers. Collective.
 void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned);
@@ -45,11 +46,14 @@ class Distribution {
     double position[3];  ///< [m]
     double uv[2];        ///< texture coordinates, if there are any
     double id;           ///< persistent
+    double groups;       ///< of a vertex: which of the sets of groups it is in, 0: in none
   };
   /// What rank 0 knows of all cells, then of all vertices; nothing on the other ranks.
   struct Source {
     std::vector<Data> data;
     bool has_uv = false;
+    /// Numbers of the groups, in the order of their names, that some vertex is in: each different set once.
+    std::vector<std::vector<int>> group_sets{{}};
     Eigen::MatrixXd extra;  ///< further numbers, (any x cells + vertices)
     std::vector<int> part;  ///< rank of each cell; empty: the partitioner of the options is asked
   };
@@ -100,9 +104,9 @@ class Distribution {
   Handle<DM, DMDestroy> dm_;
   bool has_uv_ = false;
   std::vector<std::string> groups_;
-  std::vector<Data> data_;  ///< of the cells and vertices
+  std::vector<std::vector<int>> group_sets_;  ///< Source::group_sets, on every rank
+  std::vector<Data> data_;                    ///< of the cells and vertices
   Eigen::MatrixXd extra_;
-  std::vector<std::vector<PetscInt>> group_members_;  ///< for each group: 1 where the point belongs to it
   std::vector<bool> owned_;
   std::vector<PetscInt> corners_;   ///< of the cells, as many for each
   std::vector<PetscInt> opposite_;  ///< of each side

@@ -1,5 +1,7 @@
 #include "mesh/field.h"
 
+#include <stdexcept>
+
 #include "base/error.h"
 
 namespace pellicle {
@@ -7,6 +9,14 @@ namespace pellicle {
 Field::Field(const Layout& layout, int components) : values_(Eigen::MatrixXd::Zero(components, layout.local())) {
   check(VecCreateGhostBlockWithArray(layout.comm, components, components * layout.owned, PETSC_DETERMINE,
                                      layout.ghosts(), layout.ghost_global.data(), values_.data(), vec_.create()));
+}
+
+Field& Field::operator=(const Field& other) {
+  if (values_.rows() != other.values_.rows() || values_.cols() != other.values_.cols()) {
+    throw std::logic_error("a field is assigned to one of another size");  // Its vector wraps the memory that it has.
+  }
+  values_ = other.values_;
+  return *this;
 }
 
 void Field::update_ghosts() {

@@ -8,7 +8,8 @@
 namespace pellicle {
 
 /// `components` doubles on every item of a layout, owned then ghost, seen both as an Eigen matrix (components x local)
-/// and as a PETSc vector of the owned part. Move-only. The layout must outlive it.
+/// and as a PETSc vector of the owned part. The layout must outlive it. Its values can be assigned to another field of
+/// the same layout and components; otherwise it is move-only.
 class Field {
  public:
   Field() = default;
@@ -17,7 +18,8 @@ class Field {
   Field(Field&&) = default;
   Field& operator=(Field&&) = default;
   Field(const Field&) = delete;
-  Field& operator=(const Field&) = delete;
+  /// Copies the values, ghosts included. Not collective. @throws std::logic_error if the sizes differ
+  Field& operator=(const Field& other);
 
   int components() const { return static_cast<int>(values_.rows()); }
   /// All local values, ghosts last, (components x local). Writing to the owned part must be followed by update_ghosts.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,12 @@ SurfaceMesh read_stl(const std::string& path);
 SurfaceMesh read_vtp(const std::string& path);
 SurfaceMesh read_vtu(const std::string& path);
 SurfaceMesh read_vtk(const std::string& path);
+
+/// Of one face. Each takes memory for every face of it; a longer list is no list of groups.
+constexpr std::size_t most_groups = 100;
+
+/// Sorts the points of the groups, each of which then occurs once.
+void sort_groups(SurfaceMesh& mesh);
 
 /// Texture coordinates of the points, given to the corners of the faces; corners that name no point get none.
 std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,

@@ -4,19 +4,19 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "geometry/pi.h"
+#include "mesh/mesh_size.h"
 
 namespace pellicle {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
-void require_cells(std::array<int, 2> cells, int lowest, const char* shape) {
+void require_cells(std::array<int, 2> cells, int lowest, const char* shape, int faces_of_a_cell) {
+  const std::string what =
+      "a " + std::string(shape) + " of " + std::to_string(cells[0]) + " x " + std::to_string(cells[1]) + " cells";
   if (cells[0] < lowest || cells[1] < lowest) {
-    std::ostringstream text;
-    text << "a " << shape << " of " << cells[0] << " x " << cells[1] << " cells, expected at least " << lowest << " x "
-         << lowest;
-    throw Error(text.str());
+    throw Error(what + ", expected at least " + std::to_string(lowest) + " x " + std::to_string(lowest));
   }
+  require_mesh_size(what, static_cast<double>(faces_of_a_cell) * cells[0] * cells[1]);
 }
 
 void require_size(std::array<double, 2> size, const char* shape) {
@@ -56,7 +56,7 @@ void spread_uv(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
 }  // namespace
 
 SurfaceMesh rectangle_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
-  require_cells(cells, 1, "rectangle");
+  require_cells(cells, 1, "rectangle", 1);
   require_size(size, "rectangle");
   const auto [nx, ny] = cells;
   SurfaceMesh mesh;
@@ -79,7 +79,7 @@ SurfaceMesh rectangle_mesh(std::array<int, 2> cells, std::array<double, 2> size)
 }
 
 SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tube_radius) {
-  require_cells(cells, 3, "torus");
+  require_cells(cells, 3, "torus", 1);
   if (!(tube_radius > 0 && tube_radius < major_radius)) {
     std::ostringstream text;
     text << "a torus of radii " << major_radius << " m and " << tube_radius << " m, expected the second between 0 and "
@@ -112,7 +112,7 @@ SurfaceMesh torus_mesh(std::array<int, 2> cells, double major_radius, double tub
 }
 
 SurfaceMesh roof_mesh(std::array<int, 2> cells, std::array<double, 2> size, double arch) {
-  require_cells(cells, 2, "roof");
+  require_cells(cells, 2, "roof", 2);
   require_size(size, "roof");
   if (!(arch > 0 && arch < 2 * pi)) {
     throw Error("a roof with an arch of " + std::to_string(arch) + " rad, expected between 0 and a full turn");
@@ -161,6 +161,7 @@ SurfaceMesh disc_mesh(int rings, double radius) {
     throw Error("a disc of " + std::to_string(rings) + " rings and radius " + std::to_string(radius) +
                 " m, expected both above 0");
   }
+  require_mesh_size("a disc of " + std::to_string(rings) + " rings", 6.0 * rings * rings);
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv;
   const auto add_point = [&](double distance, double angle) {
@@ -196,7 +197,7 @@ SurfaceMesh disc_mesh(int rings, double radius) {
 }
 
 SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
-  require_cells(cells, 1, "square");
+  require_cells(cells, 1, "square", 4);
   require_size(size, "square");
   const auto [nx, ny] = cells;
   SurfaceMesh mesh;

@@ -16,7 +16,7 @@ using Key = std::pair<int, int>;
 /// Reads the sections of a Gmsh file one after the other.
 class GmshReader {
  public:
-  explicit GmshReader(const std::string& path) : file_(path) {}
+  explicit GmshReader(const std::string& path) : file_(path, {/*comments=*/false, /*continuations=*/false}) {}
 
   SurfaceMesh read() {
     read_format();
@@ -40,16 +40,14 @@ class GmshReader {
       }
       expect("$End" + section.substr(1));
     }
-    for (auto& entry : mesh_.groups) {
-      std::vector<int>& members = entry.second;
-      std::sort(members.begin(), members.end());
-      members.erase(std::unique(members.begin(), members.end()), members.end());
-    }
+    sort_groups(mesh_);
     return std::move(mesh_);
   }
 
  private:
   int integer(const char* expected) { return file_.integer(file_.next_word(expected), expected); }
+  /// Of items that take at least as many bytes each.
+  int count(const char* expected, std::size_t bytes) { return file_.count(file_.next_word(expected), expected, bytes); }
   double number(const char* expected) { return file_.number(file_.next_word(expected), expected); }
 
   void expect(const std::string& word) {
@@ -74,8 +72,8 @@ class GmshReader {
 
   /// Lines: dimension, number and "name", which may have blanks.
   void read_names() {
-    const int count = integer("the number of names");
-    for (int i = 0; i < count; ++i) {
+    const int names = count("the number of names", 6);
+    for (int i = 0; i < names; ++i) {
       const int dimension = integer("a dimension");
       const int group = integer("a group number");
       const std::string_view first = file_.next_word("a name in quotes");
@@ -92,8 +90,8 @@ class GmshReader {
   /// Version 4.1: which physical groups each part of the model is in.
   void read_entities() {
     int counts[4];
-    for (int& count : counts) {
-      count = integer("the number of entities");
+    for (int& entities : counts) {
+      entities = count("the number of entities", 8);
     }
     for (int dimension = 0; dimension < 4; ++dimension) {
       for (int i = 0; i < counts[dimension]; ++i) {
@@ -102,6 +100,10 @@ class GmshReader {
           number("a bound of an entity");
         }
         const int groups = integer("the number of groups");
+        if (groups < 0 || groups > static_cast<int>(most_groups)) {
+          file_.fail(std::to_string(groups) + " groups for one part of the model, expected at most " +
+                     std::to_string(most_groups));
+        }
         for (int k = 0; k < groups; ++k) {
           groups_of_entity_[{dimension, entity}].push_back(integer("a group number"));
         }
@@ -111,7 +113,7 @@ class GmshReader {
   }
 
   void read_nodes() {
-    const int blocks = blocks_ ? integer("the number of blocks") : 1;
+    const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
     if (blocks_) {
       file_.skip_line();
     }
@@ -123,13 +125,13 @@ class GmshReader {
           file_.fail("nodes with parameters, expected coordinates only");
         }
       }
-      const int count = integer("the number of nodes");
+      const int nodes = count("the number of nodes", 6);
       if (blocks_) {
-        for (int i = 0; i < count; ++i) {
+        for (int i = 0; i < nodes; ++i) {
           add_node(integer("a node number"));
         }
       }
-      for (int i = 0; i < count; ++i) {
+      for (int i = 0; i < nodes; ++i) {
         if (!blocks_) {
           add_node(integer("a node number"));
         }
@@ -148,7 +150,7 @@ class GmshReader {
   }
 
   void read_elements() {
-    const int blocks = blocks_ ? integer("the number of blocks") : 1;
+    const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
     if (blocks_) {
       file_.skip_line();
     }
@@ -160,8 +162,8 @@ class GmshReader {
         groups = groups_of_entity_[{dimension, integer("an entity number")}];
         type = integer("an element type");
       }
-      const int count = integer("the number of elements");
-      for (int i = 0; i < count; ++i) {
+      const int elements = count("the number of elements", 4);
+      for (int i = 0; i < elements; ++i) {
         const int element = integer("an element number");
         if (!blocks_) {
           type = integer("an element type");

@@ -11,9 +11,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <sstream>
 
 #include "base/error.h"
 #include "mesh/isotropic_remesher.h"
+#include "mesh/mesh_size.h"
 
 namespace pellicle {
 namespace {
@@ -104,7 +106,15 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
   constexpr int rounds = 8;       // until the edges have the wanted length
   constexpr int corrections = 6;  // of that length, until the number of points is right
   constexpr int last_rounds = 12;
+  constexpr double smallest_size = 1e-60;  // beyond these, products of a few lengths are 0 or infinite
+  constexpr double largest_size = 1e60;
+  require_mesh_size(key + " of " + std::to_string(vertices) + " vertices", 2.0 * vertices);
   const double longest_side = surface.bounds.sizes().maxCoeff();
+  if (!(longest_side >= smallest_size && longest_side <= largest_size)) {
+    std::ostringstream text;
+    text << key << ": " << longest_side << " m across, expected " << smallest_size << " to " << largest_size << " m";
+    throw Error(text.str());
+  }
   double spacing = longest_side / coarse_cells;
   SurfaceMesh mesh = contour(surface, spacing);
   if (mesh.faces.empty()) {

@@ -20,6 +20,8 @@ namespace {
 /// Relative to the square of a face's longest edge: areas below are rounding errors.
 constexpr double area_tolerance = 1e-12;
 
+constexpr double degrees = 180 / 3.14159265358979323846;
+
 /// Sets of numbers that can be united.
 class DisjointSets {
  public:
@@ -110,17 +112,23 @@ int remove_collapsed_faces(SurfaceMesh& mesh) {
   int removed = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     std::vector<int>& face = mesh.faces[f];
-    for (std::size_t k = 0; k < face.size() && face.size() > 1;) {
-      if (face[k] == face[(k + 1) % face.size()]) {
-        face.erase(face.begin() + static_cast<std::ptrdiff_t>(k));
+    const std::size_t corners = face.size();
+    const int first = face.front();
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < corners; ++k) {
+      if (face[k] != (k + 1 < corners ? face[k + 1] : first)) {
+        face[kept] = face[k];
         if (!mesh.uv.empty()) {
-          mesh.uv[f].erase(mesh.uv[f].begin() + static_cast<std::ptrdiff_t>(k));
+          mesh.uv[f][kept] = mesh.uv[f][k];
         }
-      } else {
-        ++k;
+        ++kept;
       }
     }
-    keep[f] = face.size() > 2;
+    face.resize(kept);
+    if (!mesh.uv.empty()) {
+      mesh.uv[f].resize(kept);
+    }
+    keep[f] = kept > 2;
     removed += keep[f] ? 0 : 1;
   }
   if (removed > 0) {
@@ -377,6 +385,46 @@ std::vector<int> find_split_points(const SurfaceMesh& mesh, const std::vector<Ed
   return points;
 }
 
+/// The triangles of all faces that can be split; those that cannot, and are not `degenerate` already, are faults.
+std::vector<std::array<int, 3>> split_faces(const SurfaceMesh& mesh, const std::vector<int>& degenerate,
+                                            Faults& faults) {
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<int> crossed;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (std::binary_search(degenerate.begin(), degenerate.end(), static_cast<int>(f))) {
+      continue;
+    }
+    const std::vector<std::array<std::size_t, 3>> split = split_face(mesh, f);
+    if (split.empty()) {
+      crossed.push_back(static_cast<int>(f));
+    }
+    for (const auto& [a, b, c] : split) {
+      triangles.push_back({mesh.faces[f][a], mesh.faces[f][b], mesh.faces[f][c]});
+    }
+  }
+  faults.add("polygon that cannot be split into triangles", "polygons that cannot be split into triangles",
+             face_names(mesh, crossed));
+  return triangles;
+}
+
+/// @throws Error if very many triangles meet at a point: DMPlex takes the square of their number in time.
+void require_few_at_each_point(const SurfaceMesh& mesh, const std::vector<std::array<int, 3>>& triangles,
+                               const std::string& name) {
+  constexpr int most = 10000;
+  std::vector<int> count(mesh.points.size(), 0);
+  for (const std::array<int, 3>& triangle : triangles) {
+    for (const int point : triangle) {
+      ++count[static_cast<std::size_t>(point)];
+    }
+  }
+  const auto largest = std::max_element(count.begin(), count.end());
+  if (*largest > most) {
+    throw Error(name + ": " + std::to_string(*largest) + " triangles meet at point " +
+                std::to_string(mesh.id_of_point(static_cast<int>(largest - count.begin()))) + ", expected at most " +
+                std::to_string(most));
+  }
+}
+
 /// Counts of edges, boundary and pieces.
 void count_topology(const SurfaceMesh& mesh, const std::vector<Edge>& edges, MeshReport& report) {
   report.points = static_cast<int>(mesh.points.size());
@@ -433,7 +481,10 @@ void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
       const Eigen::Vector3d ahead = corner_point(mesh, f, k + 1) - corner_point(mesh, f, k);
       const Eigen::Vector3d back = corner_point(mesh, f, k + corners - 1) - corner_point(mesh, f, k);
       const double angle = std::atan2(ahead.cross(back).norm(), ahead.dot(back));
-      report.smallest_angle = std::min(report.smallest_angle, angle);
+      if (angle < report.smallest_angle) {
+        report.smallest_angle = angle;
+        report.sharpest_face = mesh.id_of_face(static_cast<int>(f));
+      }
       report.shortest_edge = std::min(report.shortest_edge, ahead.norm());
       report.longest_edge = std::max(report.longest_edge, ahead.norm());
       const Eigen::Vector3d& origin = corner_point(mesh, f, 0);
@@ -476,16 +527,23 @@ std::string join(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-std::vector<std::string> MeshReport::lines() const {
-  constexpr double degrees = 180 / 3.14159265358979323846;
+std::string MeshReport::size() const {
   std::ostringstream size;
-  size << name << ": " << points << " points, " << faces << " faces (" << quads << " quads, " << triangles
-       << " triangles), " << components << (components == 1 ? " piece, " : " pieces, ");
+  size << points << " points, " << faces << " faces (" << quads << " quads, " << triangles << " triangles), "
+       << components << (components == 1 ? " piece, " : " pieces, ");
   if (boundary_edges == 0) {
-    size << "closed, encloses " << volume << " m^3";
+    size << "closed";
+    if (volume != 0) {
+      size << ", encloses " << volume << " m^3";
+    }
   } else {
-    size << boundary_edges << " boundary edges in " << boundary_loops << (boundary_loops == 1 ? " loop" : " loops");
+    size << "open, " << boundary_edges << " boundary edges in " << boundary_loops
+         << (boundary_loops == 1 ? " loop" : " loops");
   }
+  return size.str();
+}
+
+std::string MeshReport::quality() const {
   std::ostringstream quality;
   quality.precision(3);
   quality << "area " << area << " m^2, edges " << shortest_edge << " to " << longest_edge << " m (ratio "
@@ -500,17 +558,44 @@ std::vector<std::string> MeshReport::lines() const {
     quality << separator << edges_at_point << ": " << count;
     separator = ", ";
   }
-  std::vector<std::string> texts{size.str(), quality.str()};
+  return quality.str();
+}
+
+std::vector<std::string> MeshReport::remarks() const {
+  std::vector<std::string> texts;
   for (const std::string& repair : repairs(*this)) {
     texts.push_back("repaired: " + repair);
   }
   if (intersections > 0) {
     texts.push_back("warning: " + std::to_string(intersections) + " pairs of triangles cut through each other");
   }
+  if (!all_intersections) {
+    texts.push_back("warning: too many triangles lie close together to look at all pairs that may cut each other");
+  }
+  if (smallest_angle * degrees < 1) {
+    std::ostringstream angle;
+    angle.precision(2);
+    angle << "warning: an angle of " << smallest_angle * degrees << " degrees in face " << sharpest_face
+          << "; faces as thin as this may make solvers fail";
+    texts.push_back(angle.str());
+  }
   return texts;
 }
 
+void require_coordinates(const SurfaceMesh& mesh, const std::string& name) {
+  constexpr double largest = 1e60;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (!(mesh.points[i].array().abs() <= largest).all()) {
+      std::ostringstream text;
+      text << name << ": point " << mesh.id_of_point(static_cast<int>(i)) << " is at (" << mesh.points[i].transpose()
+           << "), expected finite coordinates of at most " << largest;
+      throw Error(text.str());
+    }
+  }
+}
+
 MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicates duplicates) {
+  require_coordinates(mesh, name);
   MeshReport report;
   report.name = name;
   report.merged_points = duplicates == Duplicates::merge ? weld(mesh) : 0;
@@ -545,12 +630,17 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicat
 
   count_topology(mesh, edges, report);
   measure_quality(mesh, report);
-  report.intersections = count_self_intersections(mesh);
+  const std::vector<std::array<int, 3>> triangles = split_faces(mesh, degenerate, faults);
+  require_few_at_each_point(mesh, triangles, name);
+  const SelfIntersections intersections = count_self_intersections(mesh.points, triangles);
+  report.intersections = intersections.pairs;
+  report.all_intersections = intersections.all;
   if (faults.none() && report.boundary_edges == 0) {
     report.volume = enclosed_volume(mesh);
   }
   if (!faults.none()) {
-    std::string text = name + ": " + join(faults.parts()) + " (numbers from 0), expected a manifold surface";
+    std::string text =
+        name + ": " + join(faults.parts()) + " (numbers from 0), expected a manifold surface; it has " + report.size();
     if (report.intersections > 0) {
       text += "; " + std::to_string(report.intersections) + " pairs of triangles cut through each other";
     }
@@ -560,19 +650,20 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicat
   return report;
 }
 
-void require_quads(const SurfaceMesh& mesh, const std::string& name) {
+std::string fault_of_quads(const SurfaceMesh& mesh) {
   std::vector<int> others;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     if (mesh.faces[f].size() != 4) {
       others.push_back(static_cast<int>(f));
     }
   }
-  if (!others.empty()) {
-    const std::size_t corners = mesh.faces[static_cast<std::size_t>(others.front())].size();
-    throw Error(name + ": " + std::to_string(others.size()) + " of " + std::to_string(mesh.faces.size()) +
-                " faces are no quads (the first is face " + std::to_string(mesh.id_of_face(others.front())) + " with " +
-                std::to_string(corners) + " corners), expected quads only: a burning sheet is built on quads");
+  if (others.empty()) {
+    return "";
   }
+  const std::size_t corners = mesh.faces[static_cast<std::size_t>(others.front())].size();
+  return std::to_string(others.size()) + " of " + std::to_string(mesh.faces.size()) +
+         " faces are no quads (the first is face " + std::to_string(mesh.id_of_face(others.front())) + " with " +
+         std::to_string(corners) + " corners), expected quads only: a burning sheet is built on quads";
 }
 
 }  // namespace pellicle

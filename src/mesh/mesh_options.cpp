@@ -13,7 +13,15 @@
 namespace pellicle {
 
 void describe(OptionTable& table, MeshOptions& options) {
+  // A file takes the place of a generated mesh.
+  const Condition generated{"no mesh.file", [&options] { return options.file.empty(); }};
+  const auto add = [&](const std::string& key, auto& variable, std::vector<std::string> shapes) -> Option& {
+    return table.add(key, variable)
+        .acts_with(generated)
+        .acts_with(one_of("mesh.shape", options.shape, std::move(shapes)));
+  };
   table.add("mesh.shape", options.shape)
+      .acts_with({"no mesh.file", [&options] { return options.file.empty() || options.shape == "file"; }})
       .choices(
           {"rectangle", "torus", "roof", "shirt", "icosphere", "ellipsoid", "tube", "blobs", "disc", "square", "file"})
       .help(
@@ -25,40 +33,45 @@ void describe(OptionTable& table, MeshOptions& options) {
   table.add("mesh.file", options.file)
       .file()
       .help("mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; empty: generate one");
-  table.add("mesh.cells", options.cells)
+  add("mesh.cells", options.cells, {"rectangle", "torus", "roof", "shirt", "square"})
       .length(2)
       .at_least(1)
       .help(
           "cells of the generated mesh along its length and width; torus: round the axis and round the tube; square: "
           "each of four triangles; shirt: across the torso and from waist to shoulder, at least 8");
-  table.add("mesh.size", options.size)
+  add("mesh.size", options.size, {"rectangle", "roof", "shirt", "square"})
       .length(2)
       .more_than(0)
       .unit("m")
       .help(
           "length and width of rectangle, roof and square, the roof's width along its arc; shirt: width of the torso "
           "laid flat, half its girth, and height from waist to shoulder");
-  table.add("mesh.major_radius", options.major_radius)
+  add("mesh.major_radius", options.major_radius, {"torus"})
       .more_than(0)
       .unit("m")
-      .help("torus: radius of the circle in the middle of the tube");
-  table.add("mesh.tube_radius", options.tube_radius).more_than(0).unit("m").help("torus: radius of the tube");
-  table.add("mesh.arch", options.arch).more_than(0).unit("rad").help("roof: angle of its arc");
-  table.add("mesh.level", options.level)
+      .help("radius of the circle in the middle of the tube");
+  add("mesh.tube_radius", options.tube_radius, {"torus"}).more_than(0).unit("m").help("radius of the tube");
+  add("mesh.arch", options.arch, {"roof"}).more_than(0).unit("rad").help("angle of its arc");
+  add("mesh.level", options.level, {"icosphere", "ellipsoid"})
       .range(0, 9)
-      .help("icosphere, ellipsoid: how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices");
-  table.add("mesh.radius", options.radius).more_than(0).unit("m").help("of icosphere, tube and disc");
-  table.add("mesh.semi_axes", options.semi_axes).more_than(0).unit("m").help("ellipsoid: half axes along x, y and z");
-  table.add("mesh.length", options.length)
+      .help("how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices");
+  add("mesh.radius", options.radius, {"icosphere", "tube", "disc"}).more_than(0).unit("m").help("radius");
+  add("mesh.semi_axes", options.semi_axes, {"ellipsoid"}).more_than(0).unit("m").help("half axes along x, y and z");
+  add("mesh.length", options.length, {"tube"})
       .more_than(0)
       .unit("m")
-      .help("tube: length of its cylinder, without the half spheres");
-  table.add("mesh.rings", options.rings)
+      .help("length of its cylinder, without the half spheres");
+  add("mesh.rings", options.rings, {"disc"})
       .at_least(1)
-      .help("disc: rings of triangles between centre and rim, 1 + 3 n (n + 1) vertices");
-  table.add("mesh.vertices", options.vertices).at_least(4).help("tube, blobs: number of vertices");
-  table.add_objects("mesh.blobs", options.blobs,
-                    "solids whose smooth union, less those that are subtracted, has the surface of the shape blobs");
+      .help("rings of triangles between centre and rim, 1 + 3 n (n + 1) vertices");
+  add("mesh.vertices", options.vertices, {"tube", "blobs"}).at_least(4).help("number of vertices");
+  table.add_under(generated, [&] {
+    table.add_under(one_of("mesh.shape", options.shape, {"blobs"}), [&] {
+      table.add_objects(
+          "mesh.blobs", options.blobs,
+          "solids whose smooth union, less those that are subtracted, has the surface of the shape blobs");
+    });
+  });
   table.add("mesh.scale", options.scale).more_than(0).help("factor on all coordinates, such as 0.001 for a file in mm");
   table.add("mesh.volume", options.volume)
       .more_than(0)

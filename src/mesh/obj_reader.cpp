@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <array>
 #include <set>
 
 #include "base/error.h"
@@ -30,14 +28,15 @@ SurfaceMesh read_obj(const std::string& path) {
                                                   "c_interp", "d_interp", "shadow_obj", "trace_obj"};
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> textures;
-  std::vector<std::string> groups;  // of the faces that follow
-  TextFile file(path);
+  std::vector<std::string> names;         // of the groups of the faces that follow
+  std::vector<std::vector<int>*> groups;  // these, once a face has followed
+  TextFile file(path, {/*comments=*/true, /*continuations=*/true});
   while (file.next_line()) {
     const std::vector<std::string_view>& words = file.words();
     const std::string_view keyword = words.front();
     if (keyword == "v") {
       // x y z, then a weight or a colour that is not for us.
-      if (words.size() < 4) {
+      if (words.size() < 4 || words.size() > 8) {
         file.fail(std::to_string(words.size() - 1) + " coordinates, expected 3");
       }
       mesh.points.emplace_back(file.number(words[1], "a coordinate"), file.number(words[2], "a coordinate"),
@@ -72,25 +71,31 @@ SurfaceMesh read_obj(const std::string& path) {
         file.fail("texture coordinates at " + std::to_string(uv.size()) + " of " + std::to_string(face.size()) +
                   " corners, expected them at every corner of every face or at none");
       }
-      for (const std::string& group : groups) {
-        std::vector<int>& members = mesh.groups[group];
-        members.insert(members.end(), face.begin(), face.end());
+      for (const std::string& name : names) {
+        groups.push_back(&mesh.groups[name]);
+      }
+      names.clear();
+      for (std::vector<int>* members : groups) {
+        members->insert(members->end(), face.begin(), face.end());
       }
       mesh.faces.push_back(std::move(face));
       if (mesh_has_uv) {
         mesh.uv.push_back(std::move(uv));
       }
     } else if (keyword == "g") {
-      groups.assign(words.begin() + 1, words.end());
+      // A name given twice is one; more would be no list of names, and each takes memory for every face.
+      const std::set<std::string_view> different(words.begin() + 1, words.end());
+      if (different.size() > most_groups) {
+        file.fail(std::to_string(different.size()) + " groups for one face, expected at most " +
+                  std::to_string(most_groups));
+      }
+      names.assign(different.begin(), different.end());
+      groups.clear();
     } else if (ignored.count(keyword) == 0) {
       file.fail("keyword '" + std::string(keyword) + "', expected v, vt, f or g");
     }
   }
-  for (auto& entry : mesh.groups) {
-    std::vector<int>& members = entry.second;
-    std::sort(members.begin(), members.end());
-    members.erase(std::unique(members.begin(), members.end()), members.end());
-  }
+  sort_groups(mesh);
   return mesh;
 }
 

@@ -7,17 +7,15 @@ namespace pellicle {
 // OFF: the word OFF, three counts (points, faces, edges), the points, the faces as a count and point numbers.
 // Numbers may be broken over lines; what follows a face on its line is its colour.
 SurfaceMesh read_off(const std::string& path) {
-  TextFile file(path);
+  TextFile file(path, {/*comments=*/true, /*continuations=*/false});
   const std::string_view header = file.next_word("the header OFF");
   if (header != "OFF") {
     file.fail("header '" + std::string(header) + "', expected OFF");
   }
-  const int points = file.integer(file.next_word("the number of points"), "the number of points");
-  const int faces = file.integer(file.next_word("the number of faces"), "the number of faces");
+  // A point takes at least "0 0 0" and a blank, a face "3 0 1 2" and one.
+  const int points = file.count(file.next_word("the number of points"), "the number of points", 6);
+  const int faces = file.count(file.next_word("the number of faces"), "the number of faces", 8);
   file.integer(file.next_word("the number of edges"), "the number of edges");
-  if (points < 0 || faces < 0) {
-    file.fail(std::to_string(points) + " points and " + std::to_string(faces) + " faces, expected numbers above 0");
-  }
 
   SurfaceMesh mesh;
   for (int i = 0; i < points; ++i) {

@@ -4,10 +4,11 @@
 #include <cctype>
 #include <filesystem>
 #include <map>
-#include <sstream>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "mesh/format_readers.h"
+#include "mesh/mesh_check.h"
 
 namespace pellicle {
 namespace {
@@ -18,13 +19,7 @@ void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
     throw Error(path + ": " + std::to_string(mesh.points.size()) + " points and " + std::to_string(mesh.faces.size()) +
                 " polygons, expected a surface mesh");
   }
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    if (!mesh.points[i].allFinite()) {
-      std::ostringstream text;
-      text << path << ": point " << i << " is at (" << mesh.points[i].transpose() << "), expected finite coordinates";
-      throw Error(text.str());
-    }
-  }
+  require_coordinates(mesh, path);
   const int points = static_cast<int>(mesh.points.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     if (mesh.faces[f].size() < 3) {
@@ -58,6 +53,14 @@ void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
 
 }  // namespace
 
+void sort_groups(SurfaceMesh& mesh) {
+  for (auto& entry : mesh.groups) {
+    std::vector<int>& members = entry.second;
+    std::sort(members.begin(), members.end());
+    members.erase(std::unique(members.begin(), members.end()), members.end());
+  }
+}
+
 std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
                                                         const std::vector<Eigen::Vector2d>& uv_of_points) {
   std::vector<std::vector<Eigen::Vector2d>> uv;
@@ -90,6 +93,10 @@ SurfaceMesh read_mesh(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw Error(path + ": no such file");
   }
+  // A face takes more bytes in memory than in any of the files.
+  constexpr double bytes_of_a_byte = 3;
+  const auto size = static_cast<double>(std::filesystem::file_size(path, ignored));
+  require_memory(path + ": a mesh of " + std::to_string(size / 1e9) + " GB", bytes_of_a_byte * size);
   SurfaceMesh mesh = reader->second(path);
   check_numbers(mesh, path);
   return mesh;

@@ -21,7 +21,8 @@ namespace pellicle {
 /// The arrays of one number a cell of .vtp, .vtu and .vtk files become face_fields. A group holds the points of the
 /// elements that carry its name; a physical group without a name goes by its number. Not collective: call it on one
 /// rank.
-/// @throws Error on a missing or broken file: one line that names the file and the fault.
+/// VTK's readers run in a child process (read_in_child).
+/// @throws Error on a missing or broken file, or one too large for the memory: one line that names file and fault.
 SurfaceMesh read_mesh(const std::string& path);
 
 }  // namespace pellicle

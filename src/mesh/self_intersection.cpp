@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <unsupported/Eigen/BVH>
 
 #include "geometry/triangle_intersection.h"
@@ -17,17 +18,26 @@ struct PairCounter {
   const std::vector<std::array<int, 3>>& triangles;
   const std::vector<Eigen::Vector3d>& points;
   const std::vector<Box>& boxes;
+  std::int64_t pairs_left;  ///< of boxes that may still be compared
   int count = 0;
 
   // NOLINTBEGIN(readability-identifier-naming)
-  static bool intersectVolumeVolume(const Box& a, const Box& b) { return a.intersects(b); }
-  bool intersectVolumeObject(const Box& a, int b) const { return a.intersects(boxes[static_cast<std::size_t>(b)]); }
-  bool intersectObjectVolume(int a, const Box& b) const { return intersectVolumeObject(b, a); }
-  /// Counts the pair; never stops the traversal.
+  /// Every descent asks this of its pair: without any left, the traversal soon ends.
+  bool intersectVolumeVolume(const Box& a, const Box& b) { return pairs_left-- > 0 && a.intersects(b); }
+  bool intersectVolumeObject(const Box& a, int b) {
+    return intersectVolumeVolume(a, boxes[static_cast<std::size_t>(b)]);
+  }
+  bool intersectObjectVolume(int a, const Box& b) { return intersectVolumeObject(b, a); }
+  /// Counts the pair; stops the traversal when no pairs are left.
   bool intersectObjectObject(int a, int b) {
+    if (pairs_left-- <= 0) {
+      return true;
+    }
     if (a < b && boxes[static_cast<std::size_t>(a)].intersects(boxes[static_cast<std::size_t>(b)]) &&
-        !have_common_point(a, b) && triangles_intersect(corners(a), corners(b))) {
-      ++count;
+        !have_common_point(a, b)) {
+      constexpr int cost = 20;  // in comparisons of boxes
+      pairs_left -= cost;
+      count += triangles_intersect(corners(a), corners(b)) ? 1 : 0;
     }
     return false;
   }
@@ -47,23 +57,27 @@ struct PairCounter {
 
 }  // namespace
 
-int count_self_intersections(const SurfaceMesh& mesh) {
-  std::vector<std::array<int, 3>> triangles;
+SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& points,
+                                           const std::vector<std::array<int, 3>>& triangles) {
+  if (triangles.empty()) {
+    return {};
+  }
   std::vector<Box> boxes;
   std::vector<int> numbers;
-  for (const std::vector<int>& face : mesh.faces) {
-    for (std::size_t k = 2; k < face.size(); ++k) {
-      Box& box = boxes.emplace_back();
-      numbers.push_back(static_cast<int>(numbers.size()));
-      for (const int point : triangles.emplace_back(std::array<int, 3>{face[0], face[k - 1], face[k]})) {
-        box.extend(mesh.points[static_cast<std::size_t>(point)]);
-      }
+  for (const std::array<int, 3>& triangle : triangles) {
+    Box& box = boxes.emplace_back();
+    numbers.push_back(static_cast<int>(numbers.size()));
+    for (const int point : triangle) {
+      box.extend(points[static_cast<std::size_t>(point)]);
     }
   }
   const Eigen::KdBVH<double, 3, int> tree(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
-  PairCounter counter{triangles, mesh.points, boxes};
+  constexpr std::int64_t least = 100000000;
+  constexpr std::int64_t of_a_triangle = 300;
+  PairCounter counter{triangles, points, boxes,
+                      std::max(least, of_a_triangle * static_cast<std::int64_t>(triangles.size()))};
   Eigen::BVIntersect(tree, tree, counter);
-  return counter.count;
+  return {counter.count, counter.pairs_left > 0};
 }
 
 }  // namespace pellicle

@@ -1,11 +1,21 @@
 #pragma once
 
-#include "mesh/surface_mesh.h"
+#include <Eigen/Core>
+#include <array>
+#include <vector>
 
 namespace pellicle {
 
-/// Number of pairs of triangles that cut through each other (triangles_intersect); polygons are split into fans, and
-/// triangles with a common point are left out. By a tree of bounding boxes.
-int count_self_intersections(const SurfaceMesh& mesh);
+/// Pairs of triangles that cut through each other.
+struct SelfIntersections {
+  int pairs = 0;
+  bool all = true;  ///< false if the count was ended because too many boxes of triangles overlap
+};
+
+/// Counts the pairs of triangles that cut through each other (triangles_intersect); triangles with a common point are
+/// left out. By a tree of bounding boxes, whose cost is n log n for surfaces; where nearly all of them overlap, as of a
+/// heap of long needles, the count ends after the work of some hundred pairs of boxes a triangle, and at least 10^8.
+SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& points,
+                                           const std::vector<std::array<int, 3>>& triangles);
 
 }  // namespace pellicle

@@ -26,7 +26,10 @@ void describe(OptionTable& table, SheetOptions& options) {
           "amplitude of the noise added to the initial positions, as a share of the mean cell edge, so that a flat "
           "sheet can buckle; depends on the persistent ids only, never on ranks")
       .source("README: parameters");
-  table.add("sheet.seed", options.seed).at_least(0).help("seed of the initial noise");
+  table.add("sheet.seed", options.seed)
+      .at_least(0)
+      .acts_with({"sheet.perturbation: more than 0", [&options] { return options.perturbation > 0; }})
+      .help("seed of the initial noise");
   table.add("sheet.imbalance_limit", options.imbalance_limit)
       .at_least(1)
       .help(

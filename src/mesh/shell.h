@@ -10,7 +10,7 @@ namespace pellicle {
 ///
 /// Every rank receives its cells and two layers of its neighbours' cells, so that every spring that ends at a particle
 /// of the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
-/// @param mesh checked quads (see require_quads); only rank 0's is read
+/// @param mesh checked quads (see fault_of_quads); only rank 0's is read
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
 
 /// Rest positions plus the initial noise, in shares of the mean cell edge (mesh/perturbation.h). Collective.

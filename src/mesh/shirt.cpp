@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "base/error.h"
+#include "geometry/pi.h"
+#include "mesh/mesh_size.h"
 
 namespace pellicle {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 // The cut, laid flat: as shares of the torso's width, and the sleeves' width as a share of the height. With the figures
 // of fit() they are found by trial: they make the edges most alike.
@@ -265,6 +265,8 @@ SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
          << " m, expected at least 8 x 8 cells and sizes above 0";
     throw Error(text.str());
   }
+  require_mesh_size("a shirt of " + std::to_string(cells[0]) + " x " + std::to_string(cells[1]) + " cells",
+                    2.0 * cells[0] * cells[1]);  // front and back, without the sleeves
   const Cut cut(cells);
   SurfaceMesh mesh = sew(cut);
   const Held held = fit(mesh, cut, size[0], size[1]);

@@ -1,15 +1,28 @@
 #include "mesh/text_file.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
 
 #include "base/error.h"
 
 namespace pellicle {
 
-TextFile::TextFile(const std::string& path) : path_(path), stream_(path) {
-  if (!stream_) {
+TextFile::TextFile(const std::string& path, Syntax syntax)
+    : path_(path), syntax_(syntax), stream_(path, std::ios::binary) {
+  std::error_code failure;
+  size_ = static_cast<std::size_t>(std::filesystem::file_size(path, failure));
+  if (!stream_ || failure) {
     throw Error(path + ": cannot be opened for reading");
+  }
+  // Some editors put a mark of the encoding in front of a text.
+  std::string mark(3, '\0');
+  if (!stream_.read(mark.data(), 3) || mark != "\xEF\xBB\xBF") {
+    stream_.clear();
+    stream_.seekg(0);
   }
 }
 
@@ -18,9 +31,12 @@ bool TextFile::next_line() {
   used_ = 0;
   while (std::getline(stream_, line_)) {
     ++line_number_;
-    // A backslash at the end joins the next line to this one.
-    while (!line_.empty() && line_.back() == '\\') {
-      line_.back() = ' ';
+    const auto goes_on = [this] {
+      const std::size_t last = line_.find_last_not_of('\r');
+      return syntax_.continuations && last != std::string::npos && line_[last] == '\\';
+    };
+    while (goes_on()) {
+      line_[line_.find_last_not_of('\r')] = ' ';
       std::string more;
       if (!std::getline(stream_, more)) {
         break;
@@ -28,7 +44,10 @@ bool TextFile::next_line() {
       ++line_number_;
       line_ += more;
     }
-    const std::string_view text = std::string_view(line_).substr(0, line_.find('#'));
+    if (line_.find('\0') != std::string::npos) {
+      fail("a zero byte, expected text");
+    }
+    const std::string_view text = std::string_view(line_).substr(0, syntax_.comments ? line_.find('#') : line_.size());
     constexpr std::string_view blanks = " \t\r\v\f";
     for (std::size_t begin = text.find_first_not_of(blanks); begin != std::string_view::npos;) {
       const std::size_t end = std::min(text.find_first_of(blanks, begin), text.size());
@@ -64,10 +83,24 @@ double TextFile::number(std::string_view word, const char* expected) const {
 
 int TextFile::integer(std::string_view word, const char* expected) const {
   int value = 0;
+  const char* begin = word.data() + (word.size() > 1 && word.front() == '+' && word[1] != '-' ? 1 : 0);
   const char* end = word.data() + word.size();
-  const auto [stop, code] = std::from_chars(word.data(), end, value);
+  const auto [stop, code] = std::from_chars(begin, end, value);
+  if (code == std::errc::result_out_of_range && stop == end) {
+    fail("'" + std::string(word) + "', expected " + expected + " (an integer of at most " +
+         std::to_string(std::numeric_limits<int>::max()) + ")");
+  }
   if (code != std::errc() || stop != end) {
     fail("'" + std::string(word) + "', expected " + expected + " (an integer)");
+  }
+  return value;
+}
+
+int TextFile::count(std::string_view word, const char* expected, std::size_t bytes) const {
+  const int value = integer(word, expected);
+  if (value < 0 || static_cast<std::size_t>(value) > size_ / bytes) {
+    fail("'" + std::string(word) + "', expected " + expected + ", 0 to " + std::to_string(size_ / bytes) +
+         " in a file of " + std::to_string(size_) + " bytes");
   }
   return value;
 }

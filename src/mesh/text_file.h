@@ -9,11 +9,17 @@
 namespace pellicle {
 
 /// A text file read word by word, for formats that no library reads without loss: it knows the line of each word, so
-/// that an error can name it. Words are separated by blanks; `#` starts a comment.
+/// that an error can name it. Words are separated by blanks.
 class TextFile {
  public:
+  /// What a format makes of some characters.
+  struct Syntax {
+    bool comments = false;       ///< `#` starts a comment
+    bool continuations = false;  ///< a backslash at the end of a line joins the next one to it
+  };
+
   /// @throws Error if the file cannot be opened.
-  explicit TextFile(const std::string& path);
+  TextFile(const std::string& path, Syntax syntax);
 
   /// Moves to the next line that has words. False at the end of the file.
   bool next_line();
@@ -30,12 +36,17 @@ class TextFile {
   double number(std::string_view word, const char* expected) const;
   /// An integer. @throws Error naming file, line, word and `expected`.
   int integer(std::string_view word, const char* expected) const;
+  /// A number of items, each of which takes at least `bytes` of the file: so that a count that is wrong is found before
+  /// anything is allocated for it. @throws Error naming file, line, word and `expected`.
+  int count(std::string_view word, const char* expected, std::size_t bytes) const;
   /// @throws Error "FILE:LINE: message".
   [[noreturn]] void fail(const std::string& message) const;
 
  private:
   std::string path_;
+  Syntax syntax_;
   std::ifstream stream_;
+  std::size_t size_ = 0;  ///< [bytes]
   std::string line_;
   std::vector<std::string_view> words_;
   std::size_t used_ = 0;

@@ -1,27 +1,24 @@
 #include "mesh/triangulation.h"
 
-#include <vtkIdList.h>
-#include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolygon.h>
-
 #include <algorithm>
-#include <array>
 
 #include "base/error.h"
+#include "geometry/ear_clipping.h"
 #include "geometry/pressure_load.h"
 
 namespace pellicle {
 
-namespace {
+using Corners = std::array<std::size_t, 3>;
 
-using Corners = std::array<std::size_t, 3>;  ///< of a triangle, as places round its polygon
+namespace {
 
 const Eigen::Vector3d& point_at(const SurfaceMesh& mesh, const std::vector<int>& face, std::size_t corner) {
   return mesh.points[static_cast<std::size_t>(face[corner])];
 }
 
-std::vector<Corners> split(const SurfaceMesh& mesh, std::size_t face_number) {
+}  // namespace
+
+std::vector<Corners> split_face(const SurfaceMesh& mesh, std::size_t face_number) {
   const std::vector<int>& face = mesh.faces[face_number];
   if (face.size() == 3) {
     return {{0, 1, 2}};
@@ -34,25 +31,12 @@ std::vector<Corners> split(const SurfaceMesh& mesh, std::size_t face_number) {
     }
     return {{0, 1, 3}, {1, 2, 3}};
   }
-  vtkNew<vtkPolygon> polygon;
+  std::vector<Eigen::Vector3d> corners;
   for (std::size_t k = 0; k < face.size(); ++k) {
-    polygon->GetPoints()->InsertNextPoint(point_at(mesh, face, k).data());
-    polygon->GetPointIds()->InsertNextId(static_cast<vtkIdType>(k));
+    corners.push_back(point_at(mesh, face, k));
   }
-  vtkNew<vtkIdList> corners;
-  if (polygon->Triangulate(corners) == 0) {
-    throw Error("face " + std::to_string(mesh.id_of_face(static_cast<int>(face_number))) + ": a polygon of " +
-                std::to_string(face.size()) + " corners that cannot be split into triangles, expected a simple one");
-  }
-  std::vector<Corners> triangles;
-  for (vtkIdType k = 0; k < corners->GetNumberOfIds(); k += 3) {
-    triangles.push_back({static_cast<std::size_t>(corners->GetId(k)), static_cast<std::size_t>(corners->GetId(k + 1)),
-                         static_cast<std::size_t>(corners->GetId(k + 2))});
-  }
-  return triangles;
+  return cut_ears(corners);
 }
-
-}  // namespace
 
 SurfaceMesh triangulated(const SurfaceMesh& mesh) {
   SurfaceMesh result = mesh;
@@ -67,7 +51,12 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
   }
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::vector<int>& face = mesh.faces[f];
-    for (const auto& [a, b, c] : split(mesh, f)) {
+    const std::vector<Corners> triangles = split_face(mesh, f);
+    if (triangles.empty()) {
+      throw Error("face " + std::to_string(mesh.id_of_face(static_cast<int>(f))) + ": a polygon of " +
+                  std::to_string(face.size()) + " corners that cannot be split into triangles, expected a simple one");
+    }
+    for (const auto& [a, b, c] : triangles) {
       result.faces.push_back({face[a], face[b], face[c]});
       if (!mesh.uv.empty()) {
         result.uv.push_back({mesh.uv[f][a], mesh.uv[f][b], mesh.uv[f][c]});

@@ -1,3 +1,4 @@
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellTypes.h>
 #include <vtkDataArray.h>
@@ -10,19 +11,24 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
-#include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
+#include "mesh/child_reader.h"
 #include "mesh/format_readers.h"
 #include "mesh/weld.h"
 
@@ -49,7 +55,88 @@ std::string sentence(std::string text) {
   const std::size_t object = text.find("): ");
   text.erase(0, object == std::string::npos ? 0 : object + 3);
   text.erase(0, text.find_first_not_of("\r\n "));
-  return text.substr(0, text.find_first_of("\r\n"));
+  text.erase(std::min(text.size(), text.find_first_of("\r\n")));
+  // Said of a reader by the program that runs it, with addresses in memory.
+  return text.find("returned failure for request") == std::string::npos ? text : "its reader fails";
+}
+
+/// Sections of cells as a legacy file announces them, or as VTK found them.
+struct CellCounts {
+  vtkIdType cells = 0;
+  vtkIdType corners = 0;
+  vtkIdType types = 0;  ///< of the cells of a grid
+};
+
+/// Sums over the sections of cells that a legacy file announces.
+CellCounts announced_cells(const std::string& path) {
+  static const std::set<std::string> sections{"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELLS"};
+  std::ifstream file(path, std::ios::binary);
+  CellCounts sum;
+  int version = 0;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string keyword;
+    words >> keyword;
+    std::transform(keyword.begin(), keyword.end(), keyword.begin(), [](unsigned char c) { return std::toupper(c); });
+    CellCounts section;
+    if (keyword == "CELL_TYPES" && words >> section.types) {
+      sum.types += section.types;
+    }
+    if (keyword == "#" && version == 0) {
+      std::string word;
+      words >> word >> word >> word >> version;
+    } else if (sections.count(keyword) != 0 && words >> section.cells >> section.corners) {
+      // Since version 5 the first number is that of offsets, one more than there are cells; before it, the second one
+      // counts the numbers of corners too.
+      constexpr int with_offsets = 5;
+      sum.cells += version >= with_offsets ? std::max<vtkIdType>(section.cells - 1, 0) : section.cells;
+      sum.corners += version >= with_offsets ? section.corners : section.corners - section.cells;
+    }
+  }
+  return sum;
+}
+
+std::vector<vtkCellArray*> cell_arrays(vtkDataSet* data) {
+  if (auto* polygons = vtkPolyData::SafeDownCast(data)) {
+    return {polygons->GetVerts(), polygons->GetLines(), polygons->GetPolys(), polygons->GetStrips()};
+  }
+  auto* grid = vtkUnstructuredGrid::SafeDownCast(data);
+  return grid != nullptr ? std::vector<vtkCellArray*>{grid->GetCells()} : std::vector<vtkCellArray*>{};
+}
+
+/// VTK's readers go by counts and offsets that the file gives, even beyond the end of what it holds.
+/// @throws Error unless the corners of each cell lie within the list of corners, and cells and corners of a legacy file
+/// are as many as it announces
+void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
+  CellCounts found;
+  for (vtkCellArray* cells : cell_arrays(data)) {
+    const vtkIdType corners = cells->GetNumberOfConnectivityIds();
+    double last = 0;
+    for (vtkIdType k = 0; cells->GetNumberOfCells() > 0 && k <= cells->GetNumberOfCells(); ++k) {
+      const double offset = cells->GetOffsetsArray()->GetComponent(k, 0);
+      if (!(offset >= last && offset <= static_cast<double>(corners))) {
+        throw Error(path + ": the corners of cell " + std::to_string(k) + " begin at place " + std::to_string(offset) +
+                    " of " + std::to_string(corners) + ", expected one behind those of the cell before");
+      }
+      last = offset;
+    }
+    found.cells += cells->GetNumberOfCells();
+    found.corners += corners;
+  }
+  found.types = vtkUnstructuredGrid::SafeDownCast(data) != nullptr ? found.cells : 0;
+  if (!is_legacy) {
+    return;
+  }
+  const CellCounts announced = announced_cells(path);
+  if (found.types != announced.types) {
+    throw Error(path + ": CELL_TYPES of " + std::to_string(announced.types) + " cells, expected " +
+                std::to_string(found.types));
+  }
+  if (found.cells != announced.cells || found.corners != announced.corners) {
+    throw Error(path + ": " + std::to_string(found.cells) + " cells with " + std::to_string(found.corners) +
+                " corners, expected " + std::to_string(announced.cells) + " with " + std::to_string(announced.corners) +
+                ", as the file announces");
+  }
 }
 
 /// The polygons of a VTK data set. @throws Error if a cell is no polygon.
@@ -89,10 +176,18 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
         break;
       default:
         throw Error(path + ": cell " + std::to_string(cell) + " is a " + vtkCellTypes::GetClassNameFromTypeId(type) +
-                    ", expected polygons");
+                    " (type " + std::to_string(type) + "), expected polygons");
     }
     data->GetCellPoints(cell, corners);
-    std::vector<int>& face = mesh.faces.emplace_back(corners->begin(), corners->end());
+    std::vector<int>& face = mesh.faces.emplace_back();
+    for (const vtkIdType point : *corners) {
+      // Before it becomes an int, which is shorter.
+      if (point < 0 || point >= data->GetNumberOfPoints()) {
+        throw Error(path + ": face " + std::to_string(mesh.faces.size() - 1) + " names point " + std::to_string(point) +
+                    ", expected a number from 0 to " + std::to_string(data->GetNumberOfPoints() - 1));
+      }
+      face.push_back(static_cast<int>(point));
+    }
     if (type == VTK_PIXEL) {
       std::swap(face[2], face[3]);
     }
@@ -128,26 +223,25 @@ void check_stl_size(const std::string& path) {
   }
 }
 
-/// Runs a VTK reader; whatever it complains of is an error.
+/// Runs a VTK reader, in a child process; whatever it complains of is an error.
 template <class Reader>
 SurfaceMesh read_with(Reader* reader, const std::string& path) {
-  vtkSmartPointer<vtkOutputWindow> usual = vtkOutputWindow::GetInstance();
-  vtkNew<MessageCatcher> catcher;
-  vtkOutputWindow::SetInstance(catcher);
-  const vtkLogger::Verbosity verbosity = vtkLogger::GetCurrentVerbosityCutoff();
-  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  vtkLogger::SetStderrVerbosity(verbosity);
-  vtkOutputWindow::SetInstance(usual);
-  if (!catcher->messages.empty()) {
-    throw Error(path + ": VTK cannot read it: " + sentence(catcher->messages));
-  }
-  auto* data = vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0));
-  if (data == nullptr) {
-    throw Error(path + ": VTK finds no data set in it");
-  }
-  return extract(data, path);
+  return read_in_child(path, [&] {
+    vtkNew<MessageCatcher> catcher;
+    vtkOutputWindow::SetInstance(catcher);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    if (!catcher->messages.empty()) {
+      throw Error(path + ": VTK cannot read it: " + sentence(catcher->messages));
+    }
+    auto* data = vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0));
+    if (data == nullptr) {
+      throw Error(path + ": VTK finds no data set in it");
+    }
+    check_cells(data, path, reader->IsA("vtkDataSetReader") != 0);
+    return extract(data, path);
+  });
 }
 
 }  // namespace

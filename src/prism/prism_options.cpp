@@ -9,7 +9,7 @@ void describe(OptionTable& table, PrismOptions& options) {
       .choices({"converged", "fixed"})
       .help(
           "converged: a step must meet snes_rtol within snes_max_it Newton iterations; fixed: it does that many at "
-          "most and takes what comes")
+          "most and accepts what they reach, unless they made the residual grow")
       .source("balloon paper, section 8: fixed, 3 iterations");
   table.add("prism.snes_max_it", options.max_iterations)
       .at_least(1)
@@ -18,6 +18,11 @@ void describe(OptionTable& table, PrismOptions& options) {
   table.add("prism.snes_rtol", options.snes_rtol)
       .range(0, 1)
       .help("norm of the residual, relative to that at the start of the step, at which Newton's iteration ends");
+  table.add("prism.residual_tolerance", options.residual_tolerance)
+      .more_than(0)
+      .help(
+          "a step that ends with a residual above this share of the largest of its forces (history.csv: "
+          "relative_residual) is counted, and the run's last lines say so");
   table.add("prism.ksp_rtol", options.ksp_rtol).more_than(0).help("relative tolerance of the linear solves");
   table.add("prism.mat_type", options.mat_type)
       .choices({"baij", "aij", "sbaij", "shell"})
@@ -27,6 +32,7 @@ void describe(OptionTable& table, PrismOptions& options) {
       .source("balloon paper, section 4: matrix-free");
   table.add("prism.patch_size", options.patch_size)
       .at_least(10)
+      .acts_with({"prism.inertia", [&options] { return options.inertia; }})
       .help(
           "the default preconditioner, pc_type mg, takes out the rigid motions of patches of about so many vertices; "
           "more is cheaper to set up and converges more slowly")
@@ -38,9 +44,10 @@ void describe(OptionTable& table, PrismOptions& options) {
           "stored deformation gradient; paper: without the derivative of the director")
       .source("balloon paper, eq. 11; README: readings");
   table.add("prism.positive_elements", options.positive_elements)
+      .acts_with(one_of("prism.tangent", options.tangent, {"exact"}))
       .help(
           "leave compressive stresses out of the geometric stiffness, so that no element's matrix has a negative "
-          "eigenvalue (tangent exact)")
+          "eigenvalue")
       .source("README: readings");
   table.add("prism.line_search", options.line_search)
       .help("halve a Newton step until no element turns over and the potential of the step falls")

@@ -12,8 +12,9 @@ struct PrismOptions {
   int max_iterations = 50;           ///< Newton iterations (snes_max_it); the paper: 3
   double snes_rtol = 1e-8;           ///< of the residual, against that at the start of the step
   double ksp_rtol = 1e-6;
-  std::string mat_type = "baij";  ///< baij, aij, sbaij or shell
-  int patch_size = 60;            ///< vertices of a rigid patch of the preconditioner's coarse level
+  double residual_tolerance = 1e-3;  ///< of the residual at the end of a step, against its forces: more is reported
+  std::string mat_type = "baij";     ///< baij, aij, sbaij or shell
+  int patch_size = 60;               ///< vertices of a rigid patch of the preconditioner's coarse level
   std::string tangent = "exact";  ///< exact: the metric's; gradient: from F, director varied; paper: director left out
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness
   bool line_search = true;        ///< on the potential of the step; elements may not turn over

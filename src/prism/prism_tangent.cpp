@@ -13,6 +13,10 @@ namespace pellicle {
 
 namespace {
 
+/// Of the mean of the diagonal: what a positive tangent has besides. Makes it definite where the elements alone leave
+/// motions free, and changes no other.
+constexpr double definite_share = 1e-6;
+
 std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options) {
   if (options.tangent == "exact") {
     return std::make_unique<MetricStiffness>(elements, options.positive_elements);
@@ -35,6 +39,8 @@ PrismTangent::PrismTangent(const PrismElements& elements, const PrismOptions& op
       mat_type_(options.mat_type),
       projectors_(projectors),
       stiffness_(make_stiffness(elements, options)),
+      positive_(elements, true),
+      in_use_(stiffness_.get()),
       lagged_(elements, true) {
   for (std::size_t i = 0; i < projectors_.size(); ++i) {
     if (projectors_[i] != Eigen::Matrix3d::Identity()) {
@@ -167,14 +173,17 @@ void PrismTangent::add_lagged_product(double factor, const Field& displacement, 
 }
 
 void PrismTangent::update(const TangentInput& input) {
-  stiffness_->update(input.positions, input.thickness_ratio, {input.load_pressure, input.load_origin});
+  const std::vector<double> no_load;
+  ElementStiffness& stiffness = input.positive ? positive_ : *stiffness_;
+  stiffness.update(input.positions, input.thickness_ratio,
+                   {input.positive ? no_load : input.load_pressure, input.load_origin});
+  in_use_ = &stiffness;
   vertex_blocks_ = input.vertex_blocks;
   lagged_factor_ = input.lagged_factor;
   diagonal_.clear();
-  inverse_.clear();
   if (mat_type_ != "shell") {
-    assemble();
-  } else if (any_constrained_) {
+    assemble(input.positive);
+  } else if (any_constrained_ || input.positive) {
     held_ = 0;
     make_diagonal();
     double sum = 0;
@@ -182,6 +191,9 @@ void PrismTangent::update(const TangentInput& input) {
       sum += block.trace();
     }
     held_ = mean_of_diagonal(sum);
+    for (Eigen::Matrix3d& block : vertex_blocks_) {
+      block.diagonal().array() += input.positive ? definite_share * held_ : 0;
+    }
     diagonal_.clear();
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
@@ -207,9 +219,9 @@ void PrismTangent::add_elements(const ElementStiffness& stiffness, double factor
   }
 }
 
-void PrismTangent::assemble() {
+void PrismTangent::assemble(bool positive) {
   std::fill(rows_.blocks.begin(), rows_.blocks.end(), Eigen::Matrix3d::Zero());
-  add_elements(*stiffness_, 1);
+  add_elements(*in_use_, 1);
   if (lagged_factor_ != 0) {
     add_elements(lagged_, lagged_factor_);
   }
@@ -219,7 +231,7 @@ void PrismTangent::assemble() {
   for (std::size_t i = 0; i < vertex_blocks_.size(); ++i) {
     diagonal_block(i) += vertex_blocks_[i];
   }
-  if (any_constrained_) {
+  if (any_constrained_ || positive) {
     double trace = 0;
     for (std::size_t i = 0; i < vertex_blocks_.size(); ++i) {
       for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]);
@@ -230,6 +242,9 @@ void PrismTangent::assemble() {
       trace += diagonal_block(i).trace();
     }
     const double held = mean_of_diagonal(trace);
+    for (std::size_t i = 0; positive && i < vertex_blocks_.size(); ++i) {
+      diagonal_block(i) += definite_share * held * projectors_[i];
+    }
     for (const PetscInt i : constrained_) {
       if (i < owned()) {
         const auto vertex = static_cast<std::size_t>(i);
@@ -264,7 +279,7 @@ void PrismTangent::make_diagonal() {
     return;
   }
   diagonal_.assign(vertex_blocks_.begin(), vertex_blocks_.end());
-  add_diagonals(*stiffness_, 1);
+  add_diagonals(*in_use_, 1);
   if (lagged_factor_ != 0) {
     add_diagonals(lagged_, lagged_factor_);
   }
@@ -300,7 +315,7 @@ void PrismTangent::multiply(Vec in, Vec out) {
     product_.col(i).noalias() = vertex_blocks_[static_cast<std::size_t>(i)] * argument_.vector(i);
   }
   product_.rightCols(product_.cols() - owned()).setZero();
-  stiffness_->add_product(1, argument_.data(), product_.data());
+  in_use_->add_product(1, argument_.data(), product_.data());
   if (lagged_factor_ != 0) {
     lagged_.add_product(lagged_factor_, argument_.data(), product_.data());
   }

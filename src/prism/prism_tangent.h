@@ -21,6 +21,9 @@ struct TangentInput {
   Eigen::Vector3d load_origin;                 ///< about which it is taken [m]
   const std::vector<Eigen::Matrix3d>& vertex_blocks;  ///< added to the diagonal block of each owned vertex [N/m]
   double lagged_factor = 0;                           ///< times the stiffness that `lag` kept: stiffness damping
+  /// Positive definite whatever the state: of the elements' stiffness that part only which gives none of them a
+  /// negative eigenvalue, no load stiffness, and a millionth of the diagonal's mean on the diagonal.
+  bool positive = false;
 };
 
 /// The system matrix of a Newton iteration without the gas's low-rank part: P (K + loads + vertex blocks) P + s (1 - P)
@@ -60,7 +63,7 @@ class PrismTangent {
   void make_rows();
   void make_assembled();
   void make_shell();
-  void assemble();
+  void assemble(bool positive);
   void add_elements(const ElementStiffness& stiffness, double factor);
   void make_diagonal();
   void add_diagonals(const ElementStiffness& stiffness, double factor);
@@ -77,6 +80,8 @@ class PrismTangent {
   bool any_constrained_ = false;       ///< on any rank
 
   std::unique_ptr<ElementStiffness> stiffness_;
+  MetricStiffness positive_;                  ///< in its place in a positive tangent
+  const ElementStiffness* in_use_ = nullptr;  ///< one of the two
   MetricStiffness lagged_;
   double lagged_factor_ = 0;
   std::vector<Eigen::Matrix3d> vertex_blocks_;  ///< of the owned vertices [N/m]
@@ -86,7 +91,7 @@ class PrismTangent {
   Field argument_;                         ///< of a product of the shell
   Eigen::Matrix3Xd product_;               ///< likewise, (3 x local)
   std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, or none until somebody asks
-  std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, likewise
+  std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, when last asked for
   MatHandle matrix_;
 };
 

@@ -128,6 +128,15 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Memb
   if (is_multigrid == PETSC_FALSE) {
     return std::nullopt;
   }
+  char wanted[64] = "additive";
+  PetscInt levels = 2;
+  check(PetscOptionsGetString(nullptr, "prism_", "-pc_mg_type", wanted, sizeof wanted, nullptr));
+  check(PetscOptionsGetInt(nullptr, "prism_", "-pc_mg_levels", &levels, nullptr));
+  if (std::string(wanted) != "additive" || levels != 2) {
+    throw Error(std::string("-prism_pc_mg_") +
+                (levels != 2 ? "levels " + std::to_string(levels) : std::string("type ") + wanted) +
+                ": the patches are one coarse level, added to the blocks of the diagonal; expected additive, 2 levels");
+  }
   PetscBool is_whole = PETSC_FALSE;
   check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(tangent), &is_whole, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ,
                                   MATMPIBAIJ, ""));
@@ -151,7 +160,7 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Memb
   return patches;
 }
 
-void RigidPatches::update() {
+bool RigidPatches::due() {
   PetscInt iterations = 0;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   check(KSPGetIterationNumber(solver_, &iterations));
@@ -159,10 +168,12 @@ void RigidPatches::update() {
   if (coarse_ != nullptr && reason > 0) {
     fewest_iterations_ = std::min(fewest_iterations_, iterations);
     wasted_iterations_ += iterations - fewest_iterations_;
-    if (wasted_iterations_ < worth_renewing) {
-      return;
-    }
+    return wasted_iterations_ >= worth_renewing;
   }
+  return true;
+}
+
+void RigidPatches::renew() {
   fewest_iterations_ = PETSC_MAX_INT;
   wasted_iterations_ = 0;
   const MatReuse reuse = coarse_ == nullptr ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX;

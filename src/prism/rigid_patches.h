@@ -28,9 +28,12 @@ class RigidPatches {
   static std::optional<RigidPatches> of(KSP solver, Mat tangent, const Membrane& membrane,
                                         const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
 
-  /// Takes the tangent's new values over to the coarse level, once solves with the present one have taken so many more
-  /// iterations than the shortest of them that a new one would have been cheaper. Collective.
-  void update();
+  /// Whether solves with the present coarse level have taken so many more iterations than the shortest of them that a
+  /// new one would have been cheaper, or there is none yet. To be asked once after each solve.
+  bool due();
+
+  /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
+  void renew();
 
  private:
   KSP solver_ = nullptr;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "mesh/groups.h"
 #include "mesh/membrane_geometry.h"
 
 namespace pellicle {
@@ -186,12 +187,7 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
     return Eigen::Vector3d(membrane.rest.col(corners[0]) + (e12 + e13) / 3);
   };
   if (!options.group.empty()) {
-    std::vector<bool> members(static_cast<std::size_t>(membrane.particles.local()), false);
-    if (const auto group = membrane.groups.find(options.group); group != membrane.groups.end()) {
-      for (const PetscInt i : group->second) {
-        members[static_cast<std::size_t>(i)] = true;
-      }
-    }
+    const std::vector<bool> members = members_of_group(membrane, key + "group", options.group);
     add("group: " + options.group, [&](const std::array<PetscInt, 3>& corners) {
       return std::all_of(corners.begin(), corners.end(),
                          [&](PetscInt i) { return members[static_cast<std::size_t>(i)]; });

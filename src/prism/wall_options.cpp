@@ -1,64 +1,112 @@
 #include "prism/wall_options.h"
 
+#include <algorithm>
+#include <functional>
+
 #include "base/options.h"
 
 namespace pellicle {
 
 namespace {
 
+/// What the constants of a material need to have an effect: a law that takes them, as the wall's or a region's.
+struct LawConditions {
+  std::function<bool(const std::string& law)> is_used;
+  bool is_region;
+
+  Condition of(std::vector<std::string> laws) const {
+    const std::string key = is_region ? "material" : "wall.material";
+    std::string words = key + ":";
+    for (const std::string& law : laws) {
+      words += (law == laws.front() ? " " : ", ") + law;
+    }
+    return {words, [used = is_used, laws] { return std::any_of(laws.begin(), laws.end(), used); }};
+  }
+};
+
 /// @param prefix of the keys: "wall." or ""
-/// @param laws choices before the laws themselves
+/// @param choices of the law before the laws themselves
+/// @param keeps_volume whether every element keeps its volume
 template <class Number>
-void describe_material(OptionTable& table, const std::string& prefix, std::vector<std::string> laws,
-                       MaterialOptions<Number>& material) {
-  laws.insert(laws.end(), {"st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"});
+void describe_material(OptionTable& table, const std::string& prefix, std::vector<std::string> choices,
+                       MaterialOptions<Number>& material, const LawConditions& laws,
+                       const std::function<bool()>& keeps_volume) {
+  choices.insert(choices.end(), {"st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"});
+  const Condition has_shear_modulus = laws.of({"st_venant_kirchhoff", "neo_hookean"});
+  const Condition without_young{"no " + prefix + "young_modulus",
+                                [&material] { return !material.young_modulus.has_value(); }};
   table.add(prefix + "material", material.law)
-      .choices(laws)
+      .choices(choices)
       .help("law of the hyperelastic material")
       .source("balloon paper, section 4; README: readings");
   table.add(prefix + "mu", material.mu)
       .unit("Pa")
       .more_than(0)
-      .help("shear modulus of a St. Venant-Kirchhoff or neo-Hookean material")
+      .acts_with(has_shear_modulus)
+      .acts_with(without_young)
+      .help("shear modulus")
       .source("balloon paper, eq. 6; README: parameters");
   table.add(prefix + "lambda", material.lambda)
       .unit("Pa")
+      .acts_with(without_young)
+      .acts_with({laws.of({"st_venant_kirchhoff"}).words + ", or prism.thickness: global, plane_stress, fixed",
+                  [used = laws.is_used, keeps_volume] { return used("st_venant_kirchhoff") || !keeps_volume(); }})
       .help(
           "Lame's first parameter, of all laws: what a change of volume costs; where every element keeps its volume it "
           "matters to St. Venant-Kirchhoff only")
       .source("balloon paper, eq. 6; README: parameters");
-  table.add(prefix + "c1", material.c1).unit("Pa").at_least(0).help("first constant of a Mooney-Rivlin material");
-  table.add(prefix + "c2", material.c2).unit("Pa").at_least(0).help("second constant of a Mooney-Rivlin material");
+  table.add(prefix + "c1", material.c1)
+      .unit("Pa")
+      .at_least(0)
+      .acts_with(laws.of({"mooney_rivlin"}))
+      .help("first constant");
+  table.add(prefix + "c2", material.c2)
+      .unit("Pa")
+      .at_least(0)
+      .acts_with(laws.of({"mooney_rivlin"}))
+      .help("second constant");
   table.add(prefix + "ogden_mu", material.ogden_mu)
       .unit("Pa")
-      .help("moduli of the terms of an Ogden material, any number of terms")
+      .acts_with(laws.of({"ogden"}))
+      .help("moduli of the terms, any number of terms")
       .source("Ogden's rubber");
   table.add(prefix + "ogden_alpha", material.ogden_alpha)
-      .help("exponents of the terms of an Ogden material, one a modulus")
+      .acts_with(laws.of({"ogden"}))
+      .help("exponents of the terms, one a modulus")
       .source("Ogden's rubber");
   table.add(prefix + "young_modulus", material.young_modulus)
       .unit("Pa")
       .more_than(0)
+      .acts_with(has_shear_modulus)
       .help("with poisson_ratio, in place of mu and lambda");
   table.add(prefix + "poisson_ratio", material.poisson_ratio)
       .range(-1, 0.5)
+      .acts_with(has_shear_modulus)
       .help("with young_modulus, in place of mu and lambda; both ends themselves are excluded");
 }
 
-}  // namespace
-
-void describe(OptionTable& table, RegionOptions& options) {
+/// @param wall which has what the region is not given
+void describe(OptionTable& table, RegionOptions& options, const WallOptions& wall) {
   table.add("group", options.group).help("elements with all three vertices in this named group of the mesh");
   table.add("box", options.box)
       .unit("m")
       .length(6)
       .help("elements whose undeformed centroid is in the box between two points x,y,z,x,y,z");
-  table.add("centre", options.centre).unit("m").help("of a ball: elements whose undeformed centroid is in it");
+  table.add("centre", options.centre)
+      .unit("m")
+      .acts_with({"radius", [&options] { return options.radius.has_value(); }})
+      .help("of a ball: elements whose undeformed centroid is in it");
   table.add("radius", options.radius).unit("m").more_than(0).help("of the ball; there is none without a radius");
   table.add("thickness", options.thickness).unit("m").more_than(0).help("undeformed thickness instead of the wall's");
   table.add("density", options.density).unit("kg/m^3").more_than(0).help("undeformed density instead of the wall's");
-  describe_material(table, "", {"wall"}, options.material);
+  const auto is_used = [&options, &wall](const std::string& law) {
+    return law == (options.material.law == "wall" ? wall.material.law : options.material.law);
+  };
+  describe_material(table, "", {"wall"}, options.material, {is_used, true},
+                    [&wall] { return wall.thickness_rule == "incompressible"; });
 }
+
+}  // namespace
 
 void describe(OptionTable& table, WallOptions& options) {
   table.add("prism.thickness", options.thickness_rule)
@@ -71,6 +119,8 @@ void describe(OptionTable& table, WallOptions& options) {
   table.add("wall.thickness", options.thickness)
       .unit("m")
       .more_than(0)
+      .acts_with({"neither wall.thickness_texture nor wall.thickness_field",
+                  [&options] { return options.thickness_texture.empty() && options.thickness_field.empty(); }})
       .help("undeformed thickness of the wall")
       .source("balloon paper, Table 1");
   table.add("wall.thickness_texture", options.thickness_texture)
@@ -81,6 +131,7 @@ void describe(OptionTable& table, WallOptions& options) {
       .unit("m")
       .length(2)
       .more_than(0)
+      .acts_with({"wall.thickness_texture", [&options] { return !options.thickness_texture.empty(); }})
       .help("thickness where the image is black and where it is white");
   table.add("wall.thickness_field", options.thickness_field)
       .help("name of a field on the faces of the mesh that gives the thickness of each element in metres")
@@ -90,9 +141,16 @@ void describe(OptionTable& table, WallOptions& options) {
       .more_than(0)
       .help("undeformed density of the wall")
       .source("balloon paper, eq. 19; README: parameters");
-  describe_material(table, "wall.", {}, options.material);
+  // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
+  const auto is_used = [&options](const std::string& law) {
+    return law == options.material.law || std::any_of(options.regions.begin(), options.regions.end(),
+                                                      [&](const auto& r) { return r.second.material.law == law; });
+  };
+  describe_material(table, "wall.", {}, options.material, {is_used, false},
+                    [&options] { return options.thickness_rule == "incompressible"; });
   table.add_objects("regions", options.regions,
-                    "parts of the wall that differ in thickness, density or material; they may not overlap");
+                    "parts of the wall that differ in thickness, density or material; they may not overlap",
+                    [&options](OptionTable& objects, RegionOptions& region) { describe(objects, region, options); });
 }
 
 }  // namespace pellicle

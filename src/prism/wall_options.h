@@ -48,8 +48,6 @@ struct WallOptions {
   std::map<std::string, RegionOptions> regions;
 };
 
-void describe(OptionTable& table, RegionOptions& options);
-
 /// Declares `prism.thickness`, the options `wall.*` and the named objects `regions`.
 void describe(OptionTable& table, WallOptions& options);
 

@@ -1,6 +1,7 @@
 #include "projection/gram.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -93,21 +94,24 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, const std::string&
   check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
 }
 
-void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift) {
+void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,
+                  std::optional<double> shift_inverse_mass) {
   gradient_ = &gradient;
   inverse_mass_ = &inverse_mass;
-  double largest = 0;
+  std::array<double, 2> maxima{};  // of the entries and of |gradient|^2
   for (std::size_t s = 0; s < diagonal_.size(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    diagonal_[s] = (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) *
-                   gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
-    largest = std::max(largest, diagonal_[s]);
+    const double squared_norm = gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
+    diagonal_[s] =
+        (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) * squared_norm;
+    maxima = {std::max(maxima[0], diagonal_[s]), std::max(maxima[1], squared_norm)};
   }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, springs_.layout.comm);
-  largest = largest > 0 ? largest : 1;
+  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPI_DOUBLE, MPI_MAX, springs_.layout.comm);
+  const double largest = maxima[0] > 0 ? maxima[0] : 1;
+  const double shifted_by = shift * (shift_inverse_mass ? 2 * *shift_inverse_mass * maxima[1] : largest);
   constexpr double negligible = 1e-14;
   for (double& entry : diagonal_) {
-    entry += entry > negligible * largest ? shift * largest : largest;
+    entry += entry > negligible * largest ? shifted_by : largest;
   }
   if (mat_type_ == "shell") {
     check(MatAssemblyBegin(other_, MAT_FINAL_ASSEMBLY));  // Tells the preconditioner that values have changed.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,9 +43,12 @@ class Gram {
   /// New values: J W J^T + shift times the largest diagonal entry. A spring that is dead, without length or without a
   /// particle that may move has an empty row; it gets that largest entry on its diagonal, so that it harms nobody.
   /// Collective.
+  /// @param shift_inverse_mass if given, the shift is relative to the largest entry that a spring between two particles
+  /// of this inverse mass can have, so that one light particle does not soften all springs
   /// @param gradient of the local springs, must stay unchanged while a shell is used
   /// @param inverse_mass of the local particles
-  void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift);
+  void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,
+              std::optional<double> shift_inverse_mass = std::nullopt);
 
   /// Force-like sum J^T lambda on the local particles, complete on the owned ones. Collective.
   /// @param lambda of the owned springs

@@ -22,8 +22,10 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .help("order of the colours in a projection step: a permutation of R, G, B and Y; the last wins")
       .source("burning paper, section 7.1");
   table.add("project.masses", options.masses)
-      .choices({"equal", "true"})
-      .help("equal: J J^T, all particles move alike; true: J M^-1 J^T, light particles give way")
+      .choices({"true", "equal"})
+      .help(
+          "true: J M^-1 J^T, light particles give way and momentum is conserved; equal: J J^T, the paper's, all "
+          "particles move alike and the momentum of a sheet of uneven mass drifts")
       .source("burning paper, eq. 16; README: readings");
   table.add("project.pins", options.pins)
       .choices({"exact", "paper"})
@@ -31,7 +33,9 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .source("README: readings; burning paper, Table 1");
   table.add("project.shift", options.shift)
       .range(0, 1)
-      .help("diagonal shift of the Gram matrices, relative to their largest diagonal entry")
+      .help(
+          "diagonal shift of the Gram matrices, relative to their largest diagonal entry; with true masses to the "
+          "largest that a spring between particles of half the mean mass can have")
       .source("README: parameters");
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);

@@ -13,7 +13,7 @@ struct ProjectOptions {
   double threshold = 1e-7;  ///< of ||C|| over all springs [m]
   double error_limit = 1;   ///< of ||C|| / ||l||, beyond which the projection has failed
   std::string order = "RGBY";
-  std::string masses = "equal";
+  std::string masses = "true";
   std::string pins = "exact";
   double shift = 1e-2;
   std::array<double, 4> weight{1, 1, 1, 1};  ///< w of each colour, eq. 19

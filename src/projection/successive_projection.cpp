@@ -87,9 +87,12 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
   const std::size_t count = input.mass.size();
   gram_inverse_mass_.assign(count, 1);
   if (options_.masses == "true") {
-    // Scaled by the mean mass, so that the numbers stay near one.
-    const double sum = std::accumulate(input.mass.begin(), input.mass.begin() + sheet_.particles.owned, 0.0);
-    const double mean = global_sum(sheet_.comm(), sum) / static_cast<double>(sheet_.particles.global);
+    // Scaled by the mean mass of what has not left, so that the numbers stay near one.
+    const auto end = input.mass.begin() + sheet_.particles.owned;
+    std::array<double, 2> sums{std::accumulate(input.mass.begin(), end, 0.0),
+                               static_cast<double>(sheet_.particles.owned - std::count(input.mass.begin(), end, 0.0))};
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+    const double mean = sums[0] / sums[1];
     std::transform(input.mass.begin(), input.mass.end(), gram_inverse_mass_.begin(),
                    [mean](double mass) { return mean / mass; });  // Infinite where a particle has left: replaced below.
   }
@@ -130,7 +133,10 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   System& system = systems_[index];
   Linearisation& constraint = system.linearisation;
   linearise(springs, x.data(), input.target_length[index], input.living.springs[index], constraint);
-  system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift);
+  // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
+  constexpr double inverse_mass_at_edges = 2;
+  system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift,
+                      options_.masses == "true" ? std::optional(inverse_mass_at_edges) : std::nullopt);
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
   }

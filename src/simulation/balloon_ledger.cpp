@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace pellicle {
 
-BalloonLedger::BalloonLedger(const Inflate& chain, const Options& options, const StageClock& clock)
+BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock)
     : chain_(chain), clock_(clock) {
   const Membrane& membrane = chain.elements().membrane();
   std::vector<History::Column> columns{{"time", "s"},
@@ -24,7 +25,9 @@ BalloonLedger::BalloonLedger(const Inflate& chain, const Options& options, const
                                        {"inverted_elements", ""},
                                        {"newton_iterations", ""},
                                        {"linear_iterations", ""},
+                                       {"concave_iterations", ""},
                                        {"residual", "N"},
+                                       {"relative_residual", ""},
                                        {"elastic_energy", "J"},
                                        {"kinetic_energy", "J"},
                                        {"momentum_x", "kg m/s"},
@@ -40,7 +43,7 @@ BalloonLedger::BalloonLedger(const Inflate& chain, const Options& options, const
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(membrane.comm(), options.output.directory + "/history.csv", columns);
+  history_ = std::make_unique<History>(folder, "history.csv", columns);
 
   const Wall& wall = chain.elements().wall();
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
@@ -112,7 +115,9 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
                           sums[inverted],
                           static_cast<double>(step.newton_iterations),
                           static_cast<double>(step.linear_iterations),
+                          static_cast<double>(step.concave_iterations),
                           step.residual,
+                          step.relative_residual,
                           sums[elastic],
                           sums[kinetic],
                           sums[momentum],
@@ -123,6 +128,41 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
     row.push_back(stage.lap_seconds);
   }
   history_->add(row);
+
+  steps_ = state.step;
+  last_residual_ = step.relative_residual;
+  if (step.is_above_tolerance) {
+    ++steps_above_tolerance_;
+    if (step.relative_residual > worst_residual_) {
+      worst_residual_ = step.relative_residual;
+      worst_step_ = state.step;
+    }
+  }
+  if (step.concave_iterations > 0 && ++concave_steps_ == 1) {
+    first_concave_step_ = state.step;
+  }
+}
+
+std::vector<std::string> BalloonLedger::remarks() const {
+  std::vector<std::string> lines;
+  char text[300];
+  if (steps_above_tolerance_ > 0) {
+    std::snprintf(
+        text, sizeof text,
+        "residual: %d of %d steps ended above prism.residual_tolerance: out of balance by %.2g of their forces "
+        "at worst, in step %d, and by %.2g in the last one",
+        steps_above_tolerance_, steps_, worst_residual_, worst_step_, last_residual_);
+    lines.emplace_back(text);
+  }
+  if (concave_steps_ > 0) {
+    std::snprintf(
+        text, sizeof text,
+        "equilibria: in %d of %d steps, first in step %d, the tangent was not positive definite (history.csv: "
+        "concave_iterations): such a step may have several equilibria, and with another length find another",
+        concave_steps_, steps_, first_concave_step_);
+    lines.emplace_back(text);
+  }
+  return lines;
 }
 
 }  // namespace pellicle

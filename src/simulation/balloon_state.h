@@ -8,7 +8,8 @@
 
 namespace pellicle {
 
-/// All that changes of a balloon from step to step. Ghosts are up to date between steps.
+/// All that changes of a balloon from step to step. Ghosts are up to date between steps. A step that fails is put back
+/// by assigning a copy: whatever is a member here is put back with it.
 struct BalloonState {
   /// At rest in the undeformed shape.
   BalloonState(const Membrane& membrane, int chambers)

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "heat/heat_balance.h"
 #include "heat/heat_source.h"
 #include "mesh/shell.h"
@@ -12,6 +13,9 @@
 namespace pellicle {
 
 namespace {
+
+constexpr double heat_ledger_tolerance = 1e-9;  ///< share of the heat that came in
+constexpr double heat_ledger_rounding = 1e-14;  ///< share of the heat that was there at first
 
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
@@ -94,6 +98,7 @@ State Burn::initial_state() const {
   pins_.impose(state.position, 0);
   state.pieces = initial_pieces(sheet_);
   state.temperature.values().setConstant(options_.heat.initial_temperature);
+  state.heat_initial = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
   return state;
 }
 
@@ -120,6 +125,9 @@ BurnStep Burn::advance(State& state, double h) {
   if (tearing_) {
     step.died = tear(state, h) || step.died;
   }
+  if (failed(heat_ledger(state))) {
+    return step;
+  }
   state.time += h;
   ++state.step;
   return step;
@@ -135,8 +143,36 @@ StageResult Burn::heat(State& state, double h) {
                           {sheet_, state.position, state.mass, source_texture_.at(name), state.time, h, heat.capacity});
   }
   state.heat_in += release_burning_heat(state.temperature, sheet_, state.mass_change, state.mass, heat);
-  state.heat_out -= lose_heat(state.temperature, sheet_, state.position, state.mass, state.living, h, heat);
-  return conduction_->advance(state.temperature, {state.position, state.mass, state.living, h});
+  const HeatExchange exchange =
+      exchange_with_surroundings(state.temperature, sheet_, state.position, state.mass, state.living, h, heat);
+  state.heat_in += exchange.gained;
+  state.heat_out += exchange.lost;
+  Field rise(sheet_.particles, 1);
+  rise.values() = -state.temperature.values();
+  const StageResult result = conduction_->advance(state.temperature, {state.position, state.mass, state.living, h});
+  rise.values() += state.temperature.values();
+  state.heat_made += heat_content(sheet_, state.mass, rise, heat.capacity);
+  return result;
+}
+
+/// Whether all heat is accounted for; what the umbrella makes is, what the consistent operator makes is not.
+/// Collective.
+StageResult Burn::heat_ledger(const State& state) const {
+  const bool makes_heat = options_.heat.operator_name == "umbrella";
+  const double content = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
+  std::array<double, 4> sums{content, state.heat_initial, state.heat_in,
+                             state.heat_out - (makes_heat ? state.heat_made : 0)};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  const double open = std::abs(sums[0] - sums[1] - sums[2] + sums[3]);
+  const double limit = heat_ledger_tolerance * sums[2] + heat_ledger_rounding * sums[1];
+  StageResult result;
+  if (!(open <= limit)) {  // also when it is not a number
+    result.converged = false;
+    result.reason = "the heat ledger does not close: " + number_text(open) +
+                    " J are unaccounted for, expected at most " + number_text(limit) + " J where " +
+                    number_text(sums[2]) + " J came in";
+  }
+  return result;
 }
 
 void Burn::combustion(State& state, double h) {

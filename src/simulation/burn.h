@@ -70,6 +70,7 @@ class Burn {
   bool tear(State& state, double h);
   void take_out(State& state, double time);
   StageResult dynamics(State& state, double h, BurnStep& step);
+  StageResult heat_ledger(const State& state) const;
 
   const Sheet& sheet_;
   const Options& options_;

@@ -5,10 +5,12 @@
 #include <cstdio>
 
 #include "ablation/cut_surface.h"
+#include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
 #include "mesh/compaction.h"
 #include "simulation/load_mesh.h"
+#include "simulation/non_finite.h"
 
 namespace pellicle {
 
@@ -16,9 +18,42 @@ namespace {
 
 /// What frames show of the local particles beside the state's fields.
 struct ParticleFields {
-  std::vector<double> mass_ratio;  ///< m/m^init
-  std::vector<double> strain;      ///< rms over the living springs of a particle
+  std::vector<double> mass_ratio;            ///< m/m^init
+  std::vector<double> mass_ratio_of_layers;  ///< of a particle and what lies round it in the other layer
+  std::vector<double> strain;                ///< rms over the living springs of a particle
 };
+
+/// Mass over initial mass of each local particle together with the shares of its cells that the other layer has: of a
+/// corner's cells an eighth from their lattice particles, of a lattice particle's cell an eighth from each corner. What
+/// has left does not count. Collective.
+std::vector<double> mass_ratio_of_layers(const Sheet& sheet, const Field& mass) {
+  Field sum(sheet.particles, 2);  // of masses, and of initial masses
+  const auto add = [&](PetscInt to, PetscInt from, double initial) {
+    const double m = mass.data()[from];
+    if (m > 0) {
+      sum.values().col(to) += initial * Eigen::Vector2d(m / sheet.initial_mass[static_cast<std::size_t>(from)], 1);
+    }
+  };
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    add(i, i, sheet.initial_mass[static_cast<std::size_t>(i)]);
+  }
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.owned_cells); ++cell) {
+    const PetscInt lattice = sheet.lattice[cell];
+    const double eighth = sheet.initial_mass[static_cast<std::size_t>(lattice)] / 4;
+    for (const PetscInt corner : sheet.cells[cell]) {
+      add(corner, lattice, eighth);
+      add(lattice, corner, eighth);
+    }
+  }
+  sum.add_ghosts();
+  sum.update_ghosts();
+  std::vector<double> ratio;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    const auto of_particle = sum.values().col(i);
+    ratio.push_back(of_particle[1] > 0 ? of_particle[0] / of_particle[1] : 0);
+  }
+  return ratio;
+}
 
 /// Collective.
 ParticleFields derive(const Sheet& sheet, const State& state) {
@@ -28,6 +63,7 @@ ParticleFields derive(const Sheet& sheet, const State& state) {
   for (std::size_t i = 0; i < particles; ++i) {
     fields.mass_ratio[i] = state.mass.data()[i] / sheet.initial_mass[i];
   }
+  fields.mass_ratio_of_layers = mass_ratio_of_layers(sheet, state.mass);
   Field sum(sheet.particles, 2);  // of squared strains, and how many
   for (const Colour colour : all_colours) {
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
@@ -109,14 +145,15 @@ void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
 
 }  // namespace
 
-BurnRun::BurnRun(Sheet sheet, const Options& options, Console& console, StageClock& clock)
+BurnRun::BurnRun(Sheet sheet, const Options& options, OutputFolder& folder, Console& console, StageClock& clock)
     : options_(options),
+      folder_(folder),
       console_(console),
       clock_(clock),
       sheet_(std::make_unique<Sheet>(std::move(sheet))),
       burn_(std::make_unique<Burn>(*sheet_, options, clock)),
       state_(std::make_unique<State>(burn_->initial_state())),
-      writer_(sheet_->comm(), options.output) {
+      writer_(folder, options.output) {
   if (options.time.tolerance > 0) {
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
@@ -128,12 +165,29 @@ StepResult BurnRun::advance(double h) {
   StepResult result;
   result.converged = last_.converged;
   result.reason = last_.reason;
+  if (result.converged) {
+    const auto particles = static_cast<std::size_t>(sheet_->particles.local());
+    result.reason = non_finite(sheet_->comm(), {{"position", state_->position.data(), 3 * particles},
+                                                {"velocity", state_->velocity.data(), 3 * particles},
+                                                {"temperature", state_->temperature.data(), particles},
+                                                {"mass", state_->mass.data(), particles}});
+    result.converged = result.reason.empty();
+  }
   result.iterations = last_.heat_iterations + last_.dynamics_iterations;
   char figures[40];
   std::snprintf(figures, sizeof figures, "|C| %.3e m", last_.constraint_error);
   result.figures = figures;
   return result;
 }
+
+void BurnRun::keep() {
+  if (kept_ == nullptr) {
+    kept_ = std::make_unique<State>(*sheet_);
+  }
+  *kept_ = *state_;
+}
+
+void BurnRun::restore() { *state_ = *kept_; }
 
 void BurnRun::accept(double time) {
   state_->time = time;
@@ -207,9 +261,12 @@ void BurnRun::compact(const std::vector<bool>& kept) {
   const auto times = compacted.cell_data.row(burn_time);
   state->burn_time.assign(times.begin(), times.end());
   state->mass_burnt = state_->mass_burnt;
+  state->heat_initial = state_->heat_initial;
   state->heat_in = state_->heat_in;
   state->heat_out = state_->heat_out;
+  state->heat_made = state_->heat_made;
 
+  kept_ = nullptr;
   state_ = std::move(state);
   burn_ = std::move(burn);
   sheet_ = std::move(sheet);
@@ -221,7 +278,13 @@ void BurnRun::draw() {
   const auto timer = clock_.time("output");
   const ParticleFields fields = derive(*sheet_, *state_);
   const std::vector<double> level = level_set(*sheet_, state_->mass, options_.ablation.loss_mass);
-  const Drawing surface = drawing_of(*sheet_, cut_surface(*sheet_, state_->living, level));
+  const DrawnSurface cut = cut_surface(*sheet_, state_->living, level);
+  const Drawing surface = drawing_of(*sheet_, cut);
+  const DrawnShares shares(*sheet_, state_->living, cut, state_->position);
+  Field heat(sheet_->particles, 1);
+  heat.values() = options_.heat.capacity * state_->mass.values().cwiseProduct(state_->temperature.values());
+  const std::vector<double> areal_density = shares.density(state_->mass);
+  const std::vector<double> heat_density = shares.density(heat);
   const std::vector<double> masses = piece_masses(state_->pieces, *sheet_, state_->mass);
   const PieceFields pieces = derive(*sheet_, state_->pieces, masses);
   Frame frame;
@@ -229,20 +292,24 @@ void BurnRun::draw() {
   frame.step = state_->step;
   frame.surface = &surface;
   frame.positions = state_->position.data();
-  frame.particle_fields = {{"temperature", 1, state_->temperature.data()},
-                           {"mass_ratio", 1, fields.mass_ratio.data()},
+  // The surface is drawn where the corners are and moves with them; temperature and mass are of both layers.
+  frame.particle_fields = {{"temperature", 1, state_->temperature.data(), true},
+                           {"mass_ratio", 1, fields.mass_ratio_of_layers.data(), true},
                            {"velocity", 3, state_->velocity.data()},
                            {"strain", 1, fields.strain.data()}};
-  frame.cell_fields = {{"burn_time", 1, state_->burn_time.data()},
-                       {"piece", 1, pieces.id.data()},
-                       {"piece_mass", 1, pieces.mass.data()},
-                       {"piece_birth_time", 1, pieces.birth_time.data()}};
+  frame.cell_fields = {{"areal_density", 1, areal_density.data()}, {"heat_density", 1, heat_density.data()},
+                       {"burn_time", 1, state_->burn_time.data()}, {"piece", 1, pieces.id.data()},
+                       {"piece_mass", 1, pieces.mass.data()},      {"piece_birth_time", 1, pieces.birth_time.data()}};
   std::optional<Drawing> springs;
   SpringFields spring_fields;
   if (options_.output.springs) {
     springs = drawing_of_springs(*sheet_, state_->living);
     spring_fields = derive(*sheet_, *state_, level);
     frame.springs = &*springs;
+    frame.spring_ends = {{"temperature", 1, state_->temperature.data()},
+                         {"mass_ratio", 1, fields.mass_ratio.data()},
+                         {"velocity", 3, state_->velocity.data()},
+                         {"strain", 1, fields.strain.data()}};
     frame.spring_fields = {{"strain", 1, spring_fields.strain.data()},
                            {"target_length", 1, spring_fields.target_length.data()},
                            {"state", 1, spring_fields.state.data()}};
@@ -253,7 +320,7 @@ void BurnRun::draw() {
 
 Ledger& BurnRun::ledger() {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<Ledger>(sheet_->comm(), options_, clock_);
+    ledger_ = std::make_unique<Ledger>(folder_, options_, clock_);
   }
   return *ledger_;
 }

@@ -17,16 +17,16 @@ namespace pellicle {
 /// removed from the sheet now and then, see `ablation.compact_fraction`.
 class BurnRun : public Chain {
  public:
-  /// Options, console and clock must outlive it. Collective.
+  /// Options, folder, console and clock must outlive it. Collective.
   /// @throws Error on bad textures and other input, or when adaptive steps are asked for
-  BurnRun(Sheet sheet, const Options& options, Console& console, StageClock& clock);
+  BurnRun(Sheet sheet, const Options& options, OutputFolder& folder, Console& console, StageClock& clock);
 
   double time() const override { return state_->time; }
   int step() const override { return state_->step; }
   StepResult advance(double h) override;
   void accept(double time) override;
-  void keep() override { kept_.emplace(*state_); }
-  void restore() override { kept_->restore(*state_); }
+  void keep() override;
+  void restore() override;
   std::string ended() const override;
   bool frame_due() const override { return writer_.due(state_->time, state_->step); }
   std::optional<double> next_frame_time() const override { return writer_.next_time(state_->time); }
@@ -38,6 +38,7 @@ class BurnRun : public Chain {
   Ledger& ledger();
 
   const Options& options_;
+  OutputFolder& folder_;
   Console& console_;
   StageClock& clock_;
   // The sheet, and what depends on its numbering.
@@ -45,8 +46,8 @@ class BurnRun : public Chain {
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
   FrameWriter writer_;
-  BurnStep last_;  ///< what the last step told
-  std::optional<Snapshot> kept_;
+  BurnStep last_;                   ///< what the last step told
+  std::unique_ptr<State> kept_;     ///< of the present sheet, to put back
   std::unique_ptr<Ledger> ledger_;  ///< made when the first frame has made the folder
 };
 

@@ -15,6 +15,12 @@ namespace {
 /// How often a Newton step may be halved.
 constexpr int max_halvings = 20;
 
+/// What a residual is compared with at least, over ImplicitStep's force scale: a balloon at rest has no forces.
+constexpr double negligible_force = 1e-6;
+
+/// The kinds of force of which the residual is the sum.
+enum ForceKind { of_wall, of_gas, of_inertia, of_drag, of_weight, of_loads, force_kinds };
+
 double sum_over_ranks(MPI_Comm comm, double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
@@ -99,57 +105,82 @@ void ImplicitStep::make_solver() {
   }
   defaults.rtol = options_.ksp_rtol;
   defaults.max_iterations = 10000;
-  KspHandle linear = make_ksp(amat, tangent, "prism_", defaults);
-  patches_ = RigidPatches::of(linear, tangent, membrane, model_.constraints.projectors(), options_.patch_size);
-
-  check(SNESCreate(comm, snes_.create()));
-  check(SNESSetOptionsPrefix(snes_, "prism_"));
-  if (bordered() == 0) {
-    check(MatCreateVecs(tangent, unknowns_.create(), residual_.create()));
-    check(SNESSetKSP(snes_, linear));
-    check(SNESSetJacobian(snes_, amat, tangent, jacobian_callback, this));
-  } else {
+  solver_ = make_ksp(amat, tangent, "prism_", defaults);
+  patches_ = RigidPatches::of(solver_, tangent, membrane, model_.constraints.projectors(), options_.patch_size);
+  KSPType type = nullptr;
+  check(KSPGetType(solver_, &type));
+  solves_once_ = chambers > 0 && std::string(type) == KSPPREONLY;
+  if (solves_once_) {
+    check(KSPSetOperators(solver_, tangent, tangent));
+  }
+  check(MatCreateVecs(tangent, part_.create(), part_solution_.create()));
+  if (bordered() > 0) {
     const PetscInt rows = 3 * owned() + (rank_ == 0 ? bordered() : 0);
     check(VecCreateMPI(comm, rows, PETSC_DETERMINE, unknowns_.create()));
-    check(VecDuplicate(unknowns_, residual_.create()));
-    check(MatCreateVecs(tangent, part_.create(), part_solution_.create()));
-    for (int border = 0; border < bordered(); ++border) {
-      check(VecDuplicate(part_, influence_.emplace_back().create()));
-    }
-    inner_solver_ = std::move(linear);
     check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, this, bordered_matrix_.create()));
     check(MatShellSetOperation(bordered_matrix_, MATOP_MULT,
                                reinterpret_cast<void (*)()>(&ImplicitStep::bordered_product_callback)));
-    KspHandle outer;
-    PC pc = nullptr;
-    check(KSPCreate(comm, outer.create()));
-    check(KSPSetOptionsPrefix(outer, "prism_border_"));
-    check(KSPSetType(outer, KSPPREONLY));
-    check(KSPGetPC(outer, &pc));
-    check(PCSetType(pc, PCSHELL));
-    check(PCShellSetContext(pc, this));
-    check(PCShellSetApply(pc, bordered_solve_callback));
-    check(SNESSetKSP(snes_, outer));
-    check(SNESSetJacobian(snes_, bordered_matrix_, bordered_matrix_, jacobian_callback, this));
+    for (int border = 0; border < bordered(); ++border) {
+      check(VecDuplicate(part_, influence_.emplace_back().create()));
+    }
+    amat = bordered_matrix_;
+  } else {
+    check(VecDuplicate(part_, unknowns_.create()));
   }
+  check(VecDuplicate(unknowns_, residual_.create()));
+  make_newton(amat);
+}
+
+/// Makes SNES. What it takes for its linear solver is solve_newton: `solver_`, and what it needs round it.
+void ImplicitStep::make_newton(Mat system) {
+  const MPI_Comm comm = model_.elements.membrane().comm();
+  require_known_newton();
+  KspHandle outer;
+  PC pc = nullptr;
+  check(KSPCreate(comm, outer.create()));
+  check(KSPSetOptionsPrefix(outer, "prism_newton_"));
+  check(KSPSetType(outer, KSPPREONLY));
+  check(KSPSetTolerances(outer, options_.ksp_rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  check(KSPGetPC(outer, &pc));
+  check(PCSetType(pc, PCSHELL));
+  check(PCShellSetContext(pc, this));
+  check(PCShellSetApply(pc, solve_callback));
+  check(SNESCreate(comm, snes_.create()));
+  check(SNESSetOptionsPrefix(snes_, "prism_"));
+  check(SNESSetKSP(snes_, outer));
+  check(SNESSetJacobian(snes_, system, system, jacobian_callback, this));
   check(SNESSetFunction(snes_, residual_, residual_callback, this));
 
   // Rounding of positions alone leaves some 3 to 4 epsilon times this: it does not shrink with the elements, since
   // their stiffness does not either. A balloon at rest ends its steps here.
   const double vertices = static_cast<double>(model_.elements.membrane().particles.global);
-  const double rounding = std::numeric_limits<double>::epsilon() * force_scale_ * std::sqrt(vertices);
-  check(SNESSetTolerances(snes_, 20 * rounding, options_.snes_rtol, 1e-13, options_.max_iterations, PETSC_DEFAULT));
+  rounding_ = 20 * std::numeric_limits<double>::epsilon() * force_scale_ * std::sqrt(vertices);
+  check(SNESSetTolerances(snes_, rounding_, options_.snes_rtol, 1e-13, options_.max_iterations, PETSC_DEFAULT));
   SNESLineSearch search = nullptr;
   check(SNESGetLineSearch(snes_, &search));
   check(SNESLineSearchSetType(search, options_.line_search ? SNESLINESEARCHSHELL : SNESLINESEARCHBASIC));
   if (options_.line_search) {
     check(SNESLineSearchShellSetUserFunc(search, line_search_callback, this));
-    check(SNESSetMaxLinearSolveFailures(snes_, PETSC_MAX_INT));  // The line search judges what the solver has reached.
   }
-  try {
-    check(SNESSetFromOptions(snes_));
-  } catch (const PetscFailure& failure) {  // A value that PETSc does not know: every rank reads the same.
-    throw Error(std::string("-prism_...: ") + failure.what());
+  run_solver("prism_", [&] { check(SNESSetFromOptions(snes_)); });
+}
+
+/// Refuses nonlinear solvers and Jacobians that would pass the tangent by, or most of what makes a step safe.
+void ImplicitStep::require_known_newton() const {
+  char type[64] = SNESNEWTONLS;
+  check(PetscOptionsGetString(nullptr, "prism_", "-snes_type", type, sizeof type, nullptr));
+  const std::vector<std::string> known{SNESNEWTONLS, SNESNEWTONTR, SNESKSPONLY};
+  if (std::find(known.begin(), known.end(), type) == known.end()) {
+    throw Error(std::string("-prism_snes_type ") + type +
+                ": an implicit step is Newton's method with its own tangent, expected newtonls, newtontr or ksponly");
+  }
+  for (const char* option : {"-snes_mf", "-snes_mf_operator", "-snes_fd", "-snes_fd_color"}) {
+    PetscBool is_set = PETSC_FALSE;
+    check(PetscOptionsGetBool(nullptr, "prism_", option, &is_set, nullptr));
+    if (is_set == PETSC_TRUE) {
+      throw Error(std::string("-prism_") + (option + 1) +
+                  ": an implicit step has its own tangent, expected prism.tangent or prism.mat_type shell");
+    }
   }
 }
 
@@ -185,30 +216,64 @@ ImplicitResult ImplicitStep::advance(BalloonState& state, double h) {
   set_unknowns(unknowns_);
 
   linear_failure_.clear();
-  bordered_iterations_ = 0;
-  check(SNESSolve(snes_, nullptr, unknowns_));
+  bad_options_.clear();
+  start_residual_.reset();
+  linear_iterations_ = 0;
+  concave_iterations_ = 0;
+  try {
+    run_solver("prism_", [&] { check(SNESSolve(snes_, nullptr, unknowns_)); });
+  } catch (const PetscFailure&) {
+    if (!bad_options_.empty()) {
+      throw Error(bad_options_);
+    }
+    throw;
+  }
 
   ImplicitResult result;
   SNESConvergedReason reason = SNES_CONVERGED_ITERATING;
   PetscInt newton = 0;
-  PetscInt linear = 0;
   check(SNESGetConvergedReason(snes_, &reason));
   check(SNESGetIterationNumber(snes_, &newton));
-  check(SNESGetLinearSolveIterations(snes_, &linear));
   result.newton_iterations = static_cast<int>(newton);
-  result.linear_iterations = bordered() == 0 ? static_cast<int>(linear) : bordered_iterations_;
+  result.linear_iterations = linear_iterations_;
+  result.concave_iterations = concave_iterations_;
   result.converged = reason > 0 || (options_.newton == "fixed" && reason == SNES_DIVERGED_MAX_IT);
   if (!result.converged) {
     result.reason = words_of_failure(reason);
     return result;
   }
-  check(SNESGetFunctionNorm(snes_, &result.residual));
-  read_unknowns(unknowns_);
+  judge(reason, result);
+  if (!result.converged) {
+    return result;
+  }
   state.position.values() = position_.values();
   for (int border = 0; border < bordered(); ++border) {
     state.pressure[bordered_chambers_[static_cast<std::size_t>(border)]] = multiplier_[border];
   }
   return result;
+}
+
+/// What is left of the forces where SNES has ended, which it took for an end: whether it is one.
+void ImplicitStep::judge(SNESConvergedReason reason, ImplicitResult& result) {
+  const MPI_Comm comm = model_.elements.membrane().comm();
+  read_unknowns(unknowns_);
+  compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
+  check(VecNorm(residual_, NORM_2, &result.residual));
+  MPI_Allreduce(MPI_IN_PLACE, squared_forces_.data(), force_kinds, MPI_DOUBLE, MPI_SUM, comm);
+  const double largest = std::sqrt(*std::max_element(squared_forces_.begin(), squared_forces_.end()));
+  result.relative_residual = result.residual / std::max(largest, negligible_force * force_scale_);
+  result.is_above_tolerance = result.residual > rounding_ && result.relative_residual > options_.residual_tolerance;
+  const double start = start_residual_.value_or(0);
+  char text[200] = "";
+  if (!(result.residual <= std::max(start, rounding_))) {
+    std::snprintf(text, sizeof text, "Newton's iterations made the residual grow, from %.2e N to %.2e N", start,
+                  result.residual);
+  } else if (reason == SNES_CONVERGED_SNORM_RELATIVE && options_.newton == "converged" && result.is_above_tolerance) {
+    std::snprintf(text, sizeof text, "Newton's method goes no further at a residual of %.2e N, %.1e of the forces",
+                  result.residual, result.relative_residual);
+  }
+  result.converged = text[0] == '\0';
+  result.reason = text;
 }
 
 std::string ImplicitStep::words_of_failure(SNESConvergedReason reason) const {
@@ -220,46 +285,31 @@ std::string ImplicitStep::words_of_failure(SNESConvergedReason reason) const {
   check(SNESGetIterationNumber(snes_, &iterations));
   check(SNESGetFunctionNorm(snes_, &norm));
   char text[200];
+  std::string words;
   switch (reason) {
     case SNES_DIVERGED_LINE_SEARCH:
-      return "no part of Newton's step lowers the potential without turning elements over";
+      words = "no part of Newton's step lowers the potential without turning elements over";
+      break;
     case SNES_DIVERGED_FNORM_NAN:
     case SNES_DIVERGED_FUNCTION_DOMAIN:
-      return "the forces are not finite: an element has collapsed, or a chamber has no volume left";
+      words = "the forces are not finite: an element has collapsed, or a chamber has no volume left";
+      break;
     case SNES_DIVERGED_MAX_IT:
       std::snprintf(text, sizeof text,
                     "Newton's method did not converge in %d iterations (residual %.2e N): no equilibrium near, or the "
                     "step is too long",
                     static_cast<int>(iterations), norm);
-      return text;
+      words = text;
+      break;
     default:
-      return std::string("Newton's method did not converge (") + SNESConvergedReasons[reason] + ")";
+      words = std::string("Newton's method did not converge (") + SNESConvergedReasons[reason] + ")";
   }
-}
-
-/// Whether Newton's method can use what the linear solver has reached: its solution, or, where conjugate gradients met
-/// a concave direction, the potential's or the preconditioner's, the way downhill until then.
-bool ImplicitStep::linear_solve_is_usable() {
-  if (bordered() > 0) {
-    return linear_failure_.empty();
+  if (concave_iterations_ > 0) {
+    words +=
+        "; the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
+        "that the balloon can hold (to go there prescribe its volume or its amount of gas), or the step is too long";
   }
-  KSP ksp = nullptr;
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-  PetscInt iterations = 0;
-  check(SNESGetKSP(snes_, &ksp));
-  check(KSPGetConvergedReason(ksp, &reason));
-  check(KSPGetIterationNumber(ksp, &iterations));
-  if (reason > 0) {
-    linear_failure_.clear();
-    return true;
-  }
-  const bool is_indefinite = reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC;
-  linear_failure_ =
-      is_indefinite
-          ? "the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
-            "that the balloon can hold (to go there prescribe its volume or its amount of gas), or the step is too long"
-          : std::string("the linear solver prism_ did not converge (") + KSPConvergedReasons[reason] + ")";
-  return is_indefinite && iterations > 0;
+  return words;
 }
 
 void ImplicitStep::set_unknowns(Vec unknowns) const {
@@ -311,30 +361,42 @@ void ImplicitStep::evaluate_gas() {
 
 void ImplicitStep::compute_residual(Vec residual) {
   evaluate_gas();
-  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, owned());
-  model_.elements.add_force(position_, thickness_ratio_, force);
+  Eigen::Matrix3Xd wall = Eigen::Matrix3Xd::Zero(3, owned());
+  Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, owned());
+  Eigen::Matrix3Xd damping = Eigen::Matrix3Xd::Zero(3, owned());
+  model_.elements.add_force(position_, thickness_ratio_, wall);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    force += gas_[static_cast<std::size_t>(chamber)].pressure * model_.chambers.volume_gradient(chamber, position_);
+    gas += gas_[static_cast<std::size_t>(chamber)].pressure * model_.chambers.volume_gradient(chamber, position_);
   }
   if (options_.stiffness_damping > 0) {
     displacement_.values() = position_.values() - start_.values();
-    tangent_.add_lagged_product(-options_.stiffness_damping / h_, displacement_, force);
+    tangent_.add_lagged_product(-options_.stiffness_damping / h_, displacement_, damping);
   }
+  squared_forces_.assign(force_kinds, 0);
   double* values = nullptr;
   check(VecGetArray(residual, &values));
   for (PetscInt i = 0; i < owned(); ++i) {
     const auto index = static_cast<std::size_t>(i);
     const double mass = model_.mass[index];
     const auto x = position_.vector(i);
-    Eigen::Vector3d total = force.col(i) + mass * model_.gravity;
-    total -= options_.mass_damping * mass / h_ * (x - start_.vector(i));
+    Eigen::Matrix<double, 3, force_kinds> forces;
+    forces.col(of_wall) = wall.col(i);
+    forces.col(of_gas) = gas.col(i);
+    forces.col(of_inertia).setZero();
     if (options_.inertia) {
-      total -= mass / (h_ * h_) * (x - predicted_.col(i));
+      forces.col(of_inertia) = -mass / (h_ * h_) * (x - predicted_.col(i));
     }
+    forces.col(of_drag) = damping.col(i) - options_.mass_damping * mass / h_ * (x - start_.vector(i));
+    forces.col(of_weight) = mass * model_.gravity;
+    forces.col(of_loads).setZero();
     if (!model_.loads.empty()) {
-      total -= model_.loads.at(i, x).gradient;
+      forces.col(of_loads) = -model_.loads.at(i, x).gradient;
     }
-    Eigen::Map<Eigen::Vector3d>(values + 3 * i) = -(model_.constraints.projectors()[index] * total);
+    forces = (model_.constraints.projectors()[index] * forces).eval();
+    for (int kind = 0; kind < force_kinds; ++kind) {
+      squared_forces_[static_cast<std::size_t>(kind)] += forces.col(kind).squaredNorm();
+    }
+    Eigen::Map<Eigen::Vector3d>(values + 3 * i) = -forces.rowwise().sum();
   }
   if (rank_ == 0) {
     for (int border = 0; border < bordered(); ++border) {
@@ -345,6 +407,21 @@ void ImplicitStep::compute_residual(Vec residual) {
 }
 
 void ImplicitStep::compute_jacobian() {
+  const bool renews_patches = patches_ && patches_->due();
+  if (renews_patches || positive_ != nullptr) {
+    compute_tangent(Tangent::positive);
+    if (renews_patches) {
+      patches_->renew();
+    }
+    if (positive_ != nullptr) {
+      check(MatCopy(tangent_.matrix(), positive_, SAME_NONZERO_PATTERN));
+    }
+  }
+  compute_tangent(Tangent::exact);
+}
+
+void ImplicitStep::compute_tangent(Tangent kind) {
+  const bool positive = kind == Tangent::positive;
   evaluate_gas();
   const Membrane& membrane = model_.elements.membrane();
   std::vector<double> load_pressure;
@@ -366,11 +443,9 @@ void ImplicitStep::compute_jacobian() {
     }
   }
   tangent_.update({position_, thickness_ratio_, load_pressure, model_.constraints.origin(), blocks,
-                   options_.stiffness_damping / h_});
-  if (patches_) {
-    patches_->update();
-  }
+                   options_.stiffness_damping / h_, positive});
 
+  gas_influence_.clear();
   if (model_.chambers.count() == 0) {
     return;
   }
@@ -383,9 +458,10 @@ void ImplicitStep::compute_jacobian() {
     }
     gradients_.col(chamber) = gradient.reshaped();
     const GasState& gas = gas_[static_cast<std::size_t>(chamber)];
-    coefficients[chamber] = model_.chambers.prescribes_volume(chamber)
-                                ? bordering_stiffness(chamber)
-                                : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
+    const double stiffness = model_.chambers.prescribes_volume(chamber)
+                                 ? bordering_stiffness(chamber)
+                                 : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
+    coefficients[chamber] = positive ? std::max(stiffness, 0.0) : stiffness;
   }
   check(VecRestoreArray(gas_coefficients_, &coefficients));
   check(MatAssemblyBegin(gas_columns_, MAT_FINAL_ASSEMBLY));
@@ -439,9 +515,6 @@ bool ImplicitStep::search_line(SNESLineSearch search) {
   check(SNESLineSearchGetVecs(search, &x, &f, &y, &w, nullptr));
   check(SNESLineSearchGetSNES(search, &snes));
   const MPI_Comm comm = model_.elements.membrane().comm();
-  if (!linear_solve_is_usable()) {
-    return false;
-  }
 
   double weight = 0;  // of the volumes' errors: more than any multiplier makes them an exact penalty
   const auto merit = [&] {
@@ -482,76 +555,191 @@ bool ImplicitStep::search_line(SNESLineSearch search) {
   return false;
 }
 
+/// Hands on what SNES sets on the solver that it sees: Eisenstat and Walker's tolerance, a lagged preconditioner.
+void ImplicitStep::take_over_settings() {
+  KSP outer = nullptr;
+  double rtol = 0;
+  PetscBool reuses = PETSC_FALSE;
+  check(SNESGetKSP(snes_, &outer));
+  check(KSPGetTolerances(outer, &rtol, nullptr, nullptr, nullptr));
+  check(KSPGetReusePreconditioner(outer, &reuses));
+  check(KSPSetTolerances(solver_, rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  check(KSPSetReusePreconditioner(solver_, reuses));
+}
+
+/// The step of Newton's method, J y = r, or of the positive tangent in J's place (see the class). What went wrong is
+/// then in `linear_failure_`.
+void ImplicitStep::solve_newton(Vec right_hand_side, Vec solution) {
+  linear_failure_.clear();
+  Solved solved = solve_once(right_hand_side, solution);
+  if (solved == Solved::bad_preconditioner && positive_ == nullptr && !solves_once_ && options_.mat_type != "shell") {
+    // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
+    Mat system = nullptr;
+    check(MatDuplicate(tangent_.matrix(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
+    check(KSPGetOperators(solver_, &system, nullptr));
+    check(KSPSetOperators(solver_, system, positive_));
+    compute_jacobian();
+    solved = solve_once(right_hand_side, solution);
+  }
+  if (solved == Solved::concave) {
+    ++concave_iterations_;
+    compute_tangent(Tangent::positive);
+    solved = solve_once(right_hand_side, solution);
+  }
+  if (solved == Solved::yes) {
+    linear_failure_.clear();
+  }
+}
+
+ImplicitStep::Solved ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
+  if (bordered() > 0) {
+    return solve_bordered(right_hand_side, solution);
+  }
+  const Solved solved = solve_part(right_hand_side, solution);
+  double curvature = 0;  // y.A y
+  check(VecDot(right_hand_side, solution, &curvature));
+  return solved == Solved::yes && curvature < 0 ? concave() : solved;
+}
+
+/// A system of the positions alone, with the gas's low-rank part.
+ImplicitStep::Solved ImplicitStep::solve_part(Vec right_hand_side, Vec solution) {
+  return solves_once_ ? solve_part_directly(right_hand_side, solution) : run_solver_once(right_hand_side, solution);
+}
+
+ImplicitStep::Solved ImplicitStep::run_solver_once(Vec right_hand_side, Vec solution) {
+  const LinearResult result = solve(solver_, right_hand_side, solution);
+  linear_iterations_ += result.iterations;
+  if (result.converged) {
+    return Solved::yes;
+  }
+  linear_failure_ = result.reason;
+  switch (result.ended) {
+    case KSP_DIVERGED_INDEFINITE_MAT:
+    case KSP_CONVERGED_CG_NEG_CURVE:
+      return Solved::concave;
+    case KSP_DIVERGED_INDEFINITE_PC:
+    case KSP_DIVERGED_PC_FAILED:
+      return Solved::bad_preconditioner;
+    default:
+      return Solved::no;
+  }
+}
+
+ImplicitStep::Solved ImplicitStep::concave() {
+  linear_failure_ = "the tangent is not positive definite";
+  return Solved::concave;
+}
+
+/// With a solver for the sparse part T alone (Woodbury): for A = T + G C G^T and Z = T^-1 G,
+/// A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.
+ImplicitStep::Solved ImplicitStep::solve_part_directly(Vec right_hand_side, Vec solution) {
+  const int chambers = model_.chambers.count();
+  while (static_cast<int>(gas_influence_.size()) < chambers) {
+    const auto chamber = static_cast<PetscInt>(gas_influence_.size());
+    VecHandle influence;
+    Vec gradient = nullptr;
+    check(VecDuplicate(right_hand_side, influence.create()));
+    check(MatDenseGetColumnVecRead(gas_columns_, chamber, &gradient));
+    const Solved solved = run_solver_once(gradient, influence);
+    check(MatDenseRestoreColumnVecRead(gas_columns_, chamber, &gradient));
+    if (solved != Solved::yes) {
+      return solved;
+    }
+    gas_influence_.push_back(std::move(influence));
+  }
+  const Solved solved = run_solver_once(right_hand_side, solution);
+  if (solved != Solved::yes) {
+    return solved;
+  }
+  std::vector<Vec> vectors(gas_influence_.begin(), gas_influence_.end());
+  vectors.push_back(solution);
+  const Eigen::MatrixXd products = gradient_products(vectors);
+  const double* coefficients = nullptr;
+  check(VecGetArrayRead(gas_coefficients_, &coefficients));
+  const Eigen::MatrixXd scaled = Eigen::Map<const Eigen::VectorXd>(coefficients, chambers).asDiagonal() * products;
+  check(VecRestoreArrayRead(gas_coefficients_, &coefficients));
+  const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(chambers, chambers) + scaled.leftCols(chambers);
+  const Eigen::VectorXd weights = -system.partialPivLu().solve(scaled.col(chambers));
+  check(VecMAXPY(solution, chambers, weights.data(), vectors.data()));
+  const std::string fault =
+      fault_of_solution(low_rank_, tangent_.matrix(), right_hand_side, solution, options_.ksp_rtol);
+  if (!fault.empty()) {
+    linear_failure_ = "the linear solver prism_ with the gas's part does not solve: " + fault;
+    return Solved::no;
+  }
+  return Solved::yes;
+}
+
+/// g_c.v of every chamber, a row each, for some vectors of positions, a column each. Collective.
+Eigen::MatrixXd ImplicitStep::gradient_products(const std::vector<Vec>& vectors) const {
+  Eigen::MatrixXd products(gradients_.cols(), vectors.size());
+  for (std::size_t column = 0; column < vectors.size(); ++column) {
+    const double* values = nullptr;
+    check(VecGetArrayRead(vectors[column], &values));
+    products.col(static_cast<Eigen::Index>(column)) =
+        gradients_.transpose() * Eigen::Map<const Eigen::VectorXd>(values, gradients_.rows());
+    check(VecRestoreArrayRead(vectors[column], &values));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
+                model_.elements.membrane().comm());
+  return products;
+}
+
 /// The bordered system [A, -s G; -s G^T, 0] [dx; dz] = [r; q], with G the volume gradients of the bordered chambers, s
 /// their pressure scales and p = s z: A is replaced by A + rho g g^T and r accordingly, for s g.dx = -q.
-void ImplicitStep::solve_bordered(Vec right_hand_side, Vec solution) {
-  const MPI_Comm comm = model_.elements.membrane().comm();
+ImplicitStep::Solved ImplicitStep::solve_bordered(Vec right_hand_side, Vec solution) {
   const PetscInt rows = 3 * owned();
+  const int size = bordered();
   const Eigen::VectorXd volume_rows = border_values(right_hand_side);
-  Eigen::MatrixXd columns(rows, bordered());
-  for (int border = 0; border < bordered(); ++border) {
-    columns.col(border) = gradients_.col(bordered_chambers_[static_cast<std::size_t>(border)]);
-  }
   const auto as_vector = [rows](double* values) { return Eigen::Map<Eigen::VectorXd>(values, rows); };
-  const auto solve_part = [&](Vec result) {
-    const StageResult solved = solve(inner_solver_, part_, result);
-    bordered_iterations_ += solved.iterations;
-    if (!solved.converged && linear_failure_.empty()) {
-      linear_failure_ = solved.reason;
-    }
-  };
 
   double* values = nullptr;
   const double* given = nullptr;
   check(VecGetArrayRead(right_hand_side, &given));
   check(VecGetArray(part_, &values));
   as_vector(values) = Eigen::Map<const Eigen::VectorXd>(given, rows);
-  for (int border = 0; border < bordered(); ++border) {
-    const double rho = bordering_stiffness(bordered_chambers_[static_cast<std::size_t>(border)]);
-    as_vector(values) -= rho * volume_rows[border] / pressure_scale(border) * columns.col(border);
+  for (int border = 0; border < size; ++border) {
+    const int chamber = bordered_chambers_[static_cast<std::size_t>(border)];
+    as_vector(values) -=
+        bordering_stiffness(chamber) * volume_rows[border] / pressure_scale(border) * gradients_.col(chamber);
   }
   check(VecRestoreArray(part_, &values));
   check(VecRestoreArrayRead(right_hand_side, &given));
-  solve_part(part_solution_);
-  for (int border = 0; border < bordered(); ++border) {
+  Solved solved = solve_part(part_, part_solution_);
+  for (int border = 0; border < size && solved == Solved::yes; ++border) {
     check(VecGetArray(part_, &values));
-    as_vector(values) = columns.col(border);
+    as_vector(values) = gradients_.col(bordered_chambers_[static_cast<std::size_t>(border)]);
     check(VecRestoreArray(part_, &values));
-    solve_part(influence_[static_cast<std::size_t>(border)]);
+    solved = solve_part(part_, influence_[static_cast<std::size_t>(border)]);
+  }
+  if (solved != Solved::yes) {
+    return solved;
   }
 
   // dx = a + sum_c s_c b_c dz_c with s_d g_d.dx = -q_d.
-  const int size = bordered();
-  Eigen::MatrixXd system(size, size + 1);  // g.b, g.a
-  for (int column = 0; column <= size; ++column) {
-    Vec part = column < size ? static_cast<Vec>(influence_[static_cast<std::size_t>(column)]) : Vec(part_solution_);
-    check(VecGetArrayRead(part, &given));
-    system.col(column) = columns.transpose() * Eigen::Map<const Eigen::VectorXd>(given, rows);
-    check(VecRestoreArrayRead(part, &given));
-  }
-  MPI_Allreduce(MPI_IN_PLACE, system.data(), static_cast<int>(system.size()), MPI_DOUBLE, MPI_SUM, comm);
+  std::vector<Vec> vectors(influence_.begin(), influence_.end());
+  vectors.push_back(part_solution_);
+  const Eigen::MatrixXd system = gradient_products(vectors)(bordered_chambers_, Eigen::all);  // g.b, g.a
   Eigen::VectorXd scale(size);
   for (int border = 0; border < size; ++border) {
     scale[border] = pressure_scale(border);
   }
   const Eigen::VectorXd wanted = -volume_rows.cwiseQuotient(scale) - system.col(size);
   const Eigen::VectorXd pressures = system.leftCols(size).partialPivLu().solve(wanted);  // s dz
+  check(VecMAXPY(part_solution_, size, pressures.data(), vectors.data()));
 
-  double* result = nullptr;
-  check(VecGetArray(solution, &result));
+  double curvature = 0;
+  check(MatMult(low_rank_, part_solution_, part_));
+  check(VecDot(part_, part_solution_, &curvature));
   check(VecGetArrayRead(part_solution_, &given));
-  as_vector(result) = Eigen::Map<const Eigen::VectorXd>(given, rows);
-  check(VecRestoreArrayRead(part_solution_, &given));
-  for (int border = 0; border < size; ++border) {
-    Vec part = influence_[static_cast<std::size_t>(border)];
-    check(VecGetArrayRead(part, &given));
-    as_vector(result) += pressures[border] * Eigen::Map<const Eigen::VectorXd>(given, rows);
-    check(VecRestoreArrayRead(part, &given));
-    if (rank_ == 0) {
-      result[rows + border] = pressures[border] / scale[border];
-    }
+  check(VecGetArray(solution, &values));
+  std::copy_n(given, rows, values);
+  for (int border = 0; rank_ == 0 && border < size; ++border) {
+    values[rows + border] = pressures[border] / scale[border];
   }
-  check(VecRestoreArray(solution, &result));
+  check(VecRestoreArray(solution, &values));
+  check(VecRestoreArrayRead(part_solution_, &given));
+  return curvature < 0 ? concave() : Solved::yes;
 }
 
 /// The entries of the bordered chambers in a vector of unknowns, on every rank. Collective.
@@ -606,6 +794,9 @@ PetscErrorCode ImplicitStep::residual_callback(SNES, Vec unknowns, Vec residual,
     auto& self = *static_cast<ImplicitStep*>(context);
     self.read_unknowns(unknowns);
     self.compute_residual(residual);
+    if (!self.start_residual_) {
+      check(VecNorm(residual, NORM_2, &self.start_residual_.emplace()));
+    }
   });
 }
 
@@ -624,12 +815,18 @@ PetscErrorCode ImplicitStep::line_search_callback(SNESLineSearch search, void* c
   });
 }
 
-PetscErrorCode ImplicitStep::bordered_solve_callback(PC pc, Vec right_hand_side, Vec solution) {
+PetscErrorCode ImplicitStep::solve_callback(PC pc, Vec right_hand_side, Vec solution) {
   return as_petsc_callback([&] {
     void* context = nullptr;
     check(PCShellGetContext(pc, &context));
     auto& self = *static_cast<ImplicitStep*>(context);
-    self.solve_bordered(right_hand_side, solution);
+    self.take_over_settings();
+    try {
+      self.solve_newton(right_hand_side, solution);
+    } catch (const Error& error) {
+      self.bad_options_ = error.what();
+      throw;
+    }
     check(PCSetFailedReason(pc, self.linear_failure_.empty() ? PC_NOERROR : PC_SUBPC_ERROR));
   });
 }

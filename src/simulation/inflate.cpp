@@ -52,13 +52,8 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   start_.values() = state.position.values();
   {
     const auto timer = clock_.time("implicit step");
-    const ImplicitResult moved = implicit_.advance(state, h);
-    step.converged = moved.converged;
-    step.reason = moved.reason;
-    step.newton_iterations = moved.newton_iterations;
-    step.linear_iterations = moved.linear_iterations;
-    step.residual = moved.residual;
-    if (!moved.converged) {
+    static_cast<ImplicitResult&>(step) = implicit_.advance(state, h);
+    if (!step.converged) {
       return step;
     }
     elements_.update_thickness(state.position, state.thickness_ratio);

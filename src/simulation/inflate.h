@@ -11,13 +11,8 @@
 
 namespace pellicle {
 
-/// What a step of the balloon tells the books.
-struct InflateStep {
-  bool converged = true;
-  std::string reason;  ///< of a failure, in words
-  int newton_iterations = 0;
-  int linear_iterations = 0;
-  double residual = 0;    ///< of Newton's method at the end [N]
+/// How a step of the balloon went.
+struct InflateStep : ImplicitResult {
   double step_error = 0;  ///< |x - x^n - h v^n| / 2 at most, over the square root of the wall's area
 };
 

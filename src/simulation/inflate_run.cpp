@@ -6,23 +6,34 @@
 
 #include "mesh/membrane_geometry.h"
 #include "prism/wall_stress.h"
+#include "simulation/non_finite.h"
 
 namespace pellicle {
 
-InflateRun::InflateRun(const Membrane& membrane, const Options& options, StageClock& clock)
+InflateRun::InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock)
     : membrane_(membrane),
-      options_(options),
+      folder_(folder),
       clock_(clock),
       inflate_(membrane, options, clock),
       state_(inflate_.initial_state()),
+      kept_(membrane, inflate_.chambers().count()),
       surface_(drawing_of(membrane)),
-      writer_(membrane.comm(), options.output) {}
+      writer_(folder, options.output) {}
 
 StepResult InflateRun::advance(double h) {
   last_ = inflate_.advance(state_, h);
   StepResult result;
   result.converged = last_.converged;
   result.reason = last_.reason;
+  if (result.converged) {
+    const auto vertices = static_cast<std::size_t>(membrane_.particles.local());
+    result.reason = non_finite(
+        membrane_.comm(), {{"position", state_.position.data(), 3 * vertices},
+                           {"velocity", state_.velocity.data(), 3 * vertices},
+                           {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
+                           {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}});
+    result.converged = result.reason.empty();
+  }
   result.iterations = last_.linear_iterations;
   result.step_error = last_.step_error;
   if (state_.pressure.size() > 0) {
@@ -33,16 +44,9 @@ StepResult InflateRun::advance(double h) {
   return result;
 }
 
-void InflateRun::keep() {
-  kept_ = {state_.position.values(), state_.velocity.values(), state_.thickness_ratio, state_.pressure};
-}
+void InflateRun::keep() { kept_ = state_; }
 
-void InflateRun::restore() {
-  state_.position.values() = kept_.position;
-  state_.velocity.values() = kept_.velocity;
-  state_.thickness_ratio = kept_.thickness_ratio;
-  state_.pressure = kept_.pressure;
-}
+void InflateRun::restore() { state_ = kept_; }
 
 void InflateRun::draw() {
   const auto timer = clock_.time("output");
@@ -74,7 +78,7 @@ void InflateRun::draw() {
 
 void InflateRun::record(double h, int retries) {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<BalloonLedger>(inflate_, options_, clock_);
+    ledger_ = std::make_unique<BalloonLedger>(folder_, inflate_, clock_);
   }
   ledger_->add(state_, last_, h, retries);
 }

@@ -13,8 +13,8 @@ namespace pellicle {
 /// The balloon with its state, frames and books, for the step control.
 class InflateRun : public Chain {
  public:
-  /// Membrane, options and clock must outlive it. Collective. @throws Error on bad input, see Inflate
-  InflateRun(const Membrane& membrane, const Options& options, StageClock& clock);
+  /// Membrane, options, folder and clock must outlive it. Collective. @throws Error on bad input, see Inflate
+  InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock);
 
   double time() const override { return state_.time; }
   int step() const override { return state_.step; }
@@ -26,24 +26,18 @@ class InflateRun : public Chain {
   std::optional<double> next_frame_time() const override { return writer_.next_time(state_.time); }
   void draw() override;
   void record(double h, int retries) override;
+  std::vector<std::string> remarks() const override { return ledger_->remarks(); }
 
  private:
-  struct Kept {
-    Eigen::MatrixXd position;
-    Eigen::MatrixXd velocity;
-    std::vector<double> thickness_ratio;
-    Eigen::VectorXd pressure;
-  };
-
   const Membrane& membrane_;
-  const Options& options_;
+  OutputFolder& folder_;
   StageClock& clock_;
   Inflate inflate_;
   BalloonState state_;
+  BalloonState kept_;  ///< to put back
   Drawing surface_;
   FrameWriter writer_;
-  InflateStep last_;  ///< what the last step told
-  Kept kept_;
+  InflateStep last_;                       ///< what the last step told
   std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
 };
 

@@ -20,8 +20,8 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
   return result;
 }
 
-Ledger::Ledger(MPI_Comm comm, const Options& options, const StageClock& clock)
-    : comm_(comm), options_(options), clock_(clock) {
+Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& clock)
+    : comm_(folder.comm()), options_(options), clock_(clock) {
   std::vector<History::Column> columns{{"time", "s"},
                                        {"step", ""},
                                        {"time_step", "s"},
@@ -32,6 +32,7 @@ Ledger::Ledger(MPI_Comm comm, const Options& options, const StageClock& clock)
                                        {"heat_content", "J"},
                                        {"heat_in", "J"},
                                        {"heat_out", "J"},
+                                       {"heat_made", "J"},
                                        {"temperature_max", "K"},
                                        {"kinetic_energy", "J"},
                                        {"momentum_x", "kg m/s"},
@@ -50,12 +51,12 @@ Ledger::Ledger(MPI_Comm comm, const Options& options, const StageClock& clock)
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(comm_, options.output.directory + "/history.csv", columns);
+  history_ = std::make_unique<History>(folder, "history.csv", columns);
   pieces_ = std::make_unique<History>(
-      comm_, options.output.directory + "/pieces.csv",
+      folder, "pieces.csv",
       std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}});
   if (options.project.monitor) {
-    projection_ = std::make_unique<History>(comm_, options.output.directory + "/projection.csv",
+    projection_ = std::make_unique<History>(folder, "projection.csv",
                                             std::vector<History::Column>{{"time", "s"},
                                                                          {"step", ""},
                                                                          {"projection_step", ""},
@@ -76,6 +77,7 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
     heat,
     heat_in,
     heat_out,
+    heat_made,
     kinetic,
     momentum,
     contacts = momentum + 3,
@@ -99,6 +101,7 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
   sums[heat] = heat_content(sheet, state.mass, state.temperature, options_.heat.capacity);
   sums[heat_in] = state.heat_in;
   sums[heat_out] = state.heat_out;
+  sums[heat_made] = state.heat_made;
   sums[contacts] = static_cast<double>(step.contacts);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
@@ -123,6 +126,7 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
                           sums[heat],
                           sums[heat_in],
                           sums[heat_out],
+                          sums[heat_made],
                           maxima[4],
                           sums[kinetic],
                           sums[momentum],

@@ -14,8 +14,9 @@ namespace pellicle {
 /// pieces.csv, and with `project.monitor` the curves of Fig. 8 in projection.csv.
 class Ledger {
  public:
-  /// Makes the files. Collective. @throws Error when they cannot be written
-  Ledger(MPI_Comm comm, const Options& options, const StageClock& clock);
+  /// Makes the files in a folder that has been started; folder and clock must outlive it. Collective.
+  /// @throws Error when they cannot be written
+  Ledger(OutputFolder& folder, const Options& options, const StageClock& clock);
 
   /// @param h length of the step [s]
   /// @param retries how often it was tried again. Collective.

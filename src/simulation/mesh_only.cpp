@@ -12,6 +12,7 @@
 
 #include "ablation/cut_surface.h"
 #include "base/error.h"
+#include "io/console.h"
 #include "io/frame_writer.h"
 #include "mesh/shell.h"
 #include "mesh/triangulation.h"
@@ -93,7 +94,7 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
 /// Tells of a distributed mesh and writes it. Collective.
 template <class Mesh, std::size_t corners>
 void write_mesh(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
-                const Drawing& surface, OutputOptions output, Console& console) {
+                const Drawing& surface, OutputOptions output, OutputFolder& folder, Console& console) {
   const Quality quality = quality_of(mesh.rest, cells);
   console.say(quality_line(mesh.comm(), quality, owned));
   console.say(partition_line(mesh));
@@ -104,15 +105,22 @@ void write_mesh(const Mesh& mesh, const std::vector<std::array<PetscInt, corners
   for (std::size_t measure = 0; measure < quality.size(); ++measure) {
     frame.cell_fields.push_back({quality_measures[measure].name, 1, quality[measure].data()});
   }
-  FrameWriter(mesh.comm(), output).write(frame);
+  FrameWriter(folder, output).write(frame);
   console.say(output.directory + "/" + output.name + ".pvd");
 }
 
 }  // namespace
 
-void mesh_only(MPI_Comm comm, const Options& options) {
+void mesh_only(MPI_Comm comm, const Options& options, RunRecord record) {
   Console console(comm, 1);
-  SurfaceMesh mesh = load_mesh(comm, options.mesh, console);
+  OutputFolder folder(comm, options.output, record);
+  CheckedMesh checked = load_mesh(comm, options.mesh);
+  SurfaceMesh& mesh = checked.mesh;
+  record.mesh = mesh_lines(checked.report, options.chain);
+  for (const std::string& line : record.mesh) {
+    console.tell(line);
+  }
+  console.say(checked.report.quality());
   int as_sheet = 0;
   on_root(comm, [&] {
     as_sheet = options.chain == "burn" && std::all_of(mesh.faces.begin(), mesh.faces.end(),
@@ -126,10 +134,11 @@ void mesh_only(MPI_Comm comm, const Options& options) {
     const Sheet sheet = make_sheet(comm, mesh, options.sheet);
     const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
     const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
-    write_mesh(sheet, sheet.cells, sheet.owned_cells, surface, options.output, console);
+    write_mesh(sheet, sheet.cells, sheet.owned_cells, surface, options.output, folder, console);
   } else {
     const Membrane membrane = make_membrane(comm, mesh, options.sheet);
-    write_mesh(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, console);
+    write_mesh(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, folder,
+               console);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include "io/run_record.h"
 #include "simulation/options.h"
 
 namespace pellicle {
@@ -10,7 +11,8 @@ namespace pellicle {
 /// and writes it as one frame: for the burning chain a sheet where all faces are quads, else a membrane. Cell fields,
 /// as VTK defines them: `radius_ratio` and `aspect_ratio` (1 is best), `scaled_jacobian` (1 is best, 0 degenerate),
 /// `smallest_angle` [degrees], `area` [m^2]. Collective.
-/// @throws Error on a bad mesh
-void mesh_only(MPI_Comm comm, const Options& options);
+/// @param record what the output folder keeps of the run; of the mesh, what has been found here
+/// @throws Error on a bad mesh, or where the output folder cannot be used
+void mesh_only(MPI_Comm comm, const Options& options, RunRecord record);
 
 }  // namespace pellicle

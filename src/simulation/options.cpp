@@ -1,5 +1,7 @@
 #include "simulation/options.h"
 
+#include <algorithm>
+
 #include "base/options.h"
 
 namespace pellicle {
@@ -19,7 +21,8 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.max_step", options.max_step)
       .unit("s")
       .more_than(0)
-      .help("longest step, where time.tolerance is not 0; time.step unless given");
+      .acts_with({"time.tolerance: more than 0", [&options] { return options.tolerance > 0; }})
+      .help("longest step with a tolerance; time.step unless given");
 }
 
 void describe(OptionTable& table, ForceOptions& options) {
@@ -34,15 +37,10 @@ void describe(OptionTable& table, ForceOptions& options) {
       .source("README: parameters");
 }
 
-void describe(OptionTable& table, Options& options) {
-  table.add("chain", options.chain)
-      .choices({"burn", "inflate"})
-      .help("burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles");
-  describe(table, options.mesh);
-  table.add("mesh.only", options.mesh_only)
-      .help("read or generate the mesh, check it, write it with its quality and partition, and end");
-  describe(table, options.sheet);
-  describe(table, options.time);
+namespace {
+
+/// A sheet that burns: its options have no effect on a balloon.
+void describe_sheet(OptionTable& table, Options& options) {
   table.add("dynamics", options.dynamics)
       .choices({"projection", "spring"})
       .help(
@@ -52,26 +50,74 @@ void describe(OptionTable& table, Options& options) {
   describe(table, options.heat);
   describe(table, options.combustion);
   describe(table, options.ablation);
-  describe(table, options.force);
-  describe(table, options.project);
-  describe(table, options.spring);
-  describe(table, options.prism);
+  const Condition projection = one_of("dynamics", options.dynamics, {"projection"});
+  for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
+    table.find_key(std::string("ablation.") + name)->acts_with(projection);
+  }
+  table.add_solver_settings([&] {
+    table.add_under(projection, [&] { describe(table, options.project); });
+    table.add_under(one_of("dynamics", options.dynamics, {"spring"}), [&] { describe(table, options.spring); });
+  });
+}
+
+/// A balloon, or a part of one: its options have no effect on a burning sheet.
+void describe_balloon(OptionTable& table, Options& options) {
+  table.add_solver_settings([&] { describe(table, options.prism); });
   describe(table, options.wall);
-  describe(table, options.volume);
+  table.add_solver_settings([&] {
+    table.add_under(one_of("prism.thickness", options.wall.thickness_rule, {"global"}),
+                    [&] { describe(table, options.volume); });
+  });
   describe(table, options.gas);
+  table.find_key("gas.ambient_pressure")
+      ->acts_with({"a chamber of the law isothermal, adiabatic or pressure", [&chambers = options.chambers] {
+                     return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
+                       return chamber.second.law != "relative" && chamber.second.law != "volume";
+                     });
+                   }});
+  table.find_key("gas.tangent")->acts_with({"chambers", [&options] { return !options.chambers.empty(); }});
   table.add_objects("chambers", options.chambers, "volumes of gas that the balloon encloses");
-  table.add_objects("pins", options.pins, "particles that are held, or led along a path");
   table.add_objects("symmetry", options.symmetry, "planes that the vertices in them do not leave (balloons)");
   table.add_objects("attachments", options.attachments, "vertices tied to moving places by springs (balloons)");
   table.add_objects("forces", options.forces, "forces on parts of a balloon");
-  table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
-  describe(table, options.contact);
-  describe(table, options.output);
+  table.add_under({"bodies", [&options] { return !options.bodies.empty(); }},
+                  [&] { describe(table, options.contact); });
+  table.find_key("contact.slip_speed")->acts_with({"a body with friction", [&bodies = options.bodies] {
+                                                     return std::any_of(
+                                                         bodies.begin(), bodies.end(),
+                                                         [](const auto& b) { return b.second.friction > 0; });
+                                                   }});
 }
 
-std::vector<std::string> idle_solver_prefixes(const Options& options) {
-  return options.chain == "burn" ? std::vector<std::string>{"prism_"}
-                                 : std::vector<std::string>{"project_", "heat_", "spring_"};
+}  // namespace
+
+void describe(OptionTable& table, Options& options) {
+  const Condition burns = one_of("chain", options.chain, {"burn"});
+  const Condition inflates = one_of("chain", options.chain, {"inflate"});
+  table.add("chain", options.chain)
+      .choices({"burn", "inflate"})
+      .help("burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles");
+  describe(table, options.mesh);
+  table.add("mesh.only", options.mesh_only)
+      .help("read or generate the mesh, check it, write it with its quality and partition, and end");
+  describe(table, options.sheet);
+  describe(table, options.time);
+  table.add_under(burns, [&] { describe_sheet(table, options); });
+  describe(table, options.force);
+  table.add_under(inflates, [&] { describe_balloon(table, options); });
+  table.add_objects("pins", options.pins, "particles that are held, or led along a path");
+  table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
+  describe(table, options.output);
+  for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs"}) {
+    table.find_key(key)->acts_with(burns);
+  }
+  table.find_key("time.tolerance")->acts_with(inflates);
+  table.find_key("sheet.imbalance_limit")->acts_with(burns);
+  for (const char* key : {"sheet.imbalance_limit", "ablation.compact_fraction"}) {
+    table.find_key(key)->acts_with({"ablation.loss_mass or ablation.strength", [&ablation = options.ablation] {
+                                      return ablation.loss_mass > 0 || ablation.strength.has_value();
+                                    }});
+  }
 }
 
 }  // namespace pellicle

@@ -82,7 +82,4 @@ struct Options {
 
 void describe(OptionTable& table, Options& options);
 
-/// Prefixes of the solvers that the chain does not have, such as "prism_" where a sheet burns.
-std::vector<std::string> idle_solver_prefixes(const Options& options);
-
 }  // namespace pellicle

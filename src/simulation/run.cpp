@@ -28,41 +28,53 @@ std::string spring_line(const Sheet& sheet) {
   return line;
 }
 
-/// Steps a chain from its first frame to the end of the run.
-void run_chain(Chain& chain, MPI_Comm comm, const Options& options, const RunRecord& record, Console& console,
-               StageClock& clock) {
+/// Steps a chain from its first frame to the end of the run. What the mesh is like is told when the input is known to
+/// be good: bad input is refused by one line.
+/// @param figures lines for somebody who watches
+void run_chain(Chain& chain, const Options& options, const RunRecord& record, const std::vector<std::string>& figures,
+               Console& console, StageClock& clock) {
   chain.draw();  // The first frame makes the folder, or refuses the chosen fields before anything is written.
-  write_run_record(comm, options.output.directory, record);
   chain.record(0, 0);
+  for (const std::string& line : record.mesh) {
+    console.tell(line);
+  }
+  for (const std::string& line : figures) {
+    console.say(line);
+  }
   run_steps(chain, options.time, console, clock);
   console.stage_table(clock);
+  console.tell("done: time " + time_text(chain.time()) + ", " + std::to_string(chain.step()) + " steps in " +
+               duration_text(clock.elapsed()) + "; " + options.output.directory + "/" + options.output.name + ".pvd");
 }
 
 }  // namespace
 
-void run(MPI_Comm comm, const Options& options, const RunRecord& record) {
+void run(MPI_Comm comm, const Options& options, RunRecord record) {
   Console console(comm, options.output.monitor);
   console.say(record.program + " " + record.revision);
   if (options.mesh_only) {
-    mesh_only(comm, options);
+    mesh_only(comm, options, std::move(record));
     return;
   }
-  SurfaceMesh mesh = load_mesh(comm, options.mesh, console);
+  OutputFolder folder(comm, options.output, record);
+  CheckedMesh checked = load_mesh(comm, options.mesh);
+  SurfaceMesh& mesh = checked.mesh;
+  on_root(comm, [&] { require_fit(checked, options); });
+  record.mesh = mesh_lines(checked.report, options.chain);
+  std::vector<std::string> figures{checked.report.quality()};
   if (options.chain == "burn") {
-    on_root(comm, [&] { require_quads(mesh, options.mesh.name()); });
     Sheet sheet = make_sheet(comm, mesh, options.sheet);
-    console.say(spring_line(sheet));
-    console.say(partition_line(sheet));
+    figures.insert(figures.end(), {spring_line(sheet), partition_line(sheet)});
     StageClock clock(Burn::stage_names());
-    BurnRun chain(std::move(sheet), options, console, clock);
-    run_chain(chain, comm, options, record, console, clock);
+    BurnRun chain(std::move(sheet), options, folder, console, clock);
+    run_chain(chain, options, record, figures, console, clock);
   } else {
     on_root(comm, [&] { mesh = triangulated(mesh); });
     const Membrane membrane = make_membrane(comm, mesh, options.sheet);
-    console.say(partition_line(membrane));
+    figures.push_back(partition_line(membrane));
     StageClock clock(Inflate::stage_names());
-    InflateRun chain(membrane, options, clock);
-    run_chain(chain, comm, options, record, console, clock);
+    InflateRun chain(membrane, options, folder, clock);
+    run_chain(chain, options, record, figures, console, clock);
   }
 }
 

@@ -9,9 +9,9 @@ namespace pellicle {
 
 /// Runs the burning chain from the mesh to the last frame: the whole program after its options have been read.
 /// Collective.
-/// @param record what the output folder keeps of the run
+/// @param record what the output folder keeps of the run; of the mesh, what has been found here
 /// @throws Error on bad input, before anything is written; or when a step failed at every length tried, after the last
 /// good state has been written
-void run(MPI_Comm comm, const Options& options, const RunRecord& record);
+void run(MPI_Comm comm, const Options& options, RunRecord record);
 
 }  // namespace pellicle

@@ -8,7 +8,8 @@
 
 namespace pellicle {
 
-/// All that changes from step to step. Fields live on the sheet's particles, ghosts up to date between steps.
+/// All that changes from step to step. Fields live on the sheet's particles, ghosts up to date between steps. A step
+/// that fails is put back by assigning a copy: whatever is a member here is put back with it.
 struct State {
   /// Everything lives and is at rest; the pieces are yet to be found. Collective.
   explicit State(const Sheet& sheet);
@@ -25,29 +26,11 @@ struct State {
   Pieces pieces;
   std::vector<double> burn_time;  ///< when each local cell began to burn away or to tear [s]; -1: not yet
   double mass_burnt = 0;  ///< since the beginning, by the owned particles, with what was left when they left [kg]
-  double heat_in = 0;     ///< from sources and burning since the beginning, owned particles [J]
-  double heat_out = 0;    ///< to the surroundings and with the mass that burnt, likewise [J]
-};
-
-/// A copy of a state's values, to put back when a step fails.
-class Snapshot {
- public:
-  explicit Snapshot(const State& state);
-  void restore(State& state) const;
-
- private:
-  double mass_burnt_;
-  double heat_in_;
-  double heat_out_;
-  Eigen::MatrixXd position_;
-  Eigen::MatrixXd velocity_;
-  Eigen::MatrixXd temperature_;
-  Eigen::MatrixXd mass_;
-  Eigen::MatrixXd mass_change_;
-  TargetLengths target_length_;
-  Living living_;
-  Pieces pieces_;
-  std::vector<double> burn_time_;
+  // Heat ledger, of the owned particles: the content is initial + in - out + made.
+  double heat_initial = 0;  ///< at the beginning, by the particles that this rank owned then [J]
+  double heat_in = 0;       ///< from sources, burning and warmer surroundings since the beginning [J]
+  double heat_out = 0;      ///< to cooler surroundings and with the mass that burnt, likewise [J]
+  double heat_made = 0;     ///< by an operator of conduction that does not conserve it, likewise [J]
 };
 
 }  // namespace pellicle

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/stage_clock.h"
 #include "io/console.h"
@@ -31,13 +32,16 @@ class Chain {
   virtual StepResult advance(double h) = 0;
   /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
   virtual void accept(double time) = 0;
-  /// Keeps a copy of the state, time and step excepted ...
+  /// Keeps a copy of the state ...
   virtual void keep() = 0;
   /// ... and puts it back.
   virtual void restore() = 0;
 
   /// Why the run is over before its time; empty while it is not.
   virtual std::string ended() const { return ""; }
+
+  /// What the end of the run's log says of the run as a whole, such as steps that ended out of balance.
+  virtual std::vector<std::string> remarks() const { return {}; }
 
   /// Whether a frame of the present state is asked for.
   virtual bool frame_due() const = 0;
@@ -55,7 +59,10 @@ class Chain {
 /// times: however hard a run becomes, its steps do not die away. Afterwards the length doubles up to `time.step`. With
 /// `time.tolerance` > 0 the next length follows from the estimated error e of the step instead, h times
 /// sqrt(tolerance/e), within the bounds of the options. Collective.
-/// @throws Error when a step failed at every length tried, after the last good state has been drawn
+/// A signal that is to end the run (see stop_signal.h) ends it after the step in which it came, whose frame and row are
+/// written.
+/// @throws Error when a step failed at every length tried, after the last good state has been drawn; or when a frame or
+/// row could not be written, after the other one has been; Interrupted, on a signal
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock);
 
 }  // namespace pellicle

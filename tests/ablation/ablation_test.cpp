@@ -94,12 +94,6 @@ std::vector<double> burnt_at(const Sheet& sheet, const std::set<PetscInt>& burnt
   return level_by_id(sheet, [&burnt](PetscInt id) { return burnt.count(id) == 1 ? -0.1 : 0.2; });
 }
 
-Field initial_masses(const Sheet& sheet) {
-  Field mass(sheet.particles, 1);
-  std::copy(sheet.initial_mass.begin(), sheet.initial_mass.end(), mass.data());
-  return mass;
-}
-
 /// Persistent ids of owned particles, from all ranks.
 std::vector<PetscInt> ids_of(const Sheet& sheet, const std::vector<PetscInt>& particles) {
   std::vector<PetscInt> ids;

@@ -76,12 +76,6 @@ class BurningRows {
   std::vector<std::pair<double, double>> bands_;
 };
 
-Field initial_masses(const Sheet& sheet) {
-  Field mass(sheet.particles, 1);
-  std::copy(sheet.initial_mass.begin(), sheet.initial_mass.end(), mass.data());
-  return mass;
-}
-
 TEST(Pieces, ASheetBeginsAsOnePieceAndTwoAsTwo) {
   const BurningRows rows(5, 4);
   rows.expect_present({{0, 0}});

@@ -52,4 +52,10 @@ inline std::vector<PetscInt> gathered(MPI_Comm comm, const std::vector<PetscInt>
   return all;
 }
 
+inline Field initial_masses(const Sheet& sheet) {
+  Field mass(sheet.particles, 1);
+  std::copy(sheet.initial_mass.begin(), sheet.initial_mass.end(), mass.data());
+  return mass;
+}
+
 }  // namespace pellicle

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "base/handle.h"
 #include "options_fixture.h"
@@ -160,6 +162,130 @@ TEST(Arguments, AMistakeInADeckNamesTheFileOnEveryRank) {
   const DeckFile deck("heat: {}\nhaet: {}\n");
   EXPECT_EQ(SampleOptions().command_line_error({deck.path()}),
             deck.path() + ":2: haet: unknown key; nearest valid key: heat");
+}
+
+/// An environment variable that has its old value again when the object goes.
+class Environment {
+ public:
+  Environment(std::string name, const std::string& value) : name_(std::move(name)) {
+    if (const char* before = std::getenv(name_.c_str())) {
+      before_ = before;
+    }
+    setenv(name_.c_str(), value.c_str(), 1);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+  ~Environment() { before_ ? setenv(name_.c_str(), before_->c_str(), 1) : unsetenv(name_.c_str()); }
+
+ private:
+  std::string name_;
+  std::optional<std::string> before_;
+};
+
+TEST(Arguments, AFileOfOptionsStandsForWhatItHolds) {
+  const DeckFile deck("heat: {diffusivity: 1, ignition: 400}\n");
+  const DeckFile file("# of this machine\n-heat_diffusivity \"3 mm^2/s\"\n-project_ksp_type minres\n-output_springs\n",
+                      ".txt");
+  SampleOptions options;
+  const ProgramArguments arguments =
+      options.command_line({"-heat_ignition", "500", "-options_file", file.path(), deck.path()});
+  EXPECT_DOUBLE_EQ(options.diffusivity, 3e-6);
+  EXPECT_EQ(options.ignition, 500);
+  EXPECT_TRUE(options.springs);
+  ASSERT_EQ(arguments.petsc.size(), 1U);
+  EXPECT_EQ(arguments.petsc[0].name, "project_ksp_type");
+  EXPECT_EQ(arguments.petsc[0].value, "minres");
+
+  SampleOptions later;
+  later.command_line({"-options_file", file.path(), "-heat_diffusivity", "5"});
+  EXPECT_EQ(later.diffusivity, 5);
+  SampleOptions earlier;
+  earlier.command_line({"-heat_diffusivity", "5", "-options_file", file.path()});
+  EXPECT_DOUBLE_EQ(earlier.diffusivity, 3e-6);
+}
+
+TEST(Arguments, MistakesInAFileOfOptionsNameFileAndLine) {
+  const auto error = [](const std::string& text) {
+    const DeckFile file(text, ".txt");
+    const std::string line = SampleOptions().command_line_error({"-options_file", file.path()});
+    EXPECT_EQ(line.find(file.path() + ":"), 0U) << line;
+    return line.substr(std::min(line.size(), file.path().size() + 1));
+  };
+  EXPECT_EQ(error("# one\n-heat_difusivity 1\n"),
+            "2: -heat_difusivity: unknown option; nearest valid option: -heat_diffusivity");
+  EXPECT_EQ(error("-heat_diffusivity 1kg # mass\n"),
+            "1: -heat_diffusivity: \"1kg\" has the wrong dimension; expected a quantity in m^2/s, at least 0 m^2/s");
+  const std::string stray =
+      "neither an option nor the value of one; expected -option, its value in quotes if it has spaces";
+  EXPECT_EQ(error("\n-heat_diffusivity 1 mm^2/s\n"), "2: mm^2/s: " + stray);
+  EXPECT_EQ(error("heat: {diffusivity: 3}\n"), "1: heat:: " + stray);
+  EXPECT_EQ(SampleOptions().command_line_error({"-options_file", "/nowhere/options"}),
+            "/nowhere/options: cannot be read; expected a file of options, -name value in each line");
+  EXPECT_EQ(SampleOptions().command_line_error({"-options_file"}),
+            "command line: -options_file: no value; expected a file of options, -name value in each line");
+}
+
+TEST(Arguments, AFileOfOptionsMayNameAnother) {
+  const DeckFile inner("-heat_diffusivity 4\n", ".txt");
+  const DeckFile outer("-heat_diffusivity 3 -options_file '" + inner.path() + "' -heat_ignition 7\n", ".txt");
+  SampleOptions options;
+  options.command_line({"-options_file", outer.path()});
+  EXPECT_EQ(options.diffusivity, 4);
+  EXPECT_EQ(options.ignition, 7);
+  const DeckFile own("", ".txt");
+  on_root(PETSC_COMM_WORLD, [&] { std::ofstream(own.path()) << "-options_file " + own.path(); });
+  EXPECT_EQ(SampleOptions().command_line_error({"-options_file", own.path()}),
+            own.path() + ":1: -options_file: names itself; expected a file of options, -name value in each line");
+}
+
+TEST(Arguments, TheEnvironmentLiesBetweenDecksAndCommandLine) {
+  const DeckFile deck("heat: {diffusivity: 1, ignition: 400}\nproject: {shift: 7}\n");
+  const std::filesystem::path home = deck.path() + ".home";
+  on_root(PETSC_COMM_WORLD, [&] {
+    std::filesystem::create_directory(home);
+    std::ofstream(home / ".petscrc") << "-heat_diffusivity 2\n-heat_ignition 410\n-project_shift 8\n";
+  });
+  {
+    const Environment home_folder("HOME", home.string());
+    const Environment variable("PETSC_OPTIONS", "-heat_ignition 420 -project_shift 9 -log_view");
+    SampleOptions options;
+    const ProgramArguments arguments = options.command_line({deck.path(), "-project_shift", "10"});
+    EXPECT_EQ(options.diffusivity, 2);
+    EXPECT_EQ(options.ignition, 420);
+    EXPECT_EQ(options.shift, 10);
+    ASSERT_EQ(arguments.petsc.size(), 1U);
+    EXPECT_EQ(arguments.petsc[0].name, "log_view");
+    SampleOptions without_files;
+    without_files.command_line({deck.path(), "-skip_petscrc"});
+    EXPECT_EQ(without_files.diffusivity, 1);
+    EXPECT_EQ(without_files.ignition, 420);
+  }
+  {
+    const Environment misspelt("PETSC_OPTIONS", "-heat_difusivity 1");
+    EXPECT_EQ(SampleOptions().command_line_error({}),
+              "PETSC_OPTIONS: -heat_difusivity: unknown option; nearest valid option: -heat_diffusivity");
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  on_root(PETSC_COMM_WORLD, [&] { std::filesystem::remove_all(home); });
+}
+
+TEST(Arguments, WordsThatPetscComposesArePassedOn) {
+  for (const std::string word :
+       {"npc_snes_type", "npc_ksp_type", "mg_levels_1_ksp_type", "mg_coarse_pc_type", "fas_levels_2_snes_type",
+        "sub_pc_type", "sub_0_ksp_type", "fieldsplit_u_pc_type", "redundant_ksp_type", "telescope_pc_type",
+        "esteig_ksp_type", "snes_linesearch_type", "npc_fieldsplit_0_mg_levels_pc_type", "mat_mumps_icntl_14"}) {
+    SampleOptions options;
+    const std::string name = "project_red_" + word;
+    EXPECT_EQ(options.command_line({"-" + name, "x"}).petsc.at(0).name, name);
+    EXPECT_EQ(SampleOptions().command_line({"-heat_" + word, "x"}).petsc.size(), 1U) << word;
+  }
+  SampleOptions nested;
+  EXPECT_EQ(
+      nested.deck_error("project: {npc: {snes_type: nrichardson, ksp: {type: cg}}, red: {mg_coarse: {pc_type: lu}}}"),
+      "");
+  EXPECT_EQ(nested.petsc.size(), 3U);
+  EXPECT_EQ(SampleOptions().command_line_error({"-project_ncp_snes_type", "x"}).find("command line: -project_ncp_"), 0U)
+      << "a misspelt word is still one";
 }
 
 /// Solvers of all variants, as a module sets them up.

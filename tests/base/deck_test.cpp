@@ -1,6 +1,12 @@
 #include "base/deck.h"
 
 #include <gtest/gtest.h>
+#include <mpi.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "options_fixture.h"
 
@@ -164,12 +170,90 @@ TEST(Deck, EveryMistakeIsOneLine) {
       {"heat:\n  ignition: 1\n diffusivity: 2\n",
        "deck.yaml:3: YAML syntax: end of map not found; expected maps such as heat: {diffusivity: 2e-3}"},
       {"- 1\n", "deck.yaml:1: not a map; expected options such as heat: {diffusivity: 2e-3}"},
-      {"heat: {}\n---\nheat: {}\n", "deck.yaml: has 2 YAML documents; expected one"},
+      {"heat: {}\n---\nheat: {}\n", "deck.yaml: has several YAML documents; expected one"},
+      {", m: 1}\n b: 2\n", "deck.yaml: has several YAML documents; expected one"},
   };
   for (const auto& c : cases) {
     SampleOptions options;
     EXPECT_EQ(options.deck_error(c.deck), c.line) << c.deck;
   }
+}
+
+TEST(Deck, ACopyThatARunHasKeptKnowsWhatItIsACopyOf) {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("pellicle_copy_" + std::to_string(getpid()) + std::to_string(rank));
+  std::filesystem::create_directory(folder);
+  const auto original = [&](const std::string& name) { return original_of((folder / name).string()); };
+  EXPECT_EQ(original("deck_1_hot.yaml"), "") << "no record";
+  std::ofstream(folder / "run.yaml") << "decks:\n  - {read: hot.yaml, copy: deck_1_hot.yaml, copy_of: /in/hot.yaml}\n";
+  EXPECT_EQ(original("deck_1_hot.yaml"), "/in/hot.yaml");
+  EXPECT_EQ(original("deck_2_hot.yaml"), "") << "not of this run";
+  for (const char* other : {"decks: 3", "decks: [a, [b]]", "[", "a: &a [*a]", "decks: [{copy: deck_1_hot.yaml}]"}) {
+    std::ofstream(folder / "run.yaml") << other;
+    EXPECT_EQ(original("deck_1_hot.yaml"), "") << other;
+  }
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ((Deck{"out/deck_1_hot.yaml", "", "/in/hot.yaml"}.source()), "/in/hot.yaml");
+  EXPECT_EQ((Deck{"hot.yaml", "", ""}.source()), "hot.yaml");
+}
+
+TEST(Deck, AListMayBeOneEntryWithoutBrackets) {
+  SampleOptions options;
+  EXPECT_EQ(options.deck_error("output: {fields: strain}\nmesh: {vertices: 7}\n"), "");
+  EXPECT_EQ(options.fields, (std::vector<std::string>{"strain"}));
+  EXPECT_EQ(options.vertices, (std::vector<int>{7}));
+}
+
+TEST(Deck, ControlCharactersAreRefused) {
+  EXPECT_EQ(
+      SampleOptions().deck_error("mesh: {edge_length: \"1\\0 mm\"}"),
+      "deck.yaml:1: mesh.edge_length: \"1\\x00 mm\" has control characters; expected none or a length such as 0.3 "
+      "mm, more than 0 m");
+  EXPECT_EQ(SampleOptions().deck_error("mesh: {file: \"a\\nb\"}"),
+            "deck.yaml:1: mesh.file: \"a\\x0Ab\" has control characters; expected text");
+  EXPECT_EQ(
+      SampleOptions().deck_error("bodies: {b: {path: [[0, 0, 0, \"1\\e\"]]}}"),
+      "deck.yaml:1: bodies.b.path: \"1\\x1B\" has control characters; expected a list of rows of 4, numbers in s, "
+      "m, m, m");
+  EXPECT_EQ(SampleOptions().deck_error("mesh: {vertices: [1, \"2\\0\"]}"),
+            "deck.yaml:1: mesh.vertices: \"2\\x00\" has control characters; expected a list, each an integer, at least "
+            "0");
+  EXPECT_EQ(SampleOptions().deck_error("\"he\\nat\": 1"),
+            "deck.yaml:1: he\\x0Aat: unknown key; nearest valid key: heat");
+}
+
+TEST(Deck, AnAngleBeyondAFullTurnNamesItsUnit) {
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
+  double share = 0;
+  OptionTable table;
+  std::vector<PetscOption> petsc;
+  table.add("mesh.rotation", rotation).unit("rad");
+  table.add("mesh.share", share);
+  const auto error = [&](const std::string& text) {
+    try {
+      read_deck({"deck.yaml", text}, table, petsc);
+    } catch (const Error& refused) {
+      return std::string(refused.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(error("mesh: {rotation: [90, 0, 0]}"),
+            "deck.yaml:1: mesh.rotation: 90: an angle of more than 2 pi without a unit; expected 90 deg or 90 rad");
+  EXPECT_EQ(error("mesh: {rotation: [0, -7, 0]}"),
+            "deck.yaml:1: mesh.rotation: -7: an angle of more than 2 pi without a unit; expected -7 deg or -7 rad");
+  EXPECT_EQ(
+      error("mesh: {rotation: [90 %, 0, 0]}"),
+      "deck.yaml:1: mesh.rotation: \"90 %\" has the wrong dimension; expected a list of 3, each an angle such as 30 "
+      "deg");
+  EXPECT_EQ(error("mesh: {share: 30 deg}"),
+            "deck.yaml:1: mesh.share: \"30 deg\" has the wrong dimension; expected a pure number");
+  EXPECT_EQ(error("mesh: {rotation: [6.2832, -720 deg, 90 rad]}"), "");
+  EXPECT_EQ(rotation, Eigen::Vector3d(6.2832, -720 * (std::acos(-1.0) / 180), 90));
+  const Eigen::Vector3d before = rotation;
+  EXPECT_EQ(error(written_deck(table, petsc)), "") << "what was written can be read";
+  EXPECT_EQ(rotation, before);
 }
 
 TEST(Deck, FilesStartAtTheFolderOfTheDeck) {
@@ -267,6 +351,71 @@ TEST(Deck, AVariantThatSetsAnOptionItselfIsNotHandedIt) {
     EXPECT_EQ(value_of("-project_blue_pc_type"), "icc");
     EXPECT_EQ(value_of("-project_pc_type"), "icc");
   }
+}
+
+TEST(Deck, AliasesThatContainThemselvesOrMultiplyAreRefused) {
+  const auto expect_error = [](const std::string& text, const std::string& part) {
+    const std::string message = SampleOptions().deck_error(text);
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in '" << message << "'";
+  };
+  expect_error("petsc: &p\n  a: *p\n", "deck.yaml:2: YAML: an alias of the list or map that it stands in");
+  expect_error("project: &p {weights: [*p]}\n", "deck.yaml:1: YAML: an alias of the list or map that it stands in");
+  expect_error("&all\nheat: {<<: *all}\n", "deck.yaml:2: YAML: an alias of the list or map that it stands in");
+  std::string lists = "x0: &x0 [1, 1, 1, 1, 1, 1, 1, 1]\n";
+  std::string maps = "petsc:\n  x0: &x0 {a: 1, b: 1, c: 1, d: 1}\n";
+  for (int level = 1; level < 12; ++level) {
+    const std::string name = "x" + std::to_string(level);
+    const std::string alias = "*x" + std::to_string(level - 1);
+    lists += name + ": &" + name + " [";
+    maps += "  " + name + ": &" + name + " {";
+    for (int k = 0; k < 8; ++k) {
+      lists += (k > 0 ? ", " : "") + alias;
+      maps += (k > 0 ? ", k" : "k") + std::to_string(k) + ": " + alias;
+    }
+    lists += "]\n";
+    maps += "}\n";
+  }
+  expect_error(lists, "deck.yaml:7: YAML: more than 1000000 entries where its aliases are written out");
+  expect_error(maps, "YAML: more than 1000000 entries");
+  // An alias or two is as good as what it stands for.
+  SampleOptions options;
+  EXPECT_EQ(options.deck_error("heat: {diffusivity: &value 0.5}\ncombustion: {rate: *value}\n"), "");
+  EXPECT_EQ(options.rate, 0.5);
+}
+
+TEST(Deck, DeepNestingIsRefused) {
+  for (const char* opened : {"[", "{a: ", "- ", "? "}) {
+    std::string text;
+    for (int level = 0; level < 100000; ++level) {
+      text += opened;
+    }
+    EXPECT_EQ(SampleOptions().deck_error(text),
+              "deck.yaml:1: YAML: lists and maps nested more than 50 deep; expected fewer");
+  }
+}
+
+TEST(Deck, AMapMayTakeOverTheEntriesOfOthers) {
+  SampleOptions options;
+  ASSERT_EQ(options.deck_error("bodies:\n"
+                               "  ball: &ball {shape: sphere, radius: 2 mm, inner_radius: 1 mm}\n"
+                               "  big: {radius: 5 mm, <<: *ball}\n"
+                               "heat: &heat {diffusivity: 0.1, ignition: 400}\n"
+                               "project: {<<: [{iterations: 3}, {iterations: 5, shift: 0.25}]}\n"),
+            "");
+  EXPECT_EQ(options.bodies.at("big").radius, 5e-3);
+  EXPECT_EQ(options.bodies.at("big").inner_radius, 1e-3);
+  EXPECT_EQ(options.iterations, 3);  // Of several maps the first counts.
+  EXPECT_EQ(options.shift, 0.25);
+  EXPECT_EQ(SampleOptions().deck_error("heat: {<<: 3}\n"),
+            "deck.yaml:1: heat.<<: not an alias of a map; expected one, or a list of them");
+  EXPECT_EQ(SampleOptions().deck_error("bodies: {<<: {ball: {radus: 3}}}\n"),
+            "deck.yaml:1: bodies.ball.radus: unknown key; nearest valid key: bodies.ball.radius");
+}
+
+TEST(Deck, AnIntegerBeyondTheRangeIsSaidToBeSo) {
+  EXPECT_EQ(SampleOptions().deck_error("project: {iterations: 1000000000000}\n"),
+            "deck.yaml:1: project.iterations: \"1000000000000\" is beyond the integers, -2147483648 to 2147483647; "
+            "expected an integer, 1 to 100");
 }
 
 TEST(Deck, TheWrittenDeckRunsAgain) {

@@ -55,6 +55,15 @@ TEST(OnRoot, RunsOnceAndItsErrorReachesAll) {
   EXPECT_EQ(error_of([] { on_root(PETSC_COMM_WORLD, [] { throw Error("no such file"); }); }), "no such file");
 }
 
+TEST(ErrorMessage, IsOneReadableLineWhateverItQuotes) {
+  EXPECT_EQ(std::string(Error("key \"a\nb\tc\x1b[31m\x7f\": unknown").what()),
+            R"(key "a\x0Ab\x09c\x1B[31m\x7F": unknown)");
+  const std::string message = Error("deck.yaml:1: " + std::string(10000000, '9') + "; expected an integer").what();
+  EXPECT_LT(message.size(), 1100u);
+  EXPECT_EQ(message.find("deck.yaml:1: 999"), 0u);
+  EXPECT_NE(message.find("999; expected an integer"), std::string::npos);
+}
+
 TEST(Check, AFailureNamesTheCodeAndThePlace) {
   check(0);
   try {

@@ -32,7 +32,7 @@ TEST(Manual, TheTableHasARowForEveryOption) {
   const std::string table = options_markdown(options.table);
   EXPECT_TRUE(
       contains(table,
-               "| `heat.diffusivity` | `-heat_diffusivity` | 0.002 | m^2/s | at least 0 | Thermal diffusivity. | "
+               "| `heat.diffusivity` | `-heat_diffusivity` | 0.002 | m^2/s | at least 0 | | Thermal diffusivity. | "
                "burning paper, eq. 2 |\n"))
       << table;
   EXPECT_TRUE(contains(table, "| `bodies.NAME.radius` | `-bodies_NAME_radius` | 0.1 | m | more than 0 |"));
@@ -45,6 +45,21 @@ TEST(Manual, DefaultsAreThoseOfTheDeclaration) {
   ASSERT_EQ(options.deck_error("heat: {diffusivity: 5}\nbodies: {ball: {radius: 3}}\n"), "");
   EXPECT_EQ(options_markdown(options.table).substr(0, before.find("## bodies")),
             before.substr(0, before.find("## bodies")));
+}
+
+TEST(Manual, NamesWhatAnOptionNeedsAndWhatTheProgramDoesNotDo) {
+  OptionTable table;
+  std::string shape = "torus";
+  double radius = 1;
+  table.add("mesh.shape", shape).help("Shape.");
+  table.add("mesh.radius", radius).acts_with(one_of("mesh.shape", shape, {"torus", "disc"})).help("Radius.");
+  EXPECT_TRUE(contains(help_text(table), "  -mesh_radius 1\n      Radius. {mesh.shape: torus, disc}\n"))
+      << help_text(table);
+  EXPECT_TRUE(contains(options_markdown(table), "| 1 | | | mesh.shape: torus, disc | Radius. | |\n"))
+      << options_markdown(table);
+  for (const std::string& text : {help_text(table), options_markdown(table)}) {
+    EXPECT_TRUE(contains(text, "What the program does not do: self-contact")) << text;
+  }
 }
 
 }  // namespace pellicle

@@ -46,8 +46,8 @@ TEST(Units, EveryUnitInSi) {
                {"8.3 J/(mol K)", 8.3, {2, 1, -2, -1, -1}},
                {"2 mm^2/s", 2e-6, {2, 0, -1, 0}},
                {"9.81 m/s^2", 9.81, {1, 0, -2, 0}},
-               {"0.5 rad", 0.5, {}},
-               {"180 deg", std::acos(-1.0), {}},
+               {"0.5 rad", 0.5, {0, 0, 0, 0, 0, 1}},
+               {"180 deg", std::acos(-1.0), {0, 0, 0, 0, 0, 1}},
                {"15 %", 0.15, {}},
                {"+2.5e3 m", 2500, {1, 0, 0, 0}}};
   for (const auto& c : cases) {
@@ -85,6 +85,13 @@ TEST(Units, WhatIsNotUnderstoodIsNamed) {
   EXPECT_EQ(failure("inf"), "\"inf\" is not a finite number");
   EXPECT_EQ(failure("1e999"), "\"1e999\" is not a finite number");
   EXPECT_EQ(failure("1 2"), "unit \"2\" is not understood");
+  EXPECT_EQ(failure("1 1"), "\"1 1\" is two numbers");
+  EXPECT_EQ(failure("+-1"), "\"+-1\" is not a finite number");
+  EXPECT_EQ(failure("1,5"), "unit \",5\" is not understood");
+  EXPECT_EQ(failure("0x10"), "unknown unit \"x\"");
+  EXPECT_EQ(failure(std::string("1\0 mm", 5)), "unit \"\\x00 mm\" is not understood");
+  EXPECT_EQ(failure(std::string("1 mm\0", 5)), "unit \"mm\\x00\" is not understood");
+  EXPECT_EQ(failure("1\nmm"), "unit \"\\x0Amm\" is not understood");
   EXPECT_EQ(failure("2 furlong"), "unknown unit \"furlong\"");
   EXPECT_EQ(failure("2 kmin"), "unknown unit \"kmin\"");
   EXPECT_EQ(failure("2 W/(m^2 K"), "unit \"W/(m^2 K\" is not understood");

@@ -290,8 +290,7 @@ Options balloon_options(const std::string& deck) {
 /// A balloon after 0.2 s.
 struct HalfBlown {
   explicit HalfBlown(const std::string& deck) : options(balloon_options(deck)) {
-    Console console(PETSC_COMM_SELF, false);
-    membrane = make_membrane(PETSC_COMM_SELF, load_mesh(PETSC_COMM_SELF, options.mesh, console), {});
+    membrane = make_membrane(PETSC_COMM_SELF, load_mesh(PETSC_COMM_SELF, options.mesh).mesh, {});
     StageClock clock(Inflate::stage_names());
     Inflate inflate(membrane, options, clock);
     state = std::make_unique<BalloonState>(inflate.initial_state());
@@ -350,7 +349,7 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
   clear(way.petsc);
 }
 
-[[maybe_unused]] const bool registered = [] {
+[[maybe_unused]] const bool prism_registered = [] {
   const auto add = [](const std::string& name, auto&&... arguments) {
     benchmark::RegisterBenchmark(("prism/" + name).c_str(), arguments...)->Unit(benchmark::kMillisecond);
   };

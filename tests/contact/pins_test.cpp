@@ -125,7 +125,8 @@ TEST_F(PinsTest, errors_name_the_pin_and_the_selector) {
   EXPECT_EQ(message({{"left", options}}).rfind("pins.left.vertices: 5000", 0), 0U);
   options = PinOptions();
   options.group = "right";
-  EXPECT_EQ(message({{"left", options}}).rfind("pins.left.group: right", 0), 0U);
+  EXPECT_EQ(message({{"left", options}}),
+            "pins.left.group: 'right' is no group of the mesh, expected one of left; the nearest is left");
   options = PinOptions();
   options.box = {9, 9, 9, 10, 10, 10};
   EXPECT_EQ(message({{"left", options}}).rfind("pins.left.box:", 0), 0U);

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "base/error.h"
+#include "geometry/pi.h"
 #include "tests/gas/membranes.h"
 
 namespace pellicle {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double ambient = 1e5;  // [Pa]
 constexpr double radius = 0.1;   // [m]
-const double pi = std::acos(-1.0);
 
 using ChamberMap = std::map<std::string, ChamberOptions>;
 

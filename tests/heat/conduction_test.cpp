@@ -284,6 +284,31 @@ TEST_P(ConductionOf, heat_is_conserved_by_what_is_left) {
   }
 }
 
+// From hardly any conduction to temperatures that are uniform at once, where the condition of the matrix is 1e12.
+TEST_P(ConductionOf, heat_is_conserved_whatever_the_tolerance_and_the_diffusivity) {
+  const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
+  const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
+  const Field mass = initial_masses(sheet);
+  for (const double diffusivity : {1e-12, 0.3, 1e3, 1e6}) {
+    for (const double tolerance : {0.1, 1e-8}) {
+      HeatOptions options = options_for("consistent", GetParam());
+      options.diffusivity = diffusivity;
+      options.ksp_rtol = tolerance;
+      Conduction conduction(sheet, options, {});
+      Field temperature = field_of(sheet, start);
+      const auto content = [&] { return sum_over_ranks(heat_content(sheet, mass, temperature, options.capacity)); };
+      const double before = content();
+      advance(conduction, temperature, rest_positions(sheet), mass, Living(sheet), 0.01, 5);
+      EXPECT_NEAR(content(), before, 1e-14 * before) << diffusivity << " m^2/s, " << tolerance;
+      if (diffusivity > 1) {
+        const double mean =
+            before / (options.capacity * sum_over_ranks(mass.values().leftCols(sheet.particles.owned).sum()));
+        EXPECT_LT(largest_error(sheet, temperature, [=](const Eigen::Vector3d&) { return mean; }), tolerance * 600);
+      }
+    }
+  }
+}
+
 /// Sets PETSc options while it lives.
 class PetscOptions {
  public:
@@ -355,6 +380,35 @@ TEST_F(Solvers, failure_is_a_result_and_leaves_the_temperature) {
       conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05});
   EXPECT_FALSE(result.converged);
   EXPECT_NE(result.reason.find("DIVERGED_ITS"), std::string::npos) << result.reason;
+  EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
+}
+
+TEST_F(Solvers, what_a_loose_solver_leaves_is_solved_for_again) {
+  const Field expected = result("consistent", "aij");
+  const PetscOptions loose(PetscOptions::List{{"-heat_ksp_rtol", "0.5"}});
+  HeatOptions options = options_for("consistent");
+  options.ksp_rtol = 1e-6;
+  Conduction conduction(sheet_, options, {});
+  Field temperature =
+      field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); });
+  advance(conduction, temperature, rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05, 2);
+  EXPECT_LT(difference(expected, temperature), 2e-6 * 600);
+}
+
+TEST_F(Solvers, one_that_cannot_reach_the_tolerance_says_so) {
+  const PetscOptions little_at_a_time({{"-heat_ksp_type", "richardson"},
+                                       {"-heat_ksp_richardson_scale", "0.01"},
+                                       {"-heat_pc_type", "jacobi"},
+                                       {"-heat_ksp_rtol", "0.99"}});
+  HeatOptions options = options_for("consistent");
+  options.diffusivity = 1e3;
+  Conduction conduction(sheet_, options, {});
+  Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x()); });
+  const Eigen::MatrixXd before = temperature.values();
+  const StageResult result =
+      conduction.advance(temperature, {rest_positions(sheet_), initial_masses(sheet_), Living(sheet_), 0.05});
+  EXPECT_FALSE(result.converged);
+  EXPECT_NE(result.reason.find("heat_ leaves errors of "), std::string::npos) << result.reason;
   EXPECT_EQ((temperature.values() - before).cwiseAbs().maxCoeff(), 0);
 }
 

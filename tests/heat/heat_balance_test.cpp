@@ -10,6 +10,8 @@ namespace {
 
 constexpr double stefan_boltzmann = 5.670374419e-8;
 
+double added(const HeatExchange& exchange) { return exchange.gained - exchange.lost; }
+
 class HeatBalance : public ::testing::Test {
  protected:
   HeatBalance()
@@ -25,7 +27,8 @@ class HeatBalance : public ::testing::Test {
   double lose(Field& temperature, double time, int steps, const HeatOptions& options) {
     double heat = 0;
     for (int n = 0; n < steps; ++n) {
-      heat += lose_heat(temperature, sheet_, positions_, mass_, Living(sheet_), time / steps, options);
+      heat += added(
+          exchange_with_surroundings(temperature, sheet_, positions_, mass_, Living(sheet_), time / steps, options));
     }
     return sum_over_ranks(heat);
   }
@@ -54,7 +57,8 @@ TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
   options.convection = 12;
   Field temperature = uniform(700);
   const double before = sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity));
-  const double heat = sum_over_ranks(lose_heat(temperature, sheet_, positions_, mass_, living, 1, options));
+  const double heat =
+      sum_over_ranks(added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, living, 1, options)));
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + heat,
               1e-12 * before);
   const double rate = 2 * options.convection / (test_density * options.capacity);
@@ -86,12 +90,32 @@ TEST_F(HeatBalance, particles_that_have_left_take_no_part) {
   const HeatSourceInput input{sheet_, positions_, mass_, {}, 0, 0.01, options.capacity};
   double heat = apply_heat_source(temperature, source, input);
   heat += release_burning_heat(temperature, sheet_, change, mass_, options);
-  heat += lose_heat(temperature, sheet_, positions_, mass_, Living(sheet_), 0.01, options);
+  heat += added(exchange_with_surroundings(temperature, sheet_, positions_, mass_, Living(sheet_), 0.01, options));
   EXPECT_NEAR(sum_over_ranks(heat_content(sheet_, mass_, temperature, options.capacity)), before + sum_over_ranks(heat),
               1e-12 * before);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     EXPECT_EQ(temperature.data()[i] == 700, has_left(i));
   }
+}
+
+TEST_F(HeatBalance, what_warms_gains_and_what_cools_loses) {
+  HeatOptions options;
+  options.convection = 12;
+  options.ambient_temperature = 500;
+  Field temperature = field_of(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.31 ? 400.0 : 700.0; });
+  const Field before = field_of(sheet_, [](const Eigen::Vector3d& x) { return x.x() < 0.31 ? 400.0 : 700.0; });
+  const HeatExchange exchange =
+      exchange_with_surroundings(temperature, sheet_, positions_, mass_, Living(sheet_), 1, options);
+  double gained = 0;
+  double lost = 0;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    const double heat = options.capacity * mass_.data()[i] * (temperature.data()[i] - before.data()[i]);
+    (sheet_.rest(0, i) < 0.31 ? gained : lost) += std::abs(heat);
+  }
+  EXPECT_GT(sum_over_ranks(gained), 0);
+  EXPECT_GT(sum_over_ranks(lost), 0);
+  EXPECT_NEAR(exchange.gained, gained, 1e-12 * gained);
+  EXPECT_NEAR(exchange.lost, lost, 1e-12 * lost);
 }
 
 TEST_F(HeatBalance, nothing_is_lost_unless_asked) {

@@ -15,7 +15,7 @@ namespace {
 std::string run(int monitor, bool terminal) {
   std::ostringstream stream;
   Console console(MPI_COMM_WORLD, monitor, stream, terminal);
-  console.say("mesh");
+  console.say("quality");
   for (int step = 1; step <= 6; ++step) {
     Progress progress;
     progress.step = step;
@@ -26,6 +26,12 @@ std::string run(int monitor, bool terminal) {
     console.progress(progress);
   }
   return stream.str();
+}
+
+void wait(double seconds) {
+  const double end = MPI_Wtime() + seconds;
+  while (MPI_Wtime() < end) {
+  }
 }
 
 int lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
@@ -44,18 +50,27 @@ TEST(Console, SpeaksOnATerminalOrWhenAsked) {
   }
 }
 
+TEST(Console, TellsWhatALogNeedsWhereNobodyWatches) {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  std::ostringstream stream;
+  Console console(MPI_COMM_WORLD, 0, stream, false, 0.05);
+  console.say("quality");
+  console.tell("mesh");
+  console.progress({1, 0.5, 0.1, 10, ""});
+  EXPECT_EQ(stream.str(), rank == 0 ? "mesh\n" : "");
+  wait(0.06);
+  console.progress({2, 1, 0.2, 10, ""});
+  console.progress({3, 1.5, 0.3, 10, ""});
+  EXPECT_EQ(lines(stream.str()), rank == 0 ? 2 : 0) << "a progress line after the longest silence, and no more";
+}
+
 TEST(Console, DurationsAreReadable) {
   EXPECT_EQ(duration_text(0.346), "0.35 s");
   EXPECT_EQ(duration_text(9.96), "10 s");
   EXPECT_EQ(duration_text(59.6), "1 min 00 s");
   EXPECT_EQ(duration_text(185), "3 min 05 s");
   EXPECT_EQ(duration_text(7800), "2 h 10 min");
-}
-
-void wait(double seconds) {
-  const double end = MPI_Wtime() + seconds;
-  while (MPI_Wtime() < end) {
-  }
 }
 
 TEST(Console, StageTableHasTheSlowestRanksTimes) {

@@ -18,6 +18,7 @@
 
 #include "tests/io/files.h"
 #include "tests/io/strip.h"
+#include "tests/support/run_folder.h"
 
 namespace pellicle {
 namespace {
@@ -67,6 +68,12 @@ OutputOptions options_for(const std::string& directory) {
   return options;
 }
 
+/// A writer with a folder of its own.
+class RunWriter : private RunFolder, public FrameWriter {
+ public:
+  explicit RunWriter(const OutputOptions& options) : RunFolder(options), FrameWriter(output, options) {}
+};
+
 vtkSmartPointer<vtkPolyData> read_frame(const std::string& path) {
   vtkNew<vtkXMLPPolyDataReader> reader;
   reader->SetFileName(path.c_str());
@@ -105,7 +112,7 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, GetParam());
   const Scene scene(sheet);
-  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(scene.frame(0, 0));
+  RunWriter(options_for(folder / "out")).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -117,7 +124,9 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
   vtkDataArray* velocity = drawn->GetPointData()->GetArray("velocity");
   vtkDataArray* uv = drawn->GetPointData()->GetTCoords();
   ASSERT_TRUE(ids && ghost && temperature && velocity && uv);
-  EXPECT_STREQ(uv->GetName(), "uv");
+  // ParaView's writer of PLY crashes on another type.
+  EXPECT_STREQ(uv->GetName(), "TCoords");
+  EXPECT_EQ(uv->GetDataType(), VTK_FLOAT);
   std::multiset<long> counted;
   for (vtkIdType point = 0; point < drawn->GetNumberOfPoints(); ++point) {
     const long id = static_cast<long>(ids->GetComponent(point, 0));
@@ -134,7 +143,7 @@ TEST_P(FrameWriterOnRanks, DrawsEachCellAndCountsEachPointOnce) {
     EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 0), x);
     EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 1), 2 * y);
     EXPECT_DOUBLE_EQ(velocity->GetComponent(point, 2), 0);
-    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 0), x / cell_count);
+    EXPECT_FLOAT_EQ(static_cast<float>(uv->GetComponent(point, 0)), static_cast<float>(x / cell_count));
     EXPECT_DOUBLE_EQ(uv->GetComponent(point, 1), y);
     if (ghost->GetComponent(point, 0) == 0) {
       counted.insert(id);
@@ -192,7 +201,7 @@ TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
   frame.positions = membrane.rest.data();
   frame.particle_fields = {{"height", 1, height.data()}};
   frame.cell_fields = {{"stress", 2, stress.data()}};
-  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(frame);
+  RunWriter(options_for(folder / "out")).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -203,6 +212,7 @@ TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
   vtkDataArray* drawn_height = drawn->GetPointData()->GetArray("height");
   vtkDataArray* uv = drawn->GetPointData()->GetTCoords();
   ASSERT_TRUE(ids && ghost && drawn_height && uv);
+  EXPECT_EQ(uv->GetDataType(), VTK_FLOAT);
   std::multiset<long> counted;
   for (vtkIdType point = 0; point < drawn->GetNumberOfPoints(); ++point) {
     const long id = static_cast<long>(ids->GetComponent(point, 0));
@@ -210,7 +220,7 @@ TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[0], static_cast<double>(column));
     EXPECT_DOUBLE_EQ(drawn->GetPoint(point)[1], static_cast<double>(id % 2));
     EXPECT_DOUBLE_EQ(drawn_height->GetComponent(point, 0), 100.0 + static_cast<double>(id));
-    EXPECT_DOUBLE_EQ(uv->GetComponent(point, 0), static_cast<double>(column) / cell_count);
+    EXPECT_FLOAT_EQ(static_cast<float>(uv->GetComponent(point, 0)), static_cast<float>(column) / cell_count);
     if (ghost->GetComponent(point, 0) == 0) {
       counted.insert(id);
     }
@@ -250,7 +260,7 @@ TEST(FrameWriter, PvdNamesEveryFrameAndItsTime) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   Scene scene(sheet);
-  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "deep/out"));
+  RunWriter writer(options_for(folder / "deep/out"));
   writer.write(scene.frame(0, 0));
   const std::string first = folder.rank() == 0 ? file_text(folder / "deep/out/strip.pvd") : "";
   scene.positions.row(2).setConstant(0.25);
@@ -262,7 +272,7 @@ TEST(FrameWriter, PvdNamesEveryFrameAndItsTime) {
   EXPECT_NE(first.find("</VTKFile>"), std::string::npos) << "complete after one frame";
   const std::string both = file_text(folder / "deep/out/strip.pvd");
   EXPECT_NE(both.find("timestep=\"0.10000000000000001\" part=\"0\" file=\"strip_000001.pvtp\""), std::string::npos);
-  EXPECT_FALSE(std::filesystem::exists(folder / "deep/out/strip.pvd.part"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "deep/out/run.part"));
   EXPECT_DOUBLE_EQ(read_frame(folder / "deep/out/strip_000000.pvtp")->GetPoint(0)[2], 0);
   EXPECT_DOUBLE_EQ(read_frame(folder / "deep/out/strip_000001.pvtp")->GetPoint(0)[2], 0.25);
 }
@@ -272,7 +282,7 @@ TEST(FrameWriter, PiecesAreCompressedWithLz4) {
   const PetscInt cells = 4000;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cells);
   Scene scene(sheet);
-  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(scene.frame(0, 0));
+  RunWriter(options_for(folder / "out")).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -294,7 +304,7 @@ TEST(FrameWriter, WritesTheChosenFieldsOnly) {
   const Scene scene(sheet);
   OutputOptions options = options_for(folder / "out");
   options.fields = {"velocity"};
-  FrameWriter(MPI_COMM_WORLD, options).write(scene.frame(0, 0));
+  RunWriter(options).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -317,7 +327,7 @@ TEST(FrameWriter, CellFieldsOfASheetAreThoseOfTheTriangles) {
   frame.cell_fields = {{"id", 1, id.data()}, {"other", 1, other.data()}};
   OutputOptions options = options_for(folder / "out");
   options.fields = {"id", "temperature"};
-  FrameWriter(MPI_COMM_WORLD, options).write(frame);
+  RunWriter(options).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -339,7 +349,7 @@ TEST(FrameWriter, RefusesAnUnknownFieldBeforeWritingAnything) {
   const Scene scene(sheet);
   OutputOptions options = options_for(folder / "out");
   options.fields = {"temprature"};
-  FrameWriter writer(MPI_COMM_WORLD, options);
+  RunWriter writer(options);
   EXPECT_EQ(error_text([&] { writer.write(scene.frame(0, 0)); }),
             "output.fields: no field 'temprature' in this run: expected some of temperature, velocity");
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
@@ -351,7 +361,8 @@ TEST(FrameWriter, WritesOwnedSpringsAsLines) {
   const Scene scene(sheet);
   Frame frame = scene.frame(0.5, 1);
   frame.springs = &scene.springs;
-  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(frame);
+  frame.spring_ends = frame.particle_fields;
+  RunWriter(options_for(folder / "out")).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -394,7 +405,7 @@ TEST(FrameWriter, DrawsLivingSpringsOnly) {
   scene.springs = drawing_of_springs(sheet, living);
   Frame frame = scene.frame(0, 0);
   frame.springs = &scene.springs;
-  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(frame);
+  RunWriter(options_for(folder / "out")).write(frame);
   if (folder.rank() != 0) {
     return;
   }
@@ -431,7 +442,7 @@ TEST(FrameWriter, CutPointHasTheWeightedMean) {
     seam.uv.col(sheet.lattice[0]) << 16, 32;
   }
   scene.surface = drawing_of(seam, surface);
-  FrameWriter(MPI_COMM_WORLD, options_for(folder / "out")).write(scene.frame(0, 0));
+  RunWriter(options_for(folder / "out")).write(scene.frame(0, 0));
   if (folder.rank() != 0) {
     return;
   }
@@ -449,7 +460,7 @@ TEST(FrameWriter, NothingLeftIsAFrameToo) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   Scene scene(sheet);
-  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "out"));
+  RunWriter writer(options_for(folder / "out"));
   writer.write(scene.frame(0, 0));
   scene.surface = drawing_of(sheet, DrawnSurface());
   writer.write(scene.frame(0.5, 1));
@@ -470,7 +481,7 @@ TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
   const Scene scene(sheet);
   const OutputOptions options = options_for(folder / "out");
   {
-    FrameWriter older(MPI_COMM_WORLD, options);
+    RunWriter older(options);
     Frame frame = scene.frame(0, 0);
     frame.springs = &scene.springs;
     older.write(frame);
@@ -481,9 +492,11 @@ TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
     write_file(folder / "out/strip_000001.png", "a picture");
     write_file(folder / "out/strip2_000001.pvtp", "another run's");
     write_file(folder / "out/strip_000001/note.txt", "not ours");
+    std::filesystem::create_directories(folder / "out/strip_000007");
+    write_file(folder / "out/strip_000007/mine.vtp", "not ours");
   }
   MPI_Barrier(MPI_COMM_WORLD);
-  FrameWriter newer(MPI_COMM_WORLD, options);
+  RunWriter newer(options);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/strip_000001.pvtp")) << "a writer alone removes nothing";
   MPI_Barrier(MPI_COMM_WORLD);
   newer.write(scene.frame(0, 0));
@@ -498,7 +511,9 @@ TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
   EXPECT_EQ(files.count("strip_000001.pvtp") + files.count("strip_000001_0.vtp"), 0U);
   EXPECT_EQ(files.count("strip_springs.pvd") + files.count("strip_springs_000000.pvtp"), 0U);
   EXPECT_EQ(files.count("strip_springs_000000"), 0U) << "an emptied folder goes";
-  EXPECT_EQ(files.count("strip_000001.png") + files.count("strip2_000001.pvtp") + files.count("note.txt"), 3U);
+  EXPECT_EQ(files.count("strip_000001.png") + files.count("strip2_000001.pvtp") + files.count("note.txt") +
+                files.count("mine.vtp"),
+            4U);
 }
 
 TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
@@ -506,7 +521,7 @@ TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
   const Scene scene(sheet);
   const auto steps_drawn = [&](const OutputOptions& options) {
-    FrameWriter writer(MPI_COMM_WORLD, options);
+    RunWriter writer(options);
     std::vector<int> drawn;
     for (int step = 0; step <= 10; ++step) {
       if (writer.due(0.1 * step, step)) {
@@ -529,9 +544,9 @@ TEST(FrameWriter, FramesAreDueByStepsOrByTime) {
 
 TEST(FrameWriter, TellsTheTimeOfTheNextFrame) {
   OutputOptions options = options_for("unused");
-  EXPECT_EQ(FrameWriter(MPI_COMM_WORLD, options).next_time(0.3), std::nullopt) << "frames by steps";
+  EXPECT_EQ(RunWriter(options).next_time(0.3), std::nullopt) << "frames by steps";
   options.interval_time = 0.1;
-  const FrameWriter writer(MPI_COMM_WORLD, options);
+  const RunWriter writer(options);
   EXPECT_DOUBLE_EQ(*writer.next_time(0), 0.1);
   EXPECT_DOUBLE_EQ(*writer.next_time(0.25), 0.3);
   EXPECT_DOUBLE_EQ(*writer.next_time(0.1 * 3), 0.4) << "a little more than 0.3";
@@ -546,7 +561,7 @@ TEST(FrameWriter, DirectoryThatCannotBeMadeIsOneErrorOnAllRanks) {
     write_file(folder / "file", "in the way");
   }
   MPI_Barrier(MPI_COMM_WORLD);
-  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "file/out"));
+  RunWriter writer(options_for(folder / "file/out"));
   EXPECT_EQ(error_text([&] { writer.write(scene.frame(0, 0)); }),
             "output.directory: " + (folder / "file/out") + " cannot be used: Not a directory");
 }
@@ -555,7 +570,7 @@ TEST(FrameWriter, FailedWriteIsOneErrorOnAllRanks) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, 4000);
   const Scene scene(sheet);
-  FrameWriter writer(MPI_COMM_WORLD, options_for(folder / "out"));
+  RunWriter writer(options_for(folder / "out"));
   writer.write(scene.frame(0, 0));
   int ranks = 1;
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
@@ -590,6 +605,20 @@ TEST(OutputOptions, NamesFollowTheDeck) {
   given.name = "a/b";
   EXPECT_EQ(error_text([&] { given.validate(); }),
             "output.name: 'a/b' cannot be the name of a file: expected letters, digits, '_', '-' or '.'");
+  for (const std::string& name :
+       {std::string(".."), std::string("."), std::string("a\nb"), std::string("a\x7F"), std::string("-a"),
+        std::string(" "), std::string("a "), std::string("a\\b"), std::string("a&b"), std::string("\xC3"),
+        std::string("\xFF"), std::string(201, 'a')}) {
+    given.name = name;
+    EXPECT_EQ(error_text([&] { given.validate(); }).find("output.name: '"), 0U) << name;
+  }
+  for (const std::string& name : {std::string("hot ball_2.1"), std::string("gr\xC3\xB6\xC3\x9F"
+                                                                           "e")}) {
+    given.name = name;
+    EXPECT_EQ(error_text([&] { given.validate(); }), "no Error") << name;
+  }
+  given.directory = "a\nb";
+  EXPECT_EQ(error_text([&] { given.validate(); }).find("output.directory: 'a\\x0Ab'"), 0U);
 }
 
 }  // namespace

@@ -10,13 +10,13 @@
 #include "base/deck.h"
 #include "base/error.h"
 #include "base/options.h"
+#include "geometry/pi.h"
 #include "mesh/checked_mesh.h"
 #include "tests/mesh/scratch_file.h"
 
 namespace pellicle {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 using Objects = std::map<std::string, BlobOptions>;
 
 BlobOptions ball(const Eigen::Vector3d& centre, double radius, double blend = 5e-3) {

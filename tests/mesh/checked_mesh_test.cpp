@@ -51,8 +51,10 @@ TEST(CheckedMesh, MustBeClosedToHaveAVolume) {
   MeshOptions options;
   options.cells = {4, 2};
   options.volume = 1;
-  EXPECT_EQ(message_of<Error>([&options] { make_checked_mesh(options); }),
-            "mesh.volume: rectangle has 12 boundary edges, expected a closed mesh");
+  EXPECT_EQ(
+      message_of<Error>([&options] { make_checked_mesh(options); }),
+      "mesh.volume: rectangle: 15 points, 8 faces (8 quads, 0 triangles), 1 piece, open, 12 boundary edges in 1 loop; "
+      "expected a closed mesh");
 }
 
 }  // namespace

@@ -6,16 +6,15 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "geometry/pi.h"
 #include "mesh/mesh_check.h"
 #include "tests/mesh/scratch_file.h"
 
 namespace pellicle {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 /// Of a closed mesh of one piece, which needs no repair: not even to face outward.
-MeshReport report_of(SurfaceMesh mesh) {
+MeshReport closed_report(SurfaceMesh mesh) {
   MeshReport report = check_and_repair(mesh, "generated");
   EXPECT_EQ(report.merged_points + report.removed_points + report.removed_faces + report.flipped_faces, 0);
   EXPECT_EQ(report.intersections, 0);
@@ -57,7 +56,7 @@ void expect_uv_without_wrap(const SurfaceMesh& mesh, double widest, double pole)
 
 TEST(Icosphere, CountsOfEachLevel) {
   for (int level = 0; level <= 5; ++level) {
-    const MeshReport report = report_of(icosphere_mesh(level, 0.1));
+    const MeshReport report = closed_report(icosphere_mesh(level, 0.1));
     EXPECT_EQ(report.points, 10 * (1 << 2 * level) + 2);
     EXPECT_EQ(report.faces, 20 * (1 << 2 * level));
     EXPECT_EQ(report.valence.at(5), 12);
@@ -71,8 +70,8 @@ TEST(Icosphere, CountsOfEachLevel) {
 TEST(Icosphere, AreaAndVolumeConvergeQuadratically) {
   const double area = 4 * pi * 0.01;
   const double volume = 4 * pi * 0.001 / 3;
-  const MeshReport coarse = report_of(icosphere_mesh(3, 0.1));
-  const MeshReport fine = report_of(icosphere_mesh(4, 0.1));
+  const MeshReport coarse = closed_report(icosphere_mesh(3, 0.1));
+  const MeshReport fine = closed_report(icosphere_mesh(4, 0.1));
   EXPECT_LT(area - fine.area, 2e-3 * area);
   EXPECT_LT(volume - fine.volume, 4e-3 * volume);
   EXPECT_NEAR(std::log2((area - coarse.area) / (area - fine.area)), 2, 0.02);
@@ -97,7 +96,7 @@ TEST(Icosphere, TextureGoesRoundWithASeam) {
 TEST(Ellipsoid, HasItsVolumeAndHalfAxes) {
   const Eigen::Vector3d axes(0.1, 0.2, 0.3);
   const double volume = 4 * pi / 3 * axes.prod();
-  const auto error = [&](int level) { return volume - report_of(ellipsoid_mesh(level, axes)).volume; };
+  const auto error = [&](int level) { return volume - closed_report(ellipsoid_mesh(level, axes)).volume; };
   EXPECT_LT(error(4), 4e-3 * volume);
   EXPECT_NEAR(std::log2(error(3) / error(4)), 2, 0.02);
   for (const Eigen::Vector3d& point : ellipsoid_mesh(2, axes).points) {
@@ -111,7 +110,7 @@ TEST(Tube, HasItsVolumeAndWellShapedTriangles) {
   const double volume = pi * radius * radius * length + 4 * pi / 3 * std::pow(radius, 3);
   const auto error = [&](int vertices) {
     const SurfaceMesh mesh = tube_mesh(length, radius, vertices);
-    const MeshReport report = report_of(mesh);
+    const MeshReport report = closed_report(mesh);
     EXPECT_EQ(report.points, vertices);
     EXPECT_GT(report.smallest_angle, 30 * pi / 180);
     EXPECT_LE(report.longest_edge, 2.5 * report.shortest_edge);

@@ -4,14 +4,17 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <functional>
 
 #include "base/error.h"
+#include "geometry/pi.h"
+#include "mesh/closed_shapes.h"
 #include "mesh/mesh_check.h"
+#include "mesh/shirt.h"
+#include "tests/mesh/scratch_file.h"
 
 namespace pellicle {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 Eigen::Vector3d normal(const SurfaceMesh& mesh, std::size_t face) {
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.faces[face][k])]; };
@@ -141,7 +144,7 @@ TEST(Roof, FlatLimitHasTheAreaOfItsQuads) {
 /// An open, flat mesh of triangles in the x-y plane that faces +z.
 MeshReport report_of_flat(SurfaceMesh mesh) {
   MeshReport report = check_and_repair(mesh, "generated");
-  EXPECT_EQ(report.lines().size(), 2U) << "needed repair";
+  EXPECT_EQ(report.remarks(), std::vector<std::string>{}) << "needed repair";
   EXPECT_EQ(report.triangles, report.faces);
   EXPECT_EQ(report.euler_characteristic(), 1);
   EXPECT_EQ(report.boundary_loops, 1);
@@ -187,6 +190,28 @@ TEST(Square, IsAQuarterCutByBothDiagonals) {
   EXPECT_EQ(mesh.groups.at("right"), (std::vector<int>{4, 9, 14, 19}));
   EXPECT_EQ(mesh.groups.at("top"), (std::vector<int>{15, 16, 17, 18, 19}));
   EXPECT_NEAR(report_of_flat(square_mesh({5, 5}, {1, 1})).smallest_angle, pi / 4, 1e-12);
+}
+
+TEST(Generators, RefuseWhatHasNoRoomBeforeAnythingIsAllocated) {
+  const int many = 2000000000;
+  const auto expect_refused = [](const std::function<void()>& make, const std::string& part) {
+    const std::string message = message_of<Error>(make);
+    EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in '" << message << "'";
+    EXPECT_NE(message.find("faces, expected at most 1.34218e+08"), std::string::npos) << message;
+  };
+  expect_refused(
+      [] {
+        rectangle_mesh({1000000000, 1000000000}, {1, 1});
+      },
+      "a rectangle of 1000000000 x 1000000000 cells: 1e+18");
+  expect_refused([&] { torus_mesh({many, many}, 1, 0.5); }, "a torus of 2000000000 x 2000000000 cells: 4e+18");
+  expect_refused([&] { roof_mesh({many, 2}, {1, 1}, 1); }, "a roof of 2000000000 x 2 cells: 8e+09");
+  expect_refused([&] { square_mesh({many, 1}, {1, 1}); }, "a square of 2000000000 x 1 cells: 8e+09");
+  expect_refused([&] { disc_mesh(many, 1); }, "a disc of 2000000000 rings: 2.4e+19");
+  expect_refused([&] { shirt_mesh({many, many}, {1, 1}); }, "a shirt of 2000000000 x 2000000000 cells: 8e+18");
+  expect_refused([&] { tube_mesh(1, 0.1, many); }, "a tube of 2000000000 vertices: 4e+09");
+  EXPECT_NE(message_of<Error>([] { tube_mesh(1e200, 1e200, 100); }).find("m across, expected 1e-60 to 1e+60 m"),
+            std::string::npos);
 }
 
 TEST(Generators, RefuseWhatIsNoMesh) {

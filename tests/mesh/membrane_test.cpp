@@ -17,7 +17,7 @@
 namespace pellicle {
 namespace {
 
-/// A closed torus and an open rectangle in triangles, points and faces in a random order, with uv, a group and fields.
+/// A closed torus and an open rectangle in triangles, points and faces in a random order, with uv, groups and fields.
 SurfaceMesh two_pieces() {
   SurfaceMesh mesh = joined(torus_mesh({12, 8}, 1, 0.4), rectangle_mesh({5, 4}, {2, 1}), {0, 0, 3});
   mesh.groups.clear();
@@ -25,6 +25,9 @@ SurfaceMesh two_pieces() {
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     if (mesh.points[i].x() > 0.5) {
       mesh.groups["right"].push_back(static_cast<int>(i));
+    }
+    if (mesh.points[i].y() > 0) {
+      mesh.groups["behind"].push_back(static_cast<int>(i));  // some of which are right, too
     }
   }
   mesh = triangulated(mesh);
@@ -105,13 +108,17 @@ TEST_P(MembraneTest, particles_carry_the_data_of_their_vertices) {
       uv_of_point[mesh_.faces[f][k]].push_back(mesh_.uv[f][k]);
     }
   }
-  const std::set<int> right(mesh_.groups.at("right").begin(), mesh_.groups.at("right").end());
-  std::set<PetscInt> members(membrane.groups.at("right").begin(), membrane.groups.at("right").end());
   EXPECT_TRUE(membrane.groups.at("none").empty());
+  for (const char* group : {"right", "behind"}) {
+    const std::set<int> ids(mesh_.groups.at(group).begin(), mesh_.groups.at(group).end());
+    const std::set<PetscInt> members(membrane.groups.at(group).begin(), membrane.groups.at(group).end());
+    for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
+      EXPECT_EQ(members.count(i), ids.count(membrane.persistent_id[static_cast<std::size_t>(i)])) << group;
+    }
+  }
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
     const auto id = static_cast<int>(membrane.persistent_id[static_cast<std::size_t>(i)]);
     EXPECT_EQ(membrane.rest.col(i), mesh_.points[static_cast<std::size_t>(id)]);
-    EXPECT_EQ(members.count(i), right.count(id));
     EXPECT_FALSE(membrane.is_lattice[static_cast<std::size_t>(i)]);
     const auto& candidates = uv_of_point.at(id);
     EXPECT_NE(std::find(candidates.begin(), candidates.end(), Eigen::Vector2d(membrane.uv.col(i))), candidates.end());

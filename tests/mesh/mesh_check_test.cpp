@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "mesh/generators.h"
+#include "mesh/self_intersection.h"
 #include "tests/mesh/scratch_file.h"
 #include "tests/support/balls.h"
 
@@ -48,7 +49,7 @@ TEST(MeshCheck, MergesDuplicatePoints) {
   EXPECT_EQ(mesh.points, whole.points);
   EXPECT_EQ(mesh.groups.at("seam"), (std::vector<int>{3, 8, 13, 18}));
   EXPECT_EQ(mesh.groups.at("left"), whole.groups.at("left"));
-  expect_in(PrintToString(report.lines()), "4 duplicate points merged");
+  expect_in(PrintToString(report.remarks()), "4 duplicate points merged");
 }
 
 TEST(MeshCheck, RemovesUnusedPointsAndKeepsTheirNumbers) {
@@ -115,7 +116,7 @@ TEST(MeshCheck, TurnsClosedPiecesOutward) {
   EXPECT_EQ(report.flipped_faces, 44);
   EXPECT_EQ(mesh.faces, outward.faces);
   EXPECT_GT(report.volume, 0);
-  expect_in(PrintToString(report.lines()), "44 faces flipped to agree with the neighbours or to face outward");
+  expect_in(PrintToString(report.remarks()), "44 faces flipped to agree with the neighbours or to face outward");
 }
 
 TEST(MeshCheck, KeepsLayersThatLieOnEachOtherApart) {
@@ -248,6 +249,56 @@ TEST(MeshCheck, CountsSelfIntersections) {
   EXPECT_EQ(check_and_repair(mesh, "it").intersections, 0);
 }
 
+TEST(MeshCheck, CountsSelfIntersectionsOfWhatOverlapsEverywhereOnlySoFar) {
+  // Needles along one diagonal, apart from each other: all of their boxes overlap.
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 3>> triangles;
+  for (int k = 0; k < 4000; ++k) {
+    const Eigen::Vector3d aside(1e-5 * k, -1e-5 * k, 0);
+    points.insert(points.end(), {aside, aside + Eigen::Vector3d(1, 1, 1), aside + Eigen::Vector3d(1, 1, 1 + 1e-3)});
+    triangles.push_back({3 * k, 3 * k + 1, 3 * k + 2});
+  }
+  const SelfIntersections result = count_self_intersections(points, triangles);
+  EXPECT_EQ(result.pairs, 0);
+  EXPECT_FALSE(result.all);
+  triangles.resize(1000);
+  EXPECT_TRUE(count_self_intersections(points, triangles).all);
+}
+
+TEST(MeshCheck, RefusesAPolygonThatCrossesItself) {
+  SurfaceMesh mesh;
+  for (const int corner : {0, 2, 4, 1, 3}) {  // a star, drawn in one stroke
+    mesh.points.emplace_back(std::cos(0.4 * M_PI * corner), std::sin(0.4 * M_PI * corner), 0);
+  }
+  mesh.faces = {{0, 1, 2, 3, 4}};
+  const std::string message = message_of<Error>([&mesh] { check_and_repair(mesh, "star"); });
+  EXPECT_EQ(
+      message,
+      "star: 1 polygon that cannot be split into triangles (0) (numbers from 0), expected a manifold surface; it has "
+      "5 points, 1 faces (0 quads, 0 triangles), 1 piece, open, 5 boundary edges in 1 loop");
+}
+
+TEST(MeshCheck, RefusesAPointOfVeryManyTriangles) {
+  const int count = 10001;
+  SurfaceMesh mesh;
+  mesh.points.emplace_back(0, 0, 1);
+  for (int k = 0; k < count; ++k) {
+    mesh.points.emplace_back(std::cos(2 * M_PI * k / count), std::sin(2 * M_PI * k / count), 0);
+    mesh.faces.push_back({0, 1 + k, 1 + (k + 1) % count});
+  }
+  EXPECT_EQ(message_of<Error>([&mesh] { check_and_repair(mesh, "cone"); }),
+            "cone: 10001 triangles meet at point 0, expected at most 10000");
+}
+
+TEST(MeshCheck, ACollapsedFaceOfManyCornersTakesNoTime) {
+  SurfaceMesh mesh = rectangle_mesh({1, 1}, {1, 1});
+  mesh.uv.clear();
+  mesh.faces.emplace_back(1000000, 1);
+  mesh.faces.push_back({0, 0, 1, 1, 1, 3, 3, 2, 0});  // the same square again, corners repeated
+  EXPECT_EQ(check_and_repair(mesh, "square").removed_faces, 2);
+  EXPECT_EQ(mesh.faces.size(), 1U);
+}
+
 TEST(MeshCheck, MeasuresQuality) {
   SurfaceMesh mesh;
   mesh.points = {{0, 0, 0}, {3, 0, 0}, {3, 4, 0}};
@@ -265,12 +316,11 @@ TEST(MeshCheck, MeasuresQuality) {
   EXPECT_NEAR(two.mean_radius_ratio, 0.9, 1e-14);
 }
 
-TEST(RequireQuads, NamesTheFirstOtherFace) {
+TEST(FaultOfQuads, NamesTheFirstOtherFace) {
   SurfaceMesh mesh = grid();
-  EXPECT_NO_THROW(require_quads(mesh, "it"));
+  EXPECT_EQ(fault_of_quads(mesh), "");
   mesh.faces[7].pop_back();
-  const std::string message = message_of<Error>([&mesh] { require_quads(mesh, "it.obj"); });
-  expect_in(message, "it.obj: 1 of 12 faces are no quads (the first is face 7 with 3 corners), expected quads");
+  expect_in(fault_of_quads(mesh), "1 of 12 faces are no quads (the first is face 7 with 3 corners), expected quads");
 }
 
 }  // namespace

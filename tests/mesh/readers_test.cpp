@@ -1,10 +1,14 @@
 #include "mesh/readers.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <new>
 
 #include "base/error.h"
+#include "mesh/child_reader.h"
 #include "mesh/generators.h"
 #include "mesh/mesh_check.h"
 #include "tests/mesh/mesh_writers.h"
@@ -139,8 +143,8 @@ TEST(OffReader, ReadsColoursCommentsAndBrokenLines) {
 TEST(OffReader, NamesTheLine) {
   const std::string points = "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n";
   expect_fault("a.off", "COFF\n", "a.off:1: header 'COFF', expected OFF");
-  expect_fault("a.off", "OFF\n3 x 0\n", "a.off:2: 'x', expected the number of faces (an integer)");
-  expect_fault("a.off", "OFF\n-3 1 0\n", "a.off:2: -3 points");
+  expect_fault("a.off", "OFF\n1 x 0\n", "a.off:2: 'x', expected the number of faces (an integer)");
+  expect_fault("a.off", "OFF\n-3 1 0\n", "a.off:2: '-3', expected the number of points, 0 to 1");
   expect_fault("a.off", "OFF\n3 1 0\n0 0 inf\n", "a.off:3: 'inf', expected a coordinate");
   expect_fault("a.off", "OFF\n3 1 0\n0 0 0 0\n", "a.off:3: point 0 has more than 3 coordinates");
   expect_fault("a.off", points + "3 0 1 3\n", "a.off:6: point number 3 in face 0, expected one from 0 to 2");
@@ -187,6 +191,79 @@ TEST(PlyReader, ReadsBinaryAndText) {
   expect_fault("a.ply", text, "a.ply:14: 'a', expected a number");
 }
 
+TEST(PlyReader, HoldsTheHeaderAgainstTheFile) {
+  const std::string format = "ply\nformat ascii 1.0\n";
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::string points = format + "element vertex 3\n" + xyz;
+  const std::string body = "0 0 0\n1 0 0\n1 1 0\n";
+  expect_fault("a.ply", format + "element vertex 2000000000\n" + faces,
+               "a.ply:3: '2000000000', expected a count, 0 to");
+  expect_fault("a.ply", format + "element vertex 90\n" + xyz + faces,
+               "'90', expected the number of items of element "
+               "vertex, 0 to 25 in a file of");
+  expect_fault("a.ply", format + "element vertex -3\n" + xyz + faces, "'-3', expected a count");
+  expect_fault("a.ply", format + "element vertex 3\n" + faces, "element vertex has no properties");
+  expect_fault("a.ply", format + "element vertex 3\nproperty float x\n" + faces, "without properties x, y and z");
+  expect_fault("a.ply", points + "property float x\n" + faces, "property x of element vertex a second time");
+  expect_fault("a.ply", points + "element vertex 3\n" + faces, "element vertex a second time");
+  expect_fault("a.ply", points + "element face 1\nproperty uchar red\nend_header\n" + body,
+               "without a list vertex_ind");
+  expect_fault("a.ply", points + faces + body + "3 0 1.5 2\n", "face 0 names point -1");
+  expect_fault("a.ply", points + faces + body + "2.5 0 1 2\n", "a list of 2.5 numbers");
+  expect_fault("a.ply", points + faces + body + "3 0 1 2 2\n", "'2' after the last item, expected the end");
+  expect_fault("a.ply", points + faces + body + "2000000000 0 1 2\n", "expected a number");
+  const ScratchFile file("a.ply", points + "comment C:\\meshes\\\n" + faces + body + "3 0 1 2\n");
+  EXPECT_EQ(read_mesh(file.path()).faces, (std::vector<std::vector<int>>{{0, 1, 2}}));
+}
+
+TEST(Readers, RefuseCountsThatTheFileHasNoRoomFor) {
+  expect_fault("a.off", "OFF\n2000000000 1 0\n", "a.off:2: '2000000000', expected the number of points, 0 to");
+  expect_fault("a.off", "OFF\n3000000000 1 0\n", "(an integer of at most 2147483647)");
+  expect_fault("a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2000000000\n",
+               "a.msh:5: '2000000000', expected the number of nodes, 0 to");
+}
+
+TEST(Readers, RefuseCoordinatesWhoseProductsOverflow) {
+  expect_fault("a.obj", "v 0 0 0\nv 1e150 0 0\nv 1 1 0\nf 1 2 3\n",
+               "point 1 is at (1e+150      0      0), expected finite coordinates of at most 1e+60");
+}
+
+TEST(Readers, AcceptAMarkOfTheEncodingAndRefuseZeroBytes) {
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+  const ScratchFile file("a.obj", "\xEF\xBB\xBF" + triangle);
+  EXPECT_EQ(read_mesh(file.path()).faces.size(), 1U);
+  expect_fault("a.obj", "g a" + std::string(1, '\0') + "b\n" + triangle, "a.obj:1: a zero byte, expected text");
+}
+
+TEST(ObjReader, RefusesMoreGroupsThanAFaceCanHave) {
+  std::string names;
+  for (int k = 0; k < 1000; ++k) {
+    names += " n" + std::to_string(k);
+  }
+  expect_fault("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\ng" + names + "\nf 1 2 3\n",
+               "a.obj:4: 1000 groups for one face, expected at most 100");
+}
+
+TEST(ChildReader, TurnsTheDeathOfAReaderIntoAnError) {
+  const auto message = [](const std::function<SurfaceMesh()>& read) {
+    return message_of<Error>([&read] { read_in_child("/tmp/a.vtk", read); });
+  };
+  const std::string library = "/tmp/a.vtk: the library that reads this format ";
+  EXPECT_EQ(message([]() -> SurfaceMesh { throw Error("a fault\nof its own"); }), "a fault\\x0Aof its own");
+  EXPECT_EQ(message([]() -> SurfaceMesh { std::abort(); }), library + "dies of it (Aborted), expected a sound file");
+  EXPECT_EQ(message([]() -> SurfaceMesh { _exit(0); }), library + "fails on it, expected a sound file");
+  EXPECT_EQ(message([]() -> SurfaceMesh { throw std::bad_alloc(); }).find("/tmp/a.vtk: reading it takes more memory"),
+            0U);
+  SurfaceMesh expected = rectangle_mesh({3, 2}, {1, 0.7});
+  expected.face_fields["thickness"] = {1, 2, 3, 4, 5, 6};
+  const SurfaceMesh mesh = read_in_child("/tmp/a.vtk", [&expected] { return expected; });
+  EXPECT_EQ(mesh.points, expected.points);
+  EXPECT_EQ(mesh.faces, expected.faces);
+  EXPECT_EQ(mesh.uv, expected.uv);
+  EXPECT_EQ(mesh.face_fields, expected.face_fields);
+}
+
 TEST(StlReader, MergesEqualPointsOfTextFiles) {
   const std::string content =
       "solid sheet\n"
@@ -221,9 +298,35 @@ TEST(VtkReaders, ReadCellsOfASurfaceOnly) {
   const ScratchFile file("a.vtk", head + "CELLS 4 17\n2 0 1\n4 0 1 2 3\n3 1 4 3\n4 4 5 3 1\nCELL_TYPES 4\n3 8 5 7\n");
   const SurfaceMesh mesh = read_mesh(file.path());
   EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 3, 2}, {1, 4, 3}, {4, 5, 3, 1}}));  // the pixel turned
-  expect_fault("a.vtk", head + "CELLS 1 5\n4 0 1 2 6\nCELL_TYPES 1\n10\n", "cell 0 is a vtkTetra, expected polygons");
+  expect_fault("a.vtk", head + "CELLS 1 5\n4 0 1 2 6\nCELL_TYPES 1\n10\n",
+               "cell 0 is a vtkTetra (type 10), expected polygons");
   expect_fault("a.vtk", head + "CELLS 1 5\n4 0 1 2 8\nCELL_TYPES 1\n9\n",
                "face 0 names point 8, expected a number from 0 to 7");
+}
+
+TEST(VtkReaders, FilesThatVtkFollowsBeyondTheirEndsAreRefused) {
+  const std::string head = "# vtk DataFile Version 3.0\nsheet\nASCII\n";
+  const std::string points = "POINTS 4 double\n0 0 0 1 0 0 1 1 0 0 1 0\n";
+  const std::string polygons = head + "DATASET POLYDATA\n" + points;
+  const std::string grid = head + "DATASET UNSTRUCTURED_GRID\n" + points;
+  const std::string type = "CELL_TYPES 1\n9\n";
+  for (const std::string& content : {
+           polygons + "POLYGONS 1 5\n4 0 1 4294967298 3\n",
+           polygons + "POLYGONS 1 500\n4 0 1 2 3\n",
+           polygons + "POLYGONS 1 5\n9999999 0 1 2 3\n",
+           polygons + "POLYGONS 1 5\n-4 0 1 2 3\n",
+           polygons + "POLYGONS -1 5\n4 0 1 2 3\n",
+           polygons + "POLYGONS 2000000000 10000000000\n4 0 1 2 3\n",
+           grid + "CELLS 1 5\n4 0 1 4294967298 3\n" + type,
+           grid + "CELLS 1 5\n400 0 1 2 3\n" + type,
+           grid + "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 2\n9 9\n",
+           "# vtk DataFile Version 5.1" + polygons.substr(26) +
+               "POLYGONS 2 4\nOFFSETS vtktypeint64\n0 400000\nCONNECTIVITY vtktypeint64\n0 1 2 3\n",
+       }) {
+    expect_fault("a.vtk", content, "a.vtk: ");
+  }
+  const ScratchFile sound("a.vtk", polygons + "POLYGONS 1 5\n4 0 1 2 3\n");
+  EXPECT_EQ(read_mesh(sound.path()).faces, (std::vector<std::vector<int>>{{0, 1, 2, 3}}));
 }
 
 TEST(VtkReaders, NameWhatVtkFinds) {
@@ -242,6 +345,8 @@ TEST(VtkReaders, NameWhatVtkFinds) {
   expect_fault("a.vtp", broken.replace(broken.find("1 1 0"), 5, "1 nan 0"), "expected finite coordinates");
   broken = content;
   expect_fault("a.vtp", broken.replace(broken.find("0 1 2<"), 6, "0 1 7<"), "face 0 names point 7");
+  broken = content;
+  expect_fault("a.vtp", broken.replace(broken.find("0 1 2<"), 6, "0 1 4294967298<"), "face 0 names point 4294967298");
 }
 
 // A quad and two triangles with a line along the bottom, in both versions of the format. One number stands for groups

@@ -245,6 +245,11 @@ TEST_P(Shell, initial_noise_depends_on_ids_alone) {
   EXPECT_LE((expected - whole.rest).cwiseAbs().maxCoeff(), 0.001);
   EXPECT_GE((expected - whole.rest).cwiseAbs().mean(), 0.0004);
   EXPECT_NEAR((expected - whole.rest).mean(), 0, 1e-4);
+  const Eigen::Matrix3Xd noise = expected - whole.rest;
+  for (int direction = 0; direction < 3; ++direction) {
+    EXPECT_GE((noise.row(direction) - noise.row((direction + 1) % 3)).cwiseAbs().mean(), 0.0004)
+        << "the same in two directions";
+  }
 
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(10, 10, 0.1), options);
   const Eigen::Matrix3Xd positions = perturbed_positions(sheet, options);

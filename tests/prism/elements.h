@@ -9,6 +9,9 @@
 
 namespace pellicle {
 
+/// Thickness ratio of elements whose rule does not set it.
+constexpr double given_ratio = 0.85;
+
 struct NamedMaterial {
   std::string name;
   Material material;

@@ -13,8 +13,6 @@ namespace {
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 
-constexpr double given_ratio = 0.85;
-
 const std::vector<Eigen::Vector2d> stretches{{1, 1}, {1.1, 1.1}, {1.25, 0.9}, {1.3, 1.2}, {0.85, 0.8}, {0.85, 1.2}};
 
 GradientElement gradient_of(const Material& material, ThicknessRule rule, const TestElement& element) {

@@ -16,8 +16,6 @@ namespace {
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-constexpr double given_ratio = 0.85;
-
 MetricEnergy energy_of(const Material& material, ThicknessRule rule, const TestElement& element) {
   return metric_energy(material, rule, element.rest(), element.metric(), given_ratio);
 }

@@ -195,7 +195,7 @@ TEST(Wall, refuses_what_it_cannot_use) {
       {[](WallOptions& o) { o.regions["r"].radius = 1e-3; },
        "regions.r.radius: selects no element of the mesh, expected at least one"},
       {[](WallOptions& o) { o.regions["r"].group = "lower"; },
-       "regions.r.group: lower: selects no element of the mesh, expected at least one"},
+       "regions.r.group: 'lower' is no group of the mesh, expected one of upper"},
       {[](WallOptions& o) {
          o.regions["a"].group = "upper";
          o.regions["b"].box = {0, 0, 0, 1, 1, 1};

@@ -27,8 +27,6 @@ double value_at(const Columns& columns, const std::string& by, double value, con
 
 class BalloonScenes : public ProgramTest {
  protected:
-  static std::string deck_path(const std::string& name) { return PELLICLE_SOURCE_DIR "/input/" + name + ".yaml"; }
-
   /// Runs a deck into a folder. @returns history.csv
   Columns run(const std::string& deck, const std::string& output, const Arguments& options) const {
     succeed(2, Arguments{deck_path(deck), "-output_directory", output, "-output_name", output} + options);

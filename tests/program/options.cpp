@@ -146,6 +146,32 @@ TEST_F(OptionsTest, PetscOptionsThatNothingUsedAreWarnedAbout) {
   EXPECT_EQ(last_frame(folder() / "out" / "small.pvd").time, 1e-3) << "it ran all the same";
 }
 
+TEST_F(OptionsTest, SolverSettingsLaidOverASceneAreNamedWhereTheyDoNothing) {
+  const std::string deck = write("small.yaml", small_deck);
+  const std::string solvers = write("solvers.yaml",
+                                    "project: {ksp_type: minres, max_steps: 1}\n"
+                                    "prism: {newton: fixed, pc_type: none}\n");
+  const CommandResult result = succeed(2, {deck, solvers});
+  EXPECT_NE(result.output.find("not used in this run: " + solvers + ": prism.newton, prism.pc_type\n"),
+            std::string::npos)
+      << result;
+  EXPECT_EQ(result.errors, "");
+  succeed(1, {"out/options.yaml"});
+}
+
+TEST_F(OptionsTest, TheEnvironmentGivesOptions) {
+  const std::string deck = write("small.yaml", small_deck);
+  const CommandResult result = run_command(
+      Arguments{"env",
+                "PETSC_OPTIONS=-time_max_steps 2 -project_ksp_type minres -project_ksp_view -prism_newton fixed"} +
+      command(2, {deck}));
+  EXPECT_EQ(result.exit_code, 0) << result;
+  EXPECT_EQ(result.errors, "");
+  EXPECT_EQ(read_csv(folder() / "out" / "history.csv").at("step").back(), 2);
+  EXPECT_NE(result.output.find("type: minres"), std::string::npos) << result;
+  EXPECT_NE(result.output.find("not used in this run: PETSC_OPTIONS: -prism_newton\n"), std::string::npos) << result;
+}
+
 TEST_F(OptionsTest, LogViewHasALineForEachStage) {
   const CommandResult result = succeed(1, {write("small.yaml", small_deck), "-log_view"});
   for (const char* stage :

@@ -10,8 +10,6 @@
 namespace pellicle {
 namespace {
 
-std::string deck_path(const std::string& name) { return std::string(PELLICLE_SOURCE_DIR) + "/input/" + name + ".yaml"; }
-
 class PhysicsTest : public ProgramTest {};
 
 TEST_F(PhysicsTest, NothingHappensToASheetAtRest) {

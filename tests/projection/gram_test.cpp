@@ -39,7 +39,8 @@ Linearisation linearise(const Crumpled& crumpled, Colour colour) {
 }
 
 /// J W J^T + shift of all ranks, from its definition. Collective.
-Eigen::MatrixXd dense_gram(const Crumpled& crumpled, Colour colour) {
+Eigen::MatrixXd dense_gram(const Crumpled& crumpled, Colour colour,
+                           std::optional<double> shift_inverse_mass = std::nullopt) {
   const Layout& particles = crumpled.sheet.particles;
   const SpringSet& springs = crumpled.sheet.of(colour);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(springs.layout.global, 3 * particles.global);
@@ -59,8 +60,11 @@ Eigen::MatrixXd dense_gram(const Crumpled& crumpled, Colour colour) {
   MPI_Allreduce(MPI_IN_PLACE, weight.data(), static_cast<int>(weight.size()), MPI_DOUBLE, MPI_SUM, particles.comm);
   Eigen::MatrixXd gram = jacobian * weight.asDiagonal() * jacobian.transpose();
   const double largest = gram.diagonal().maxCoeff();
+  // A row of the Jacobian has its gradient twice, once for each end.
+  const double shifted_by =
+      shift * (shift_inverse_mass ? *shift_inverse_mass * jacobian.rowwise().squaredNorm().maxCoeff() : largest);
   for (Eigen::Index s = 0; s < gram.rows(); ++s) {
-    gram(s, s) += gram(s, s) > 0 ? shift * largest : largest;
+    gram(s, s) += gram(s, s) > 0 ? shifted_by : largest;
   }
   return gram;
 }
@@ -78,11 +82,11 @@ TEST_P(GramMatrix, rows_are_those_of_the_dense_product) {
   Crumpled crumpled(std::get<0>(GetParam()));
   const Colour colour = std::get<1>(GetParam());
   Gram gram(crumpled.sheet.of(colour), crumpled.sheet.particles, "aij");
-  for (const double scale : {1.0, 1.5}) {  // The second update fills the same pattern anew.
-    crumpled.x.row(0) *= scale;
-    const Eigen::MatrixXd expected = dense_gram(crumpled, colour);
+  for (const std::optional<double> shift_inverse_mass : {std::optional<double>(), std::optional(2.5)}) {
+    crumpled.x.row(0) *= 1.5;  // The second update fills the same pattern anew.
+    const Eigen::MatrixXd expected = dense_gram(crumpled, colour, shift_inverse_mass);
     const Linearisation constraint = linearise(crumpled, colour);
-    gram.update(constraint.gradient, crumpled.inverse_mass, shift);
+    gram.update(constraint.gradient, crumpled.inverse_mass, shift, shift_inverse_mass);
     std::vector<PetscInt> columns(static_cast<std::size_t>(expected.cols()));
     for (std::size_t column = 0; column < columns.size(); ++column) {
       columns[column] = static_cast<PetscInt>(column);

@@ -110,7 +110,7 @@ SurfaceMesh wheel_mesh(int n, int parts) {
 }
 
 /// Quads of the edges of a torus of triangles, six round every vertex.
-SurfaceMesh torus_mesh(int around, int across) {
+SurfaceMesh round_torus(int around, int across) {
   std::vector<Eigen::Vector3d> points;
   std::vector<std::array<int, 3>> triangles;
   for (int i = 0; i < around; ++i) {
@@ -201,7 +201,7 @@ TEST(IrregularVertices, constraints_are_dependent_where_springs_form_triangles) 
 // shift there is no solution.
 TEST(IrregularVertices, a_shift_cures_dependent_constraints) {
   for (const double shift : {0.0, 1e-3, ProjectOptions{}.shift}) {
-    Scene scene(sheet_of(PETSC_COMM_WORLD, torus_mesh(24, 12), 0.02));
+    Scene scene(sheet_of(PETSC_COMM_WORLD, round_torus(24, 12), 0.02));
     SheetOptions noise;
     noise.perturbation = 0.01;
     scene.x.values() = perturbed_positions(scene.sheet, noise);

@@ -13,14 +13,14 @@
 namespace pellicle {
 namespace {
 
-SurfaceMesh mesh_of(const std::string& name) {
+SurfaceMesh lined_mesh(const std::string& name) {
   return name == "grid" ? grid_mesh(7, 5, 0.2) : name == "torus" ? torus_mesh({12, 8}, 1, 0.3) : tripod_mesh(2);
 }
 
 Sheet sheet_of(const std::string& name) {
   SheetOptions options;
   options.thickness = 0.05;
-  return make_sheet(PETSC_COMM_WORLD, mesh_of(name), options);
+  return make_sheet(PETSC_COMM_WORLD, lined_mesh(name), options);
 }
 
 class LinesOf : public ::testing::TestWithParam<std::tuple<std::string, Colour>> {

@@ -229,7 +229,7 @@ TEST_P(Momentum, is_kept_by_a_free_projection) {
 
 // Kinds of matrix, pins, shift, singular systems.
 
-SurfaceMesh mesh_of(const std::string& name) { return name == "grid" ? grid_mesh(6, 5, 0.2) : tripod_mesh(2); }
+SurfaceMesh small_mesh(const std::string& name) { return name == "grid" ? grid_mesh(6, 5, 0.2) : tripod_mesh(2); }
 
 TEST(SuccessiveProjection, matrix_types_agree) {
   for (const char* mesh : {"grid", "tripod"}) {
@@ -238,7 +238,7 @@ TEST(SuccessiveProjection, matrix_types_agree) {
     for (const char* pins : {"exact", "paper"}) {
       Eigen::Matrix3Xd assembled;
       for (const std::string& type : mat_types()) {
-        Scene scene(make_sheet(PETSC_COMM_WORLD, mesh_of(mesh), sheet_options));
+        Scene scene(make_sheet(PETSC_COMM_WORLD, small_mesh(mesh), sheet_options));
         perturb(scene, 0.05);
         scene.scale_targets(Colour::blue, 0.97);
         for (std::size_t i = 0; i < scene.pinned.size(); ++i) {
@@ -276,18 +276,22 @@ TEST(SuccessiveProjection, ghosts_are_up_to_date_afterwards) {
 }
 
 TEST(SuccessiveProjection, shift_softens_the_correction) {
-  // A single free spring: G = 2 (2 d/l)^2, the shift s makes it (1 + s) G, so the ends move 1/(1 + s) of the way.
+  // A single free spring: G = 2 (2 d/l)^2, the shift s makes it (1 + s) G, so the ends move 1/(1 + s) of the way; with
+  // true masses (1 + 2 s) G.
   const Eigen::Matrix3Xd rest = (Eigen::Matrix3Xd(3, 2) << 0, 1, 0, 0, 0, 0).finished();
-  for (const double shift : {0.0, 0.01, 0.5}) {
+  for (const auto& [masses, shift] : {std::pair("equal", 0.0), std::pair("equal", 0.01), std::pair("equal", 0.5),
+                                      std::pair("true", 0.0), std::pair("true", 0.25)}) {
     Scene scene(hand_made_sheet(rest, {{Colour::red, {{0, 1}}}}));
     scene.scale_targets(Colour::red, 0.9);
     ProjectOptions options = tight_options();
+    options.masses = masses;
     options.shift = shift;
     SuccessiveProjection projection(scene.sheet, options);
     EXPECT_TRUE(projection.project(scene.x, Colour::red, scene.input()).converged);
     // Newton for |x_a - x_b| = 0.9 from 1: (1 + 0.81)/2.
     const double whole = 1 - 0.905;
-    EXPECT_NEAR(scene.x.vector(1)[0] - scene.x.vector(0)[0], 1 - whole / (1 + shift), 1e-14);
+    EXPECT_NEAR(scene.x.vector(1)[0] - scene.x.vector(0)[0],
+                1 - whole / (1 + (options.masses == "true" ? 2 : 1) * shift), 1e-14);
   }
 }
 

@@ -18,8 +18,7 @@ namespace {
 /// One case: mesh, membrane, and lists by persistent id.
 class BalloonCase {
  public:
-  explicit BalloonCase(const std::string& name) {
-    const std::string base = (reference_folder() / name).string();
+  explicit BalloonCase(const std::string& base) {
     params = YAML::LoadFile(base + ".params.json");
     expected = YAML::LoadFile(base + ".expected.json");
     membrane = make_membrane(PETSC_COMM_WORLD, read_mesh(base + ".obj"), {});

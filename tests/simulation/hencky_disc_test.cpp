@@ -9,7 +9,7 @@
 #include "tests/simulation/static_balloon.h"
 #include "tests/support/print_once.h"
 
-namespace pellicle {
+namespace pellicle::hencky_disc_test {
 namespace {
 
 constexpr double radius = 0.1;      // a [m]
@@ -118,4 +118,4 @@ TEST_P(HenckyDisc, DeflectionAndStressAreTheTheorys) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::hencky_disc_test

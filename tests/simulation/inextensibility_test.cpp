@@ -11,7 +11,7 @@
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
 
-namespace pellicle {
+namespace pellicle::inextensibility_test {
 namespace {
 
 constexpr int cells = 10;
@@ -95,4 +95,4 @@ TEST_F(Inextensibility, shell_of_four_contradicting_colours) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::inextensibility_test

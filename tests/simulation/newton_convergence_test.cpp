@@ -11,7 +11,7 @@
 #include "tests/simulation/static_balloon.h"
 #include "tests/support/print_once.h"
 
-namespace pellicle {
+namespace pellicle::newton_convergence_test {
 namespace {
 
 /// An ellipsoid of rubber blown up to twice its volume and at rest: in tension everywhere, so that the elements need no
@@ -157,4 +157,4 @@ TEST_F(GasTangents, GiveTheSameAnswer) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::newton_convergence_test

@@ -9,7 +9,7 @@
 #include "tests/support/grid_mesh.h"
 #include "tests/support/solver_options.h"
 
-namespace pellicle {
+namespace pellicle::solvers_test {
 namespace {
 
 struct Answer {
@@ -93,4 +93,4 @@ TEST(HeatSolver, matrix_free_operator_takes_no_factorisation) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::solvers_test

@@ -12,7 +12,7 @@
 #include "tests/support/solver_options.h"
 #include "tests/support/sphere_formulas.h"
 
-namespace pellicle {
+namespace pellicle::sphere_inflation_test {
 namespace {
 
 constexpr double radius = 0.1;      // R [m]
@@ -197,4 +197,4 @@ TEST(ThicknessRules, PlaneStressTendsToIncompressible) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::sphere_inflation_test

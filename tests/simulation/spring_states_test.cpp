@@ -4,7 +4,7 @@
 #include "combustion/combustion.h"
 #include "geometry/marching_triangle.h"
 
-namespace pellicle {
+namespace pellicle::spring_states_test {
 namespace {
 
 // Fig. 5 of the burning paper: five springs by the masses of their ends, with m^loss = 0.5 and a density that does not
@@ -42,4 +42,4 @@ TEST(SpringStates, a_partly_burnt_spring_is_cut_in_proportion) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::spring_states_test

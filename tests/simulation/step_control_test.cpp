@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <csignal>
 #include <sstream>
 
 #include "base/error.h"
+#include "base/stop_signal.h"
 
-namespace pellicle {
+namespace pellicle::step_control_test {
 namespace {
 
 /// A chain whose state is the sum of its accepted steps. It fails where the test says so, and an attempt that fails
@@ -26,6 +28,13 @@ class FakeChain : public Chain {
   StepResult advance(double h) override {
     ++attempts;
     sum_ += h;
+    int rank = 0;
+    int ranks = 1;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    if (attempts == signal_in_attempt && rank == ranks - 1) {
+      std::raise(SIGUSR1);
+    }
     StepResult result;
     if (fails_from <= time_ && time_ < fails_until && h > fails_above) {
       sum_ = 1e30;
@@ -56,11 +65,19 @@ class FakeChain : public Chain {
     return (std::floor(time_ / frame_interval + 1e-9) + 1) * frame_interval;
   }
   void draw() override {
+    if (step_ == draw_fails_in_step) {
+      throw Error("the disk is full");
+    }
     drawn.push_back(time_);
     drawn_sum = sum_;
     last_frame_ = time_ + 1e-12;
   }
-  void record(double h, int retries) override { rows.push_back({time_, step_, h, retries}); }
+  void record(double h, int retries) override {
+    if (step_ == record_fails_in_step) {
+      throw Error("history.csv was removed");
+    }
+    rows.push_back({time_, step_, h, retries});
+  }
 
   double sum() const { return sum_; }
 
@@ -70,6 +87,9 @@ class FakeChain : public Chain {
   double error_factor = 0;
   double frame_interval = 0;
   double ends_at = 1e30;  ///< [s]
+  int signal_in_attempt = -1;
+  int draw_fails_in_step = -1;
+  int record_fails_in_step = -1;
   int attempts = 0;
   double drawn_sum = 0;
   std::vector<double> drawn;
@@ -194,6 +214,75 @@ TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
   EXPECT_EQ(chain.rows.size(), 2U);
 }
 
+/// The message of the Error with which a run ends, or "no Error".
+std::string fault_of(FakeChain& chain, const TimeOptions& options) {
+  try {
+    run(chain, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no Error";
+}
+
+TEST(StepControl, TellsEveryStepThatIsHalvedAndWhy) {
+  FakeChain chain;
+  chain.fails_from = 0.75;
+  chain.fails_until = 1.3;
+  chain.fails_above = 0.3;
+  const std::string told = run(chain, options_for(1, 4));
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  EXPECT_EQ(told, rank > 0 ? ""
+                           : "step 2 at time 1 s failed: the step is too long; tried again with 0.5 s\n"
+                             "step 2 at time 1 s failed: the step is too long; tried again with 0.25 s\n"
+                             "step 3 at time 1.25 s failed: the step is too long; tried again with 0.25 s\n");
+}
+
+TEST(StepControl, ASignalToAnyRankEndsTheRunAfterItsStep) {
+  catch_stop_signals(0);
+  FakeChain chain;
+  chain.frame_interval = 10;
+  chain.signal_in_attempt = 3;
+  try {
+    run(chain, options_for(0.5, 4));
+    FAIL() << "no error";
+  } catch (const Interrupted& interrupted) {
+    EXPECT_EQ(interrupted.signal(), SIGUSR1);
+    EXPECT_STREQ(interrupted.what(), "ended by SIGUSR1 at 1.5 s after step 3, which is the last frame and row");
+  }
+  expect_near(chain.drawn, {1.5});
+  EXPECT_EQ(chain.rows.size(), 3U);
+  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
+}
+
+TEST(StepControl, ASignalEndsTheSearchForAShorterStep) {
+  catch_stop_signals(0);
+  FakeChain chain;
+  chain.frame_interval = 10;
+  chain.fails_from = 1;
+  chain.fails_until = 9;
+  chain.signal_in_attempt = 4;  // the second one of the third step
+  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)),
+            "ended by SIGUSR1 when step 3 at time 1.000000 s failed, down to a length of 0.25 s: the step is too long; "
+            "the state before it is the last frame");
+  EXPECT_EQ(chain.attempts, 4);
+  expect_near(chain.drawn, {1});
+}
+
+TEST(StepControl, WhatCanBeKeptOfAStepIsKept) {
+  FakeChain without_history;
+  without_history.frame_interval = 10;
+  without_history.record_fails_in_step = 2;
+  EXPECT_EQ(fault_of(without_history, options_for(0.5, 4)),
+            "history.csv was removed; ended at 1 s after step 2, the last frame");
+  expect_near(without_history.drawn, {1});
+  FakeChain without_frame;
+  without_frame.draw_fails_in_step = 2;
+  EXPECT_EQ(fault_of(without_frame, options_for(0.5, 4)),
+            "the disk is full; ended at 1 s after step 2, of which there is no frame");
+  EXPECT_EQ(without_frame.rows.size(), 2U);
+}
+
 /// It bears steps that are ever shorter.
 class HardeningChain : public FakeChain {
  public:
@@ -287,4 +376,4 @@ TEST(StepControl, AFailureShortensAdaptiveStepsToo) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::step_control_test

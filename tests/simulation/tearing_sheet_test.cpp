@@ -16,7 +16,7 @@
 #include "tests/support/grid_mesh.h"
 #include "tests/support/print_once.h"
 
-namespace pellicle {
+namespace pellicle::tearing_sheet_test {
 namespace {
 
 constexpr double edge = 0.05;  // [m]
@@ -276,4 +276,4 @@ TEST_F(TearingSheet, pulled_by_its_pins_tears_where_it_is_weak) {
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::tearing_sheet_test

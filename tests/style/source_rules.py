@@ -25,7 +25,7 @@ MAY_INCLUDE = {
     "main.cpp": {"simulation", "base", "io"},
 }
 GENERATED = {"revision_text.h"}
-OWN_TESTS = {"program", "reference", "style", "benchmark", "support"}  # folders of tests/ that mirror none of src/
+OWN_TESTS = {"program", "fuzz", "reference", "style", "benchmark", "support"}  # they mirror none of src/
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 

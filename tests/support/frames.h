@@ -7,6 +7,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkTriangle.h>
 #include <vtkXMLDataElement.h>
 #include <vtkXMLPPolyDataReader.h>
 #include <vtkXMLUtilities.h>
@@ -14,17 +15,21 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tests/support/csv.h"
+
 namespace pellicle {
+
+/// How far results that should agree may differ, as a share of a field's range.
+constexpr double agreement = 1e-6;
 
 /// Values of a field by vertex_id or cell_id, one entry a component.
 using PointValues = std::map<long, std::vector<double>>;
@@ -36,6 +41,8 @@ struct DrawnFrame {
   std::map<std::string, PointValues> cell_values;  ///< by the field's name; of a quad those of its four triangles
   std::set<std::string> point_fields;
   std::set<std::string> cell_fields;
+  /// Over all drawn triangles: of each cell field of one component, and of "1" for the area.
+  std::map<std::string, double> integrals;
   long cells = 0;
   std::set<int> ranks;  ///< that own a cell
 };
@@ -63,6 +70,14 @@ inline std::vector<std::pair<double, std::filesystem::path>> read_pvd(const std:
   return frames;
 }
 
+inline std::vector<double> triangle_areas(vtkPolyData& data) {
+  std::vector<double> areas;
+  for (vtkIdType cell = 0; cell < data.GetNumberOfCells(); ++cell) {
+    areas.push_back(vtkTriangle::SafeDownCast(data.GetCell(cell))->ComputeArea());
+  }
+  return areas;
+}
+
 inline DrawnFrame read_frame(double time, const std::filesystem::path& path) {
   const vtkSmartPointer<vtkPolyData> data = read_pvtp(path);
   DrawnFrame frame;
@@ -74,6 +89,14 @@ inline DrawnFrame read_frame(double time, const std::filesystem::path& path) {
   }
   for (int f = 0; f < data->GetCellData()->GetNumberOfArrays(); ++f) {
     frame.cell_fields.insert(data->GetCellData()->GetArrayName(f));
+  }
+  const std::vector<double> areas = triangle_areas(*data);
+  frame.integrals["1"] = std::accumulate(areas.begin(), areas.end(), 0.0);
+  for (const std::string& name : frame.cell_fields) {
+    vtkDataArray* array = data->GetCellData()->GetArray(name.c_str());
+    for (vtkIdType cell = 0; array->GetNumberOfComponents() == 1 && cell < data->GetNumberOfCells(); ++cell) {
+      frame.integrals[name] += areas[static_cast<std::size_t>(cell)] * array->GetTuple1(cell);
+    }
   }
   if (vtkDataArray* ids = data->GetCellData()->GetArray("cell_id")) {
     for (const std::string& name : frame.cell_fields) {
@@ -215,31 +238,6 @@ inline void expect_same_remains(const DrawnFrame& a, const DrawnFrame& b, double
       EXPECT_EQ(counts(values), counts(others)) << what << ": triangles of cells";
     }
   }
-}
-
-/// Columns of a CSV file by name, without the unit that may follow it in brackets.
-inline std::map<std::string, std::vector<double>> read_csv(const std::filesystem::path& path) {
-  std::map<std::string, std::vector<double>> columns;
-  std::ifstream file(path);
-  std::vector<std::string> names;
-  std::string line;
-  std::getline(file, line);
-  std::istringstream head(line);
-  for (std::string name; std::getline(head, name, ',');) {
-    names.push_back(name.substr(0, name.find(" [")));
-    columns[names.back()];
-  }
-  while (std::getline(file, line)) {
-    std::istringstream row(line);
-    std::size_t column = 0;
-    for (std::string word; std::getline(row, word, ','); ++column) {
-      columns.at(names.at(column)).push_back(std::stod(word));
-    }
-    if (column != names.size()) {
-      throw std::runtime_error(path.string() + ": a row of " + std::to_string(column) + " values: " + line);
-    }
-  }
-  return columns;
 }
 
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -48,12 +49,24 @@ inline std::string text_of(const std::filesystem::path& path) {
   return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
 }
 
+/// How often a text is there.
+inline long count(const std::string& text, const std::string& pattern) {
+  const std::regex expression(pattern);
+  return std::distance(std::sregex_iterator(text.begin(), text.end(), expression), std::sregex_iterator());
+}
+
 using Arguments = std::vector<std::string>;
 
 inline Arguments operator+(Arguments first, const Arguments& second) {
   first.insert(first.end(), second.begin(), second.end());
   return first;
 }
+
+/// The path of a deck of input/.
+inline std::string deck_path(const std::string& name) { return PELLICLE_SOURCE_DIR "/input/" + name + ".yaml"; }
+
+/// For what every rank reads alike, which is tried on several ranks once a test.
+inline const std::vector<int> one_rank{1};
 
 /// A test that starts the program as a user does, in an empty folder of its own, which goes when the test ends.
 class ProgramTest : public testing::Test {

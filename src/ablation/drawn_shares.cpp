@@ -1,0 +1,165 @@
+#include "ablation/drawn_shares.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+namespace pellicle {
+
+namespace {
+
+/// Share of a living cell that counts as drawn where less is: what is at it must get to those who take.
+constexpr double least_share = 1e-9;
+
+/// Corners and lattice particle of a cell.
+std::array<PetscInt, 5> particles_of(const Sheet& sheet, std::size_t cell) {
+  const std::array<PetscInt, 4>& corners = sheet.cells[cell];
+  return {corners[0], corners[1], corners[2], corners[3], sheet.lattice[cell]};
+}
+
+double triangle_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  return 0.5 * (b - a).cross(c - a).norm();
+}
+
+Eigen::Vector3d place(const DrawnPoint& point, const Field& positions) {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    x += point.weights[k] * positions.vector(point.particles[k]);
+  }
+  return x;
+}
+
+/// Area of the four triangles of a cell.
+double whole_area(const std::array<PetscInt, 4>& corners, const Field& positions) {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const PetscInt corner : corners) {
+    centre += positions.vector(corner) / 4;
+  }
+  double area = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    area += triangle_area(positions.vector(corners[k]), positions.vector(corners[(k + 1) % 4]), centre);
+  }
+  return area;
+}
+
+}  // namespace
+
+DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSurface& surface, const Field& positions)
+    : sheet_(sheet),
+      area_(static_cast<std::size_t>(sheet.owned_cells), 0.0),
+      cell_weight_(sheet.particles, 1),
+      weight_(sheet.particles, 1),
+      drawn_(sheet.particles, 1),
+      given_(sheet.particles, 1) {
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto corner = [&](std::size_t k) {
+      return place(surface.points[static_cast<std::size_t>(surface.triangles[t][k])], positions);
+    };
+    area_[static_cast<std::size_t>(surface.cells[t])] += triangle_area(corner(0), corner(1), corner(2));
+  }
+  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
+    const auto first = living.triangles.begin() + 4 * static_cast<std::ptrdiff_t>(cell);
+    if (std::none_of(first, first + 4, [](bool lives) { return lives; })) {
+      continue;
+    }
+    const PetscInt lattice = sheet.lattice[cell];
+    const double share = area_[cell] > 0 ? std::min(1.0, area_[cell] / whole_area(sheet.cells[cell], positions)) : 0;
+    cell_weight_.data()[lattice] =
+        std::max(share, least_share) * 2 * sheet.initial_mass[static_cast<std::size_t>(lattice)];
+    for (const PetscInt i : particles_of(sheet, cell)) {
+      weight_.data()[i] += area_[cell] > 0 ? cell_weight_.data()[lattice] : 0;
+    }
+  }
+  cell_weight_.update_ghosts();
+  weight_.add_ghosts();
+  weight_.update_ghosts();
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    // A lattice particle has half of its cell's initial mass, a corner an eighth of that of each cell at it.
+    const auto k = static_cast<std::size_t>(i);
+    drawn_.data()[i] = std::min(1.0, weight_.data()[i] / ((sheet.is_lattice[k] ? 2 : 8) * sheet.initial_mass[k]));
+  }
+  find_held(living);
+
+  const auto weight_of_takers = [this](std::size_t cell) {
+    double sum = 0;
+    for (const PetscInt i : particles_of(sheet_, cell)) {
+      sum += drawn_.data()[i];
+    }
+    return cell_weight_.data()[sheet_.lattice[cell]] * sum;
+  };
+  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
+    for (const PetscInt i : particles_of(sheet, cell)) {
+      given_.data()[i] += weight_of_takers(cell);
+    }
+  }
+  for (const Held& held : held_) {
+    given_.data()[held.particle] += weight_of_takers(held.cell);
+  }
+  given_.add_ghosts();
+  given_.update_ghosts();
+}
+
+void DrawnShares::find_held(const Living& living) {
+  for (const Colour colour : {Colour::green, Colour::yellow}) {  // The others lie in a triangle that holds them.
+    const SpringSet& springs = sheet_.of(colour);
+    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+      if (!living.springs[static_cast<std::size_t>(colour)][s]) {
+        continue;
+      }
+      for (const PetscInt end : springs.ends[s]) {
+        PetscInt last = -1;  // All triangles of a yellow spring are of one cell.
+        for (const PetscInt triangle : springs.triangles[s]) {
+          if (weight_.data()[end] == 0 && triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)] &&
+              triangle / 4 != last) {
+            last = triangle / 4;
+            held_.push_back({end, static_cast<std::size_t>(last)});
+          }
+        }
+      }
+    }
+  }
+}
+
+std::vector<double> DrawnShares::density(const Field& amount) const {
+  // What each cell passes on from particles that are not drawn, or in part, per share of the takers.
+  Field passed(sheet_.particles, 1);
+  const auto pass = [&](PetscInt particle, std::size_t cell) {
+    const PetscInt lattice = sheet_.lattice[cell];
+    if (given_.data()[particle] > 0) {
+      passed.data()[lattice] += (1 - drawn_.data()[particle]) * amount.data()[particle] * cell_weight_.data()[lattice] /
+                                given_.data()[particle];
+    }
+  };
+  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
+    for (const PetscInt i : particles_of(sheet_, cell)) {
+      pass(i, cell);
+    }
+  }
+  for (const Held& held : held_) {
+    pass(held.particle, held.cell);
+  }
+  passed.add_ghosts();
+
+  Field taken(sheet_.particles, 1);
+  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
+    for (const PetscInt i : particles_of(sheet_, cell)) {
+      taken.data()[i] += drawn_.data()[i] * passed.data()[sheet_.lattice[cell]];
+    }
+  }
+  taken.add_ghosts();
+  taken.update_ghosts();
+
+  std::vector<double> density(sheet_.cells.size(), 0.0);
+  for (std::size_t cell = 0; cell < area_.size(); ++cell) {
+    if (area_[cell] > 0) {
+      for (const PetscInt i : particles_of(sheet_, cell)) {
+        density[cell] += (drawn_.data()[i] * amount.data()[i] + taken.data()[i]) *
+                         cell_weight_.data()[sheet_.lattice[cell]] / weight_.data()[i];
+      }
+      density[cell] /= area_[cell];
+    }
+  }
+  return density;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,100 @@
+#include "base/idle_options.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+/// Something given that has no effect.
+struct Idle {
+  const Origin* origin;
+  const Condition* needs;
+  bool is_solver_setting;
+  bool has_acted;
+
+  bool is_legal() const { return has_acted || (is_solver_setting && origin->is_laid_over); }
+};
+
+const Condition* idle_because(const OptionTable& table, const PetscOption& option) {
+  const SolverPrefix* solver = table.solver_of(option.name);
+  return solver == nullptr ? nullptr : first_unmet(solver->conditions);
+}
+
+std::vector<Idle> idle_options(const OptionTable& table, const std::vector<PetscOption>& petsc) {
+  std::vector<Idle> idle;
+  for (const auto& section : table.object_sections()) {
+    if (const Condition* needs = first_unmet(section.conditions)) {
+      for (const auto& object : section.objects) {
+        idle.push_back({&object.origin, needs, section.is_solver_setting, object.has_acted});
+      }
+    }
+  }
+  // Of an object that has no effect it is enough to name the object.
+  const auto is_of_idle_object = [&table](const Option& option) {
+    const auto& sections = table.object_sections();
+    return std::any_of(sections.begin(), sections.end(), [&option](const auto& section) {
+      return option.key().compare(0, section.key.size() + 1, section.key + ".") == 0 &&
+             first_unmet(section.conditions) != nullptr;
+    });
+  };
+  for (const Option& option : table.options()) {
+    const Condition* needs = option.idle_because();
+    if (option.origin() && needs != nullptr && !option.is_blank() && !is_of_idle_object(option)) {
+      idle.push_back({&*option.origin(), needs, option.is_solver_setting(), option.has_acted()});
+    }
+  }
+  for (const PetscOption& option : petsc) {
+    if (const Condition* needs = idle_because(table, option)) {
+      idle.push_back({&option.origin, needs, true, option.has_acted});
+    }
+  }
+  std::stable_sort(idle.begin(), idle.end(), [](const Idle& a, const Idle& b) {
+    return std::tie(a.origin->source, a.origin->line) < std::tie(b.origin->source, b.origin->line);
+  });
+  return idle;
+}
+
+/// "deck.yaml: a, b, c; more.yaml: d", the first dozen of them.
+std::string names_by_source(const std::vector<Idle>& idle) {
+  constexpr std::size_t most = 12;
+  std::string text;
+  const std::string* source = nullptr;
+  for (std::size_t i = 0; i < std::min(idle.size(), most); ++i) {
+    const Origin& origin = *idle[i].origin;
+    const bool same = source != nullptr && *source == origin.source;
+    text += (same ? ", " : (i > 0 ? "; " : "") + origin.source + ": ") + origin.name;
+    source = &origin.source;
+  }
+  return text + (idle.size() > most ? ", ... (" + std::to_string(idle.size()) + " in all)" : "");
+}
+
+}  // namespace
+
+void note_acting(OptionTable& table, std::vector<PetscOption>& petsc) {
+  table.note_acting();
+  for (PetscOption& option : petsc) {
+    option.has_acted = option.has_acted || idle_because(table, option) == nullptr;
+  }
+}
+
+std::string settle_idle_options(const OptionTable& table, std::vector<PetscOption>& petsc) {
+  std::vector<Idle> idle = idle_options(table, petsc);
+  const auto first = std::find_if(idle.begin(), idle.end(), [](const Idle& given) { return !given.is_legal(); });
+  if (first != idle.end()) {
+    const auto count = std::count_if(first, idle.end(), [](const Idle& given) { return !given.is_legal(); });
+    throw Error(first->origin->text() + ": has no effect in this run; expected with " + first->needs->words +
+                (first->is_solver_setting ? ", or in a deck laid over the scene's" : "") +
+                (count > 1 ? " (and " + std::to_string(count - 1) + " more without effect)" : ""));
+  }
+  const std::string names = names_by_source(idle);
+  petsc.erase(std::remove_if(petsc.begin(), petsc.end(),
+                             [&](const PetscOption& option) { return idle_because(table, option) != nullptr; }),
+              petsc.end());
+  return names.empty() ? "" : "not used in this run: " + names;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,95 @@
+#include "base/memory.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+constexpr double no_limit = std::numeric_limits<double>::infinity();
+
+/// The number that a file of the kernel holds; nothing counts as no limit, as does a word such as "max".
+double number_in(const std::string& path) {
+  double value = 0;
+  return std::ifstream(path) >> value ? value : no_limit;
+}
+
+/// MemAvailable of the machine: what is free, and caches that it can give up.
+double machine_memory() {
+  std::ifstream file("/proc/meminfo");
+  std::string word;
+  while (file >> word) {
+    double kibibytes = 0;
+    if (word == "MemAvailable:" && file >> kibibytes) {
+      return 1024 * kibibytes;
+    }
+  }
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+/// What the process's own control group leaves: containers and batch systems set such limits.
+double control_group_memory() {
+  std::ifstream file("/proc/self/cgroup");
+  double left = no_limit;
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t second = line.find(':', line.find(':') + 1);
+    if (second == std::string::npos) {
+      continue;
+    }
+    const std::string controllers = line.substr(0, second);
+    // Inside a container the path of the group is not visible, and its files lie at the root.
+    for (const std::string& path : {line.substr(second + 1), std::string("/")}) {
+      if (controllers == "0:") {
+        const std::string folder = "/sys/fs/cgroup" + path;
+        left = std::min(left, number_in(folder + "/memory.max") - number_in(folder + "/memory.current"));
+      } else if (controllers.find(":memory") != std::string::npos) {
+        const std::string folder = "/sys/fs/cgroup/memory" + path;
+        left =
+            std::min(left, number_in(folder + "/memory.limit_in_bytes") - number_in(folder + "/memory.usage_in_bytes"));
+      }
+    }
+  }
+  return left;
+}
+
+/// What `ulimit -v` leaves of the address space.
+double address_space() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) {
+    return no_limit;
+  }
+  const double pages = number_in("/proc/self/statm");
+  return static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+double available_memory() {
+  double least = machine_memory();
+  for (const double limit : {control_group_memory(), address_space()}) {
+    least = limit < least ? limit : least;  // A difference of two unknown numbers is not a number, and no limit.
+  }
+  return std::max(0.0, least);
+}
+
+void require_memory(const std::string& what, double bytes) {
+  constexpr double gigabyte = 1e9;
+  const double available = available_memory();
+  if (!(bytes <= available)) {
+    std::ostringstream text;
+    text.precision(2);
+    text << what << " needs about " << bytes / gigabyte << " GB of memory, expected no more than the "
+         << available / gigabyte << " GB that are available";
+    throw Error(text.str());
+  }
+}
+
+}  // namespace pellicle

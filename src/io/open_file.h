@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+
+namespace pellicle {
+
+/// A file held open by its descriptor, which tells whether it is still the one at its path. Closed at the end.
+class OpenFile {
+ public:
+  OpenFile() = default;
+  /// Tries to open it, see is_open. @param flags of open(2)
+  OpenFile(std::string path, int flags);
+  ~OpenFile();
+  OpenFile(OpenFile&& other) noexcept;
+  OpenFile& operator=(OpenFile&& other) noexcept;
+
+  bool is_open() const { return descriptor_ >= 0; }
+  /// Why it could not be opened, an error number.
+  int error() const { return error_; }
+  int descriptor() const { return descriptor_; }
+  const std::string& path() const { return path_; }
+
+  /// Whether a path leads to it.
+  bool is_at(const std::string& path) const;
+
+  /// All of it. @throws Error
+  std::string text() const;
+  /// Adds a text to its end, or when that fails nothing of it. @throws Error
+  void append(const std::string& text);
+  /// Makes a text all of it. @throws Error
+  void overwrite(const std::string& text);
+
+ private:
+  [[noreturn]] void fail() const;
+  void write(const std::string& text, long long position);
+
+  std::string path_;
+  int descriptor_ = -1;
+  int error_ = 0;
+};
+
+}  // namespace pellicle

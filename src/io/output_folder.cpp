@@ -1,0 +1,326 @@
+#include "io/output_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "base/error.h"
+#include "io/open_file.h"
+
+namespace pellicle {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const list_name = "run_files.txt";
+const char* const parts_name = "run.part";
+
+std::string checksum(const std::string& text) {
+  std::ostringstream sum;
+  sum << std::hex << crc32(0, reinterpret_cast<const unsigned char*>(text.data()), static_cast<uInt>(text.size()));
+  return sum.str();
+}
+
+/// Empty if the file cannot be read.
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+}
+
+/// Whether a name can be that of a file of a run in the folder, or in a subfolder of it.
+bool is_inside(const std::string& name) {
+  const fs::path path(name);
+  const auto parts = std::distance(path.begin(), path.end());
+  return path.is_relative() && (parts == 1 || parts == 2) && name != list_name &&
+         std::none_of(path.begin(), path.end(),
+                      [](const fs::path& part) { return part.empty() || part == "." || part == ".."; });
+}
+
+bool exists(const fs::path& path) { return fs::symlink_status(path).type() != fs::file_type::not_found; }
+
+/// Whether a regular file is there, neither a link nor behind one below the folder.
+bool is_file_inside(const std::string& folder, const std::string& name) {
+  const fs::path parent = fs::path(name).parent_path();
+  return fs::symlink_status(fs::path(folder) / name).type() == fs::file_type::regular &&
+         (parent.empty() || fs::symlink_status(fs::path(folder) / parent).type() == fs::file_type::directory);
+}
+
+/// Removes those of the named files that are there, then the subfolders that have become empty.
+template <class Names>
+void remove_files(const std::string& folder, const Names& names) {
+  std::set<std::string> subfolders;
+  for (const auto& [name, sums] : names) {
+    if (is_file_inside(folder, name)) {
+      fs::remove(fs::path(folder) / name);
+    }
+    if (fs::path(name).has_parent_path()) {
+      subfolders.insert(fs::path(name).parent_path().string());
+    }
+  }
+  for (const std::string& subfolder : subfolders) {
+    const fs::path path = fs::path(folder) / subfolder;
+    if (fs::symlink_status(path).type() == fs::file_type::directory && fs::is_empty(path)) {
+      fs::remove(path);
+    }
+  }
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record)
+    : comm_(comm), directory_(options.directory), name_(options.name), record_(record) {
+  options.validate();
+  int rank = 0;
+  MPI_Comm_rank(comm_, &rank);
+  MPI_Comm_size(comm_, &ranks_);
+  is_root_ = rank == 0;
+  using_folder([this] {
+    open_list(Missing::leave);
+    check_conflicts();
+  });
+}
+
+OutputFolder::~OutputFolder() {
+  if (is_started_ && is_root_) {
+    remove_parts();
+    std::error_code ignored;
+    fs::remove(path(parts_name), ignored);
+  }
+}
+
+void OutputFolder::start() {
+  if (std::exchange(is_started_, true)) {
+    return;
+  }
+  using_folder([this] {
+    fs::create_directories(directory_);
+    if (!list_.is_at(path(list_name))) {
+      open_list(Missing::make);
+    }
+    check_conflicts();
+    // The new record is written before the old one goes: a deck that a run has kept may be the one that is run.
+    Files old = std::exchange(files_, {});
+    write_record();
+    for (const auto& [name, sums] : files_) {
+      old.erase(name);
+    }
+    Files series;  // go first, so that they never name frames that are gone
+    for (const auto& [name, sums] : old) {
+      if (fs::path(name).extension() == ".pvd") {
+        series.emplace(name, sums);
+      }
+    }
+    remove_files(directory_, series);
+    remove_files(directory_, old);
+    remove_files(path(parts_name), old);
+    list_.overwrite(listed(files_, true));
+  });
+}
+
+void OutputFolder::using_folder(const std::function<void()>& work) {
+  on_root(comm_, [&] {
+    try {
+      work();
+    } catch (const fs::filesystem_error& error) {
+      throw Error("output.directory: " + directory_ + " cannot be used: " + error.code().message());
+    }
+  });
+}
+
+void OutputFolder::open_list(Missing missing) {
+  const std::string path_of_list = path(list_name);
+  OpenFile list(path_of_list, O_RDWR | (missing == Missing::make ? O_CREAT : 0));
+  if (!list.is_open() && missing == Missing::leave && (list.error() == ENOENT || list.error() == ENOTDIR)) {
+    return;
+  }
+  if (!list.is_open()) {
+    throw Error("output.directory: " + path_of_list + " cannot be opened: " + std::strerror(list.error()));
+  }
+  // A file system without locks gives another error: the run goes on without one.
+  if (flock(list.descriptor(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    throw Error("output.directory: " + directory_ +
+                ": another run is writing there; expected a folder of its own, or that it has ended");
+  }
+  list_ = std::move(list);
+  read_list();
+}
+
+void OutputFolder::read_list() {
+  files_.clear();
+  std::istringstream text(list_.text());
+  std::string line;
+  if (!std::getline(text, line)) {
+    return;
+  }
+  if (line.compare(0, 4, "run ") != 0) {
+    throw Error("output.directory: " + path(list_name) +
+                " is no list of the files of a run; expected 'run NAME' in its first line");
+  }
+  if (line.substr(4) != name_) {
+    throw Error("output.directory: " + directory_ + " is the folder of the run '" + line.substr(4) +
+                "'; expected one of its own for '" + name_ + "'");
+  }
+  for (int number = 2; std::getline(text, line); ++number) {
+    std::istringstream words(line);
+    std::string kind;
+    std::string sum;
+    words >> kind;
+    const bool is_text = kind == "text" && words >> sum;
+    if (kind != "file" && !is_text) {
+      continue;  // the end of an older list, left by a run that was killed while it shortened it
+    }
+    std::string name;
+    std::getline(words >> std::ws, name);
+    if (!is_inside(name)) {
+      throw Error("output.directory: " + path(list_name) + ":" + std::to_string(number) + ": '" + name +
+                  "' is no file in this folder; expected names of files in it");
+    }
+    std::vector<std::string>& sums = files_[name];
+    if (is_text) {
+      sums.push_back(sum);
+    }
+  }
+}
+
+std::string OutputFolder::listed(const Files& files, bool with_head) const {
+  std::string lines = with_head ? "run " + name_ + "\n" : "";
+  for (const auto& [name, sums] : files) {
+    if (sums.empty()) {
+      lines += "file " + name + "\n";
+    }
+    for (const std::string& sum : sums) {
+      lines += "text " + sum + " " + name + "\n";
+    }
+  }
+  return lines;
+}
+
+bool OutputFolder::is_of_run(const std::string& name) const {
+  if (name == "history.csv" || name == "pieces.csv" || name == "projection.csv") {
+    return true;
+  }
+  static const std::regex rest(R"((_springs)?(\.pvd|_[0-9]{6,}(\.pvtp|/.*_[0-9]{6,}_[0-9]+\.vtp)))");
+  return name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), rest);
+}
+
+void OutputFolder::check_conflicts() const {
+  const std::map<std::string, std::string> record = record_files(record_, ranks_);
+  std::vector<std::string> names;
+  for (const auto& [name, text] : record) {
+    names.push_back(name);
+  }
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_, none)) {
+    const std::string name = entry.path().filename().string();
+    names.push_back(name);
+    if (is_of_run(name + ".pvtp") && entry.is_directory()) {
+      for (const fs::directory_entry& piece : fs::directory_iterator(entry)) {
+        names.push_back(name + "/" + piece.path().filename().string());
+      }
+    }
+  }
+  for (const std::string& name : names) {
+    // A folder of this name belongs to the list, if there is one.
+    const bool is_foreign_parts = name == parts_name && files_.empty();
+    const bool would_be_replaced = is_foreign_parts || record.count(name) > 0 || is_of_run(name);
+    if (would_be_replaced && exists(path(name)) && (files_.count(name) == 0 || !is_file_inside(directory_, name))) {
+      throw Error("output.directory: " + path(name) + " is there and " + path(list_name) +
+                  " does not name it as a run's; expected another folder, or that you move it");
+    }
+  }
+  for (const auto& [name, sums] : files_) {
+    if (sums.empty() || !is_file_inside(directory_, name)) {
+      continue;
+    }
+    const std::string text = text_of_file(path(name));
+    const auto written = record.find(name);
+    const bool stays = written != record.end() && written->second == text;
+    if (!stays && std::find(sums.begin(), sums.end(), checksum(text)) == sums.end()) {
+      throw Error("output.directory: " + path(name) +
+                  " has been changed since a run wrote it; expected another folder, or that you move it");
+    }
+  }
+}
+
+void OutputFolder::write_record() {
+  const std::map<std::string, std::string> record = record_files(record_, ranks_);
+  Files texts;
+  for (const auto& [name, text] : record) {
+    texts[name] = {checksum(text)};
+  }
+  list_.append(listed(texts, list_.text().empty()));
+  files_.insert(texts.begin(), texts.end());
+  fs::create_directory(path(parts_name));
+  for (const auto& [name, text] : record) {
+    write(name, text);
+  }
+}
+
+void OutputFolder::list(const std::vector<std::string>& names) {
+  require_present();
+  Files files;
+  for (const std::string& name : names) {
+    if (files_.count(name) == 0) {
+      files[name] = {};
+    }
+  }
+  list_.append(listed(files, false));
+  files_.insert(files.begin(), files.end());
+  std::error_code ignored;  // What is made there tells.
+  fs::create_directory(path(parts_name), ignored);
+}
+
+void OutputFolder::write(const std::string& name, const std::string& text) {
+  {
+    OpenFile file(path_of_part(name), O_WRONLY | O_CREAT | O_TRUNC);
+    file.append(text);
+  }
+  put_in_place(name);
+}
+
+void OutputFolder::put_in_place(const std::string& name) {
+  if (std::rename(path_of_part(name).c_str(), path(name).c_str()) != 0) {
+    throw Error(path(name) + ": cannot be written: " + std::strerror(errno));
+  }
+}
+
+void OutputFolder::remove_parts() {
+  try {
+    remove_files(path(parts_name), files_);
+  } catch (const fs::filesystem_error&) {  // The next run removes what is left.
+  }
+}
+
+void OutputFolder::require_present() {
+  if (list_.is_at(path(list_name))) {
+    return;
+  }
+  const std::string what =
+      directory_ + ": the folder, or " + list_name + " in it, was removed or replaced while the run went on";
+  Files files = files_;
+  try {
+    fs::create_directories(directory_);
+    open_list(Missing::make);
+    files_.insert(files.begin(), files.end());
+    list_.overwrite(listed(files_, true));
+    write_record();
+  } catch (const std::exception& error) {
+    throw Error(what + ", and it cannot be made again: " + error.what());
+  }
+  throw Error(what + "; what could be kept is there");
+}
+
+}  // namespace pellicle

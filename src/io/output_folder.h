@@ -1,0 +1,80 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "io/open_file.h"
+#include "io/output_options.h"
+#include "io/run_record.h"
+
+namespace pellicle {
+
+/// The folder of a run: of one run at a time, and of runs of one name. `run_files.txt` in it lists every file that the
+/// run writes; the next run of this name removes what is listed there, and nothing else. The list is locked while the
+/// run goes on, by a lock of the system that ends with the process (on one machine, and between machines as far as
+/// their file system's locks reach).
+///
+/// A file is made in the subfolder `run.part` and moved to its place when it is whole.
+class OutputFolder {
+ public:
+  /// Locks a folder that a run has used before. Writes nothing. Collective.
+  /// @param record what the folder keeps of the run, as it is when the folder is started; must outlive the folder
+  /// @throws Error, on all ranks: another run goes on in the folder, or it is that of a run of another name, or a file
+  /// that this run would replace is there that no list names or that has been changed since
+  OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Makes and locks the folder, writes the record (see record_files) and removes the other files of the run before.
+  /// Does nothing where it has been done. Collective. @throws Error, on all ranks
+  void start();
+
+  MPI_Comm comm() const { return comm_; }
+  std::string path(const std::string& name) const { return directory_ + "/" + name; }
+  /// Where a file is made that is to have this name.
+  std::string path_of_part(const std::string& name) const { return path("run.part/" + name); }
+
+  /// Lists files, names in the folder, before they are made. On rank 0. @throws Error, also if the folder is gone, see
+  /// require_present
+  void list(const std::vector<std::string>& names);
+  /// Writes a file that is listed, or replaces it in one move. On rank 0. @throws Error
+  void write(const std::string& name, const std::string& text);
+  /// Moves a file that has been made to its place. On any rank. @throws Error
+  void put_in_place(const std::string& name);
+  /// Removes what has been begun and will not be finished. On rank 0.
+  void remove_parts();
+
+  /// On rank 0. @throws Error if the folder or its list has been removed or replaced since it was started; both have
+  /// been made again then, where that is possible, so that what is left to write can be kept.
+  void require_present();
+
+ private:
+  /// Listed files by name; of a text the check sums that it may have.
+  using Files = std::map<std::string, std::vector<std::string>>;
+  enum class Missing { leave, make };
+
+  void using_folder(const std::function<void()>& work);
+  void open_list(Missing missing);
+  void read_list();
+  std::string listed(const Files& files, bool with_head) const;
+  bool is_of_run(const std::string& name) const;
+  void check_conflicts() const;
+  void write_record();
+
+  MPI_Comm comm_;
+  std::string directory_;
+  std::string name_;  ///< of the run
+  const RunRecord& record_;
+  bool is_root_ = false;
+  int ranks_ = 1;
+  bool is_started_ = false;
+  OpenFile list_;  ///< on rank 0, locked
+  Files files_;    ///< on rank 0
+};
+
+}  // namespace pellicle

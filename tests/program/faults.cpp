@@ -1,0 +1,269 @@
+// What happens to a run that is ended from outside, and to its files: signals, a folder that goes, a second run.
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <csignal>
+#include <stdexcept>
+
+#include "tests/support/burning_scene.h"
+#include "tests/support/frames.h"
+#include "tests/support/program.h"
+
+namespace pellicle {
+namespace {
+
+/// A command that runs beside the test, in a folder. Its lines of progress tell the test where it is.
+class Background {
+ public:
+  Background(const Arguments& words, const std::filesystem::path& folder) {
+    std::array<int, 2> output{};
+    std::array<int, 2> errors{};
+    if (pipe2(output.data(), O_CLOEXEC) != 0 || pipe2(errors.data(), O_CLOEXEC) != 0) {
+      throw std::runtime_error("no pipes");
+    }
+    process_ = fork();
+    if (process_ == 0) {
+      std::signal(SIGHUP, SIG_DFL);  // also where the tests run under nohup
+      dup2(output[1], STDOUT_FILENO);
+      dup2(errors[1], STDERR_FILENO);
+      std::vector<char*> pointers;
+      for (const std::string& word : words) {
+        pointers.push_back(const_cast<char*>(word.c_str()));
+      }
+      pointers.push_back(nullptr);
+      if (chdir(folder.c_str()) == 0) {
+        execvp(pointers[0], pointers.data());
+      }
+      _exit(127);
+    }
+    close(output[1]);
+    close(errors[1]);
+    output_ = fdopen(output[0], "r");
+    errors_ = fdopen(errors[0], "r");
+  }
+  ~Background() {
+    if (process_ > 0) {
+      end();
+    }
+    std::fclose(output_);
+    std::fclose(errors_);
+  }
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+  /// Waits until it has printed a line with this beginning.
+  void wait_for(const std::string& beginning) {
+    for (std::string line; read_line(output_, line);) {
+      if (line.compare(0, beginning.size(), beginning) == 0) {
+        return;
+      }
+    }
+    ADD_FAILURE() << "it ended before it printed " << beginning;
+  }
+  void send(int signal) const { kill(process_, signal); }
+  /// Waits for its end. @returns what it printed since; the exit code of a process that a signal killed is minus that
+  CommandResult end() {
+    CommandResult result;
+    // It has little to say on one stream while the other is read: less than a pipe holds.
+    for (std::string line; read_line(output_, line);) {
+      result.output += line;
+    }
+    for (std::string line; read_line(errors_, line);) {
+      result.errors += line;
+    }
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = 0;
+    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    return result;
+  }
+
+ private:
+  static bool read_line(std::FILE* stream, std::string& line) {
+    line.clear();
+    for (int letter = std::fgetc(stream); letter != EOF; letter = std::fgetc(stream)) {
+      line += static_cast<char>(letter);
+      if (letter == '\n') {
+        break;
+      }
+    }
+    return !line.empty();
+  }
+
+  pid_t process_ = 0;
+  std::FILE* output_ = nullptr;
+  std::FILE* errors_ = nullptr;
+};
+
+class FaultsTest : public ProgramTest {
+ protected:
+  /// A small scene that goes on until it is ended: when nobody reads its progress it waits.
+  Arguments endless() const {
+    return {write("scene.yaml", burning_scene),
+            "-mesh_cells",
+            "8,8",
+            "-time_end",
+            "1000",
+            "-time_max_steps",
+            "10000",
+            "-output_interval_steps",
+            "1000",
+            "-output_monitor",
+            "1",
+            "-project_max_steps",
+            "3"};
+  }
+  std::filesystem::path out(const std::string& name) const { return folder() / "out" / name; }
+
+  /// Expects that the run has a last row and a frame of it, beside the first ones. @returns their step
+  double expect_last_state() const {
+    const auto history = read_csv(out("history.csv"));
+    const auto frames = read_pvd(out("scene.pvd"));
+    EXPECT_EQ(frames.size(), 2U);
+    EXPECT_DOUBLE_EQ(frames.back().first, history.at("time").back());
+    EXPECT_EQ(history.at("step").size(), history.at("step").back() + 1) << "a row a step";
+    EXPECT_EQ(read_frame(frames.back().first, frames.back().second).points.at("position").size(), 81U + 64);
+    EXPECT_FALSE(std::filesystem::exists(out("run.part")));
+    return history.at("step").back();
+  }
+};
+
+TEST_F(FaultsTest, ASignalEndsARunAfterItsStep) {
+  for (const auto& [signal, name] :
+       {std::pair{SIGTERM, "SIGTERM"}, {SIGINT, "SIGINT"}, {SIGHUP, "SIGHUP"}, {SIGUSR1, "SIGUSR1"}}) {
+    Background run(command(1, endless()), folder());
+    run.wait_for("step      3");
+    run.send(signal);
+    const CommandResult result = run.end();
+    EXPECT_EQ(result.exit_code, 128 + signal) << result;
+    const std::vector<std::string> lines = result.error_lines();
+    ASSERT_EQ(lines.size(), 1U) << result;
+    EXPECT_EQ(lines[0].find("pellicle: ended by " + std::string(name) + " at "), 0U) << lines[0];
+    EXPECT_GE(expect_last_state(), 3);
+  }
+}
+
+TEST_F(FaultsTest, MpirunPassesASignalOn) {
+  Background run(command(3, endless()), folder());
+  run.wait_for("step      3");
+  run.send(SIGUSR1);
+  const CommandResult result = run.end();
+  EXPECT_EQ(result.exit_code, 128 + SIGUSR1) << result;
+  EXPECT_NE(result.errors.find("pellicle: ended by SIGUSR1 at "), std::string::npos) << result;
+  EXPECT_GE(expect_last_state(), 3);
+}
+
+TEST_F(FaultsTest, ASecondSignalEndsARunAtOnce) {
+  Background run(command(1, endless()), folder());
+  run.wait_for("step      3");
+  run.send(SIGSTOP);  // Both signals wait until it goes on.
+  run.send(SIGTERM);
+  run.send(SIGUSR1);
+  run.send(SIGCONT);
+  const CommandResult result = run.end();
+  EXPECT_TRUE(result.exit_code == 128 + SIGTERM || result.exit_code == 128 + SIGUSR1) << result;
+  EXPECT_NE(result.errors.find("the second signal"), std::string::npos) << result;
+  EXPECT_EQ(read_pvd(out("scene.pvd")).size(), 1U) << "no frame of the step";
+}
+
+TEST_F(FaultsTest, ASignalBeforeTheFirstStep) {
+  const std::filesystem::path deck = folder() / "slow.yaml";
+  ASSERT_EQ(mkfifo(deck.c_str(), 0600), 0);
+  Background run(command(1, {deck.string()}), folder());
+  // A pipe can be opened for writing without waiting when the program has begun to read its deck.
+  int writer = -1;
+  for (int attempt = 0; attempt < 3000 && writer < 0; ++attempt) {
+    writer = open(deck.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+    usleep(writer < 0 ? 10000 : 0);
+  }
+  ASSERT_GE(writer, 0);
+  run.send(SIGTERM);
+  const CommandResult result = run.end();
+  close(writer);
+  EXPECT_EQ(result.exit_code, 128 + SIGTERM) << result;
+  EXPECT_EQ(result.errors, "pellicle: ended by SIGTERM before the first step\n");
+  EXPECT_FALSE(std::filesystem::exists(folder() / "output"));
+}
+
+TEST_F(FaultsTest, AKilledRunLeavesWholeFilesAndTheNextOneReplacesThem) {
+  const Arguments options = endless() + Arguments{"-output_interval_steps", "1", "-output_springs"};
+  {
+    Background run(command(1, options), folder());
+    run.wait_for("step      5");
+    const CommandResult second = pellicle(1, options);
+    EXPECT_EQ(second.exit_code, 1) << second;
+    ASSERT_EQ(second.error_lines().size(), 1U) << second;
+    EXPECT_NE(second.errors.find("out: another run is writing there"), std::string::npos) << second;
+    run.send(SIGKILL);
+    EXPECT_EQ(run.end().exit_code, -SIGKILL);
+  }
+  for (const char* series : {"scene.pvd", "scene_springs.pvd"}) {
+    const auto frames = read_pvd(out(series));
+    EXPECT_GE(frames.size(), 6U);
+    for (const auto& [time, path] : frames) {
+      EXPECT_GT(read_pvtp(path)->GetNumberOfPoints(), 0) << path;
+    }
+  }
+  std::filesystem::create_directories(out("scene_000002"));
+  std::ofstream(out("scene_000002") / "mine.vtp") << "mine";
+  succeed(1, options + Arguments{"-time_max_steps", "1"});
+  EXPECT_EQ(read_pvd(out("scene.pvd")).size(), 2U);
+  EXPECT_FALSE(std::filesystem::exists(out("scene_000002.pvtp")));
+  EXPECT_EQ(text_of(out("scene_000002") / "mine.vtp"), "mine");
+}
+
+TEST_F(FaultsTest, AFolderThatGoesIsNamedAndTheStateIsKept) {
+  Background run(command(2, endless()), folder());
+  run.wait_for("step      3");
+  std::filesystem::rename(folder() / "out", folder() / "gone");
+  const CommandResult result = run.end();
+  EXPECT_EQ(result.exit_code, 1) << result;
+  const std::vector<std::string> lines = result.error_lines();
+  ASSERT_EQ(lines.size(), 1U) << result;
+  EXPECT_EQ(lines[0].find("pellicle: out: the folder, or run_files.txt in it, was removed or replaced"), 0U)
+      << lines[0];
+  const auto history = read_csv(out("history.csv"));
+  EXPECT_EQ(history.at("step").size(), history.at("step").back() + 1) << "all rows";
+  const auto frames = read_pvd(out("scene.pvd"));
+  ASSERT_EQ(frames.size(), 1U) << "the first frame is gone";
+  EXPECT_DOUBLE_EQ(frames[0].first, history.at("time").back());
+  EXPECT_TRUE(std::filesystem::exists(out("run.yaml")));
+}
+
+TEST_F(FaultsTest, ADeckThatARunHasKeptRunsAgain) {
+  std::filesystem::create_directory(folder() / "decks");
+  std::filesystem::copy(PELLICLE_SOURCE_DIR "/input/textures/clouds.png", folder() / "decks" / "clouds.png");
+  const std::string deck = write("decks/hot.yaml",
+                                 "mesh: {cells: [6, 6]}\n"
+                                 "time: {max_steps: 1}\n"
+                                 "combustion: {mass_loss_texture: clouds.png}\n"
+                                 "output: {directory: out, interval_steps: 1}\n");
+  succeed(1, {deck});
+  succeed(1, {out("deck_1_hot.yaml").string(), "-time_max_steps", "2"});
+  EXPECT_EQ(read_pvd(out("hot.pvd")).size(), 3U) << "it is the run that it was";
+  EXPECT_EQ(text_of(out("deck_1_hot.yaml")), text_of(deck));
+  succeed(1, {out("options.yaml").string()});
+  EXPECT_EQ(read_pvd(out("hot.pvd")).size(), 3U);
+  EXPECT_NE(text_of(out("deck_1_options.yaml")), "");
+}
+
+TEST_F(FaultsTest, RepairsAndWarningsOfTheMeshAreToldAndKept) {
+  // Two triangles, turned against each other, and a needle.
+  const std::string mesh = write("bad.obj",
+                                 "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 -0.001 0\n"
+                                 "f 1 2 3\nf 1 3 4\nf 1 2 5\n");
+  const CommandResult result =
+      succeed(1, {"-chain", "inflate", "-mesh_file", mesh, "-time_max_steps", "1", "-output_directory", "out"});
+  const std::string record = text_of(out("run.yaml"));
+  for (const char* text :
+       {"5 points", "open, 5 boundary edges", "repaired: 1 face flipped", "warning: an angle of 0.11 degrees in face 2",
+        "warning: an open mesh under chain: inflate"}) {
+    EXPECT_NE(result.output.find(text), std::string::npos) << text << "\n" << result;
+    EXPECT_NE(record.find(text), std::string::npos) << text << "\n" << record;
+  }
+}
+
+}  // namespace
+}  // namespace pellicle

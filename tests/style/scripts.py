@@ -1,0 +1,46 @@
+"""Every script says what it does by --help, and refuses bad arguments in one line: scripts.py SOURCE_FOLDER"""
+
+import pathlib
+import subprocess
+import sys
+
+BAD_ARGUMENTS = {
+    "input/textures/make_textures.py": [["nowhere"]],
+    "postproc/check_output.py": [["nowhere.pvd"], ["README.md"]],
+    "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"]],
+    "postproc/stands_out.py": [["nowhere"], [".", "--rows", "0"]],
+    "tools/check": [],
+    "tools/demo": [["nowhere.yaml"], ["README.md"], ["a.yaml", "b.yaml"], ["--frames"]],
+    "tools/fuzz": [["soon"], ["2", "nowhere"]],
+    "tools/mutate": [["no_such_word"]],
+    "tools/pvbatch": [[], ["nowhere.py"]],
+    "tools/setup": [["--fast"]],
+    "tools/tidy": [["nowhere.cpp"]],
+}
+
+
+def run(root, script, arguments):
+    python = ["/usr/bin/python3"] if script.endswith(".py") else []  # which has Debian's modules
+    return subprocess.run([*python, root / script, *arguments], cwd=root, capture_output=True, text=True, check=False)
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*"))
+    scripts = {str(path.relative_to(root)) for path in files
+               if path.is_file() and path.suffix in {"", ".py"} and path.name != "environment"}
+    faults = [f"{script}: not tried by this test" for script in sorted(scripts ^ BAD_ARGUMENTS.keys())]
+    for script in sorted(scripts & BAD_ARGUMENTS.keys()):
+        told = run(root, script, ["--help"])
+        if told.returncode != 0 or told.stderr or len(told.stdout) < 40 or pathlib.Path(script).name not in told.stdout:
+            faults.append(f"{script} --help: {told}")
+        for arguments in BAD_ARGUMENTS[script]:
+            told = run(root, script, arguments)
+            if told.returncode == 0 or told.stdout or told.stderr.count("\n") != 1:
+                faults.append(f"{script}: not refused in one line: {told}")
+    for fault in faults:
+        print(fault)
+    sys.exit(1 if faults else 0)
+
+
+main()

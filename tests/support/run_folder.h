@@ -1,0 +1,15 @@
+#pragma once
+
+#include "io/output_folder.h"
+
+namespace pellicle {
+
+/// The folder of a run of which nothing is known.
+struct RunFolder {
+  explicit RunFolder(const OutputOptions& options) : output(MPI_COMM_WORLD, options, record) {}
+
+  RunRecord record;
+  OutputFolder output;
+};
+
+}  // namespace pellicle
