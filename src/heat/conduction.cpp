@@ -160,16 +160,20 @@ Eigen::VectorXd Conduction::product(const Eigen::VectorXd& x) {
 }
 
 double Conduction::limit_of_remainder(const Field& temperature) const {
-  std::array<double, 2> extremes{-HUGE_VAL, -HUGE_VAL};  // the highest temperature, minus the lowest
+  std::array<double, 3> largest{-HUGE_VAL, -HUGE_VAL, 1};  // temperature, minus temperature, and stiffness
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     if (diagonal_[i] > graph_.capacity[i]) {
-      extremes = {std::max(extremes[0], temperature.data()[i]), std::max(extremes[1], -temperature.data()[i])};
+      const double value = temperature.data()[i];
+      largest = {std::max(largest[0], value), std::max(largest[1], -value),
+                 std::max(largest[2], diagonal_[i] / graph_.capacity[i])};
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, sheet_.comm());
-  const double range = std::max(0.0, extremes[0] + extremes[1]);
-  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max({0.0, extremes[0], extremes[1]});
-  return tolerance_ * range + rounding;
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  const double range = std::max(0.0, largest[0] + largest[1]);
+  const double highest = std::max({0.0, largest[0], largest[1]});
+  const double rounding = 4 * std::numeric_limits<double>::epsilon();
+  // Where conduction is fast, temperatures that differ by rounding alone exchange more than that.
+  return tolerance_ * range + std::min(rounding * largest[2], std::max(rounding, tolerance_)) * highest;
 }
 
 StageResult Conduction::advance(Field& temperature, const ConductionInput& input) {

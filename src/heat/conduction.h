@@ -25,8 +25,8 @@ struct ConductionInput {
 ///
 /// What the linear solver leaves over, r, is given to the particles as r / capacity, so that heat flows from one
 /// particle to another and none is made or lost, whatever the tolerance of the solver: sum_i capacity_i T_i stays to
-/// rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, r is solved for
-/// again.
+/// rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, and rounding,
+/// r is solved for again.
 ///
 /// A particle to which nothing conducts any more keeps its temperature.
 /// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.

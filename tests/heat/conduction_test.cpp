@@ -289,7 +289,7 @@ TEST_P(ConductionOf, heat_is_conserved_whatever_the_tolerance_and_the_diffusivit
   const Sheet sheet = shell_of(irregular_mesh(9, 8, 0.1), 0.03);
   const auto start = [](const Eigen::Vector3d& x) { return 600 + 300 * std::sin(9 * x.x() + 7 * x.y()); };
   const Field mass = initial_masses(sheet);
-  for (const double diffusivity : {1e-12, 0.3, 1e3, 1e6}) {
+  for (const double diffusivity : {1e-12, 0.3, 1e3, 1e9}) {
     for (const double tolerance : {0.1, 1e-8}) {
       HeatOptions options = options_for("consistent", GetParam());
       options.diffusivity = diffusivity;
