@@ -29,7 +29,7 @@ std::vector<Idle> idle_options(const OptionTable& table, const std::vector<Petsc
   for (const auto& section : table.object_sections()) {
     if (const Condition* needs = first_unmet(section.conditions)) {
       for (const auto& object : section.objects) {
-        idle.push_back({&object.origin, needs, section.is_solver_setting, object.has_acted});
+        idle.push_back({&object.origin, needs, false, object.has_acted});
       }
     }
   }

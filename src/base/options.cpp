@@ -487,7 +487,6 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   added.help = std::move(help);
   added.describe = std::move(describe);
   added.conditions = conditions_;
-  added.is_solver_setting = adds_solver_settings_;
   base_ = section + ".NAME.";
   target_ = &added.prototype;
   added.describe(*this, "");
@@ -615,9 +614,7 @@ void OptionTable::create_object(const std::string& section, const std::string& o
   found->objects.push_back({object, origin});
   base_ = section + "." + object + ".";
   conditions_ = found->conditions;
-  adds_solver_settings_ = found->is_solver_setting;
   found->describe(*this, object);
-  adds_solver_settings_ = false;
   conditions_.clear();
   base_.clear();
 }

@@ -180,7 +180,6 @@ class OptionTable {
     std::deque<Option> prototype;  ///< what an object has, with keys such as "bodies.NAME.radius"
     std::vector<Object> objects;   ///< in the order of their creation
     std::vector<Condition> conditions;
-    bool is_solver_setting = false;
     std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
   };
 

@@ -204,6 +204,10 @@ TEST_F(Pinched, PressureRisesBodiesKeepOutAndEverythingComesBack) {
   const DrawnFrame blown_up = frame_at(1);
   const DrawnFrame squeezed = frame_at(2);
   const DrawnFrame dragged = frame_at(2.5);
+  const double rubber = 0.3e-3 * start.integrals.at("1");
+  for (const DrawnFrame& frame : {start, blown_up, squeezed, dragged}) {
+    EXPECT_NEAR(frame.integrals.at("thickness"), rubber, 1e-6 * rubber) << "what is drawn is all the rubber";
+  }
   // Contact stiffness times depth is the pressure of the contact: that of the gas and of the wall drawn round the ball.
   const double bound = 0.01 * 0.04;
   for (const DrawnFrame& frame : {squeezed, dragged, frame_at(3)}) {
