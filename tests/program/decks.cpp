@@ -120,6 +120,11 @@ class ParaViewTest : public ProgramTest {
     return YAML::Load(seen.output.substr(seen.output.find("{\"times\"")));
   }
 
+  /// What postproc/compare.py says of two runs.
+  CommandResult compare(const Arguments& runs_and_options) const {
+    return run_command(Arguments{pvbatch(), (source_folder / "postproc" / "compare.py").string()} + runs_and_options);
+  }
+
  private:
   static std::string pvbatch() { return (source_folder / "tools" / "pvbatch").string(); }
 };
@@ -152,6 +157,29 @@ TEST_F(ParaViewTest, OpensARun) {
   for (const char* field : {"temperature", "mass_ratio", "velocity"}) {
     expect_same_ranges(report["frames"][2]["fields"][field], last.points.at(field), field);
   }
+}
+
+TEST_F(ParaViewTest, ComparesRuns) {
+  const auto run = [this](int ranks, const std::string& out, const Arguments& options) {
+    succeed(ranks, Arguments{deck_path("hot_ball"), "-mesh_cells", "12,10", "-time_max_steps", "4",
+                             "-output_interval_time", "0", "-output_interval_steps", "2", "-output_directory", out,
+                             "-output_springs", "-heat_sources_ball_centre", "-0.3,0,0", "-project_ksp_rtol", "1e-10"} +
+                       options);
+  };
+  run(1, "one", {});
+  run(2, "two", {});
+  run(1, "warmer", {"-heat_diffusivity", "0.00202"});
+  run(1, "shorter", {"-time_max_steps", "3"});
+  const CommandResult same = compare({"one", "two"});
+  EXPECT_EQ(same.exit_code, 0) << same;
+  for (const char* field : {"temperature ", "position ", "areal_density ", "target_length (springs) "}) {
+    EXPECT_NE(same.output.find(std::string("\n") + field), std::string::npos) << same;
+  }
+  const CommandResult different = compare({"one", "warmer"});
+  EXPECT_EQ(different.exit_code, 1) << different;
+  EXPECT_NE(different.output.find("different (tolerance 1e-06)"), std::string::npos) << different;
+  EXPECT_EQ(compare({"one", "warmer", "--tolerance", "0.1"}).exit_code, 0);
+  EXPECT_NE(compare({"one", "shorter"}).output.find("a frame in "), std::string::npos);
 }
 
 TEST_F(ParaViewTest, OpensABalloon) {

@@ -7,6 +7,7 @@ import sys
 BAD_ARGUMENTS = {
     "input/textures/make_textures.py": [["nowhere"]],
     "postproc/check_output.py": [["nowhere.pvd"], ["README.md"]],
+    "postproc/compare.py": [["nowhere", "."], ["nowhere", "nowhere", "--tolerance", "-1"]],
     "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"]],
     "postproc/stands_out.py": [["nowhere"], [".", "--rows", "0"]],
     "tools/check": [],
