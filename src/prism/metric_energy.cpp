@@ -107,10 +107,12 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
   const Eigen::Vector3d by_t(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
   const Eigen::Vector3d by_d = scale * Eigen::Vector3d(a[2], -2 * a[1], a[0]);
   const double t = by_t.dot(a);
-  const double d = scale * (a[0] * a[2] - a[1] * a[1]);
-  if (!(d > 0)) {
+  const double determinant = a[0] * a[2] - a[1] * a[1];
+  // Edges along one line leave rounding, which depends on whether the processor fuses products and sums.
+  if (!(determinant > 4 * std::numeric_limits<double>::epsilon() * a[0] * a[2])) {
     return collapsed();
   }
+  const double d = scale * determinant;
   double c = given_ratio * given_ratio;
   if (rule == ThicknessRule::incompressible) {
     c = 1 / d;
