@@ -1,14 +1,19 @@
 #include "geometry/triangle_intersection.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
 
 namespace pellicle {
 namespace {
 
-/// Six times the signed volume of the tetrahedron a b c d.
+/// Six times the signed volume of the tetrahedron a b c d; 0 where rounding may have made it, in one plane.
 double orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                    const Eigen::Vector3d& d) {
-  return (b - a).cross(c - a).dot(d - a);
+  const Eigen::Vector3d u = b - a, v = c - a, w = d - a;
+  const double value = u.cross(v).dot(w);
+  const double rounding = 8 * std::numeric_limits<double>::epsilon() * u.norm() * v.norm() * w.norm();
+  return std::abs(value) > rounding ? value : 0;
 }
 
 bool segment_cuts_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Triangle& t) {
