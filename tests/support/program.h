@@ -76,10 +76,15 @@ class ProgramTest : public testing::Test {
     folder_ = std::filesystem::temp_directory_path() / ("pellicle_" + std::string(test->test_suite_name()) + "_" +
                                                         test->name() + "_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder_);
+    // Not shared with tests that end at this moment, which remove it; short, since sockets lie in it.
+    session_ = std::filesystem::temp_directory_path() / ("pellicle_mpi_" + std::to_string(getpid()));
+    std::filesystem::create_directories(session_);
+    setenv("OMPI_MCA_orte_tmpdir_base", session_.c_str(), 1);
   }
   ~ProgramTest() override {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
+    std::filesystem::remove_all(session_, ignored);
   }
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -137,6 +142,7 @@ class ProgramTest : public testing::Test {
 
  private:
   std::filesystem::path folder_;
+  std::filesystem::path session_;  ///< Open MPI's
   int time_limit_ = 120;  // [s]
 };
 
