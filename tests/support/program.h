@@ -143,7 +143,7 @@ class ProgramTest : public testing::Test {
  private:
   std::filesystem::path folder_;
   std::filesystem::path session_;  ///< Open MPI's
-  int time_limit_ = 120;  // [s]
+  int time_limit_ = 120;           // [s]
 };
 
 }  // namespace pellicle
