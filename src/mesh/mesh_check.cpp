@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "geometry/pi.h"
 #include "mesh/self_intersection.h"
 #include "mesh/triangulation.h"
 #include "mesh/weld.h"
@@ -20,7 +21,7 @@ namespace {
 /// Relative to the square of a face's longest edge: areas below are rounding errors.
 constexpr double area_tolerance = 1e-12;
 
-constexpr double degrees = 180 / 3.14159265358979323846;
+constexpr double degrees = 180 / pi;
 
 /// Sets of numbers that can be united.
 class DisjointSets {
@@ -470,9 +471,8 @@ double radius_ratio(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Ei
 }
 
 void measure_quality(const SurfaceMesh& mesh, MeshReport& report) {
-  constexpr double half_turn = 3.14159265358979323846;
   double sum_of_ratios = 0;
-  report.smallest_angle = half_turn;
+  report.smallest_angle = pi;
   report.shortest_edge = (corner_point(mesh, 0, 1) - corner_point(mesh, 0, 0)).norm();
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::size_t corners = mesh.faces[f].size();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <string>
@@ -19,18 +18,6 @@ inline Sheet shell_of(const SurfaceMesh& mesh, double thickness) {
   options.thickness = thickness;
   options.areal_density = test_density;
   return make_sheet(PETSC_COMM_WORLD, mesh, options);
-}
-
-/// A grid of the unit square's kind whose points are moved by up to a fifth of a cell, out of the plane too.
-inline SurfaceMesh irregular_mesh(int nx, int ny, double edge) {
-  SurfaceMesh mesh = grid_mesh(nx, ny, edge);
-  for (Eigen::Vector3d& point : mesh.points) {
-    const Eigen::Vector3d phase = 40 * point / edge;
-    point += 0.2 * edge *
-             Eigen::Vector3d(std::sin(phase.x() + 2 * phase.y()), std::cos(3 * phase.x() - phase.y()),
-                             std::sin(phase.y() - phase.x()));
-  }
-  return mesh;
 }
 
 inline double sum_over_ranks(double value) {

@@ -45,18 +45,6 @@ Options burning_options(double width, double height) {
   return options;
 }
 
-/// The grid with its points moved by up to a fifth of a cell, also out of the plane.
-SurfaceMesh irregular_mesh(int nx, int ny) {
-  SurfaceMesh mesh = grid_mesh(nx, ny, edge);
-  for (Eigen::Vector3d& point : mesh.points) {
-    const Eigen::Vector3d phase = 40 * point / edge;
-    point += 0.2 * edge *
-             Eigen::Vector3d(std::sin(phase.x() + 2 * phase.y()), std::cos(3 * phase.x() - phase.y()),
-                             std::sin(phase.y() - phase.x()));
-  }
-  return mesh;
-}
-
 /// A sheet, its chain and its state.
 struct Chain {
   Chain(MPI_Comm comm, const SurfaceMesh& mesh, Options given)
@@ -241,7 +229,7 @@ TEST(Burn, momentum_of_a_free_sheet_leaves_with_its_mass_alone) {
     if (!masses.empty()) {
       options.project.masses = masses;
     }
-    Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6), options);
+    Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
     chain.state.velocity.values().row(2) = 3 * chain.sheet.rest.row(0);  // It turns.
     const auto momentum = [&chain](const Eigen::MatrixXd& mass, const Eigen::MatrixXd& velocity) {
       const PetscInt owned = chain.sheet.particles.owned;
@@ -333,7 +321,7 @@ TEST(Burn, heat_ledger_closes_whatever_the_scene) {
     options.project.ksp_rtol = 1e-2;
     options.project.max_steps = 1;
     c.change(options);
-    Chain chain(PETSC_COMM_WORLD, irregular_mesh(6, 5), options);
+    Chain chain(PETSC_COMM_WORLD, irregular_mesh(6, 5, edge), options);
     const double initial = HeatLedger(chain).content;
     double worst = 0;
     for (int step = 0; step < 12; ++step) {
@@ -359,7 +347,7 @@ TEST(Burn, what_the_umbrella_makes_is_in_the_ledger) {
   Options options = burning_options(0.8, 0.6);
   options.heat.operator_name = "umbrella";
   options.heat.diffusivity = 0.1;
-  Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6), options);
+  Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
   const double initial = HeatLedger(chain).content;
   chain.advance(20);
   const HeatLedger end(chain);

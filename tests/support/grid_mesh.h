@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cmath>
+#include <utility>
+
 #include "mesh/surface_mesh.h"
 
 namespace pellicle {
@@ -21,6 +24,18 @@ inline SurfaceMesh grid_mesh(int nx, int ny, double edge) {
         uv.emplace_back(static_cast<double>(i + di) / nx, static_cast<double>(j + dj) / ny);
       }
     }
+  }
+  return mesh;
+}
+
+/// The grid with its points moved by up to a fifth of a cell, also out of the plane.
+inline SurfaceMesh irregular_mesh(int nx, int ny, double edge) {
+  SurfaceMesh mesh = grid_mesh(nx, ny, edge);
+  for (Eigen::Vector3d& point : mesh.points) {
+    const Eigen::Vector3d phase = 40 * point / edge;
+    point += 0.2 * edge *
+             Eigen::Vector3d(std::sin(phase.x() + 2 * phase.y()), std::cos(3 * phase.x() - phase.y()),
+                             std::sin(phase.y() - phase.x()));
   }
   return mesh;
 }
