@@ -14,7 +14,7 @@
 #include "base/manual.h"
 #include "base/revision.h"
 #include "base/stop_signal.h"
-#include "simulation/run.h"
+#include "world/run.h"
 
 using namespace pellicle;
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/collective.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 

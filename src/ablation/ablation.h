@@ -3,9 +3,9 @@
 #include <array>
 #include <vector>
 
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

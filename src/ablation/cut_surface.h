@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "mesh/drawn_surface.h"
-#include "mesh/living.h"
+#include "surface/drawn_surface.h"
+#include "surface/living.h"
 
 namespace pellicle {
 

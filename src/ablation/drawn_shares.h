@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "mesh/drawn_surface.h"
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/drawn_surface.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

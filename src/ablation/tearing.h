@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "ablation/ablation_options.h"
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "combustion/combustion_options.h"
-#include "mesh/field.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -7,7 +7,7 @@
 
 #include "base/options.h"
 #include "geometry/solids.h"
-#include "mesh/field.h"
+#include "parallel/field.h"
 
 namespace pellicle {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "gas/gas_options.h"
-#include "mesh/field.h"
-#include "mesh/membrane.h"
+#include "parallel/field.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 

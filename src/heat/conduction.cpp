@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "base/error.h"
-#include "base/ksp.h"
 #include "base/units.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 

@@ -6,9 +6,9 @@
 #include "base/stage_result.h"
 #include "heat/diffusion_graph.h"
 #include "heat/heat_options.h"
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "heat/heat_options.h"
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

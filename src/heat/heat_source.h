@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/options.h"
-#include "mesh/field.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -15,7 +15,7 @@
 
 #include <Eigen/Core>
 
-#include "base/collective.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "mesh/drawn_surface.h"
-#include "mesh/living.h"
-#include "mesh/membrane.h"
-#include "mesh/sheet.h"
+#include "surface/drawn_surface.h"
+#include "surface/living.h"
+#include "surface/membrane.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "mesh/field.h"
+#include "parallel/field.h"
 
 namespace pellicle {
 

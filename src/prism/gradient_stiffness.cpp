@@ -1,7 +1,7 @@
 #include "prism/gradient_stiffness.h"
 
 #include "geometry/pressure_load.h"
-#include "mesh/membrane_geometry.h"
+#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 

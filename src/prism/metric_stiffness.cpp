@@ -1,7 +1,7 @@
 #include "prism/metric_stiffness.h"
 
 #include "geometry/cross_matrix.h"
-#include "mesh/membrane_geometry.h"
+#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mesh/membrane_geometry.h"
+#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "mesh/field.h"
+#include "parallel/field.h"
 #include "prism/wall.h"
 
 namespace pellicle {

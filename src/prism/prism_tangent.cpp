@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/collective.h"
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "prism/block_product.h"
 #include "prism/gradient_stiffness.h"
 

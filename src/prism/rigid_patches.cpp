@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/cross_matrix.h"
-#include "mesh/partition.h"
+#include "parallel/partition.h"
 
 namespace pellicle {
 

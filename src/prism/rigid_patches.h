@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/handle.h"
-#include "mesh/membrane.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 

@@ -6,7 +6,7 @@
 
 #include "base/options.h"
 #include "base/units.h"
-#include "mesh/membrane_geometry.h"
+#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 

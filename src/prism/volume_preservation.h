@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/stage_result.h"
-#include "mesh/field.h"
+#include "parallel/field.h"
 #include "prism/wall.h"
 
 namespace pellicle {

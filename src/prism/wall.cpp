@@ -6,8 +6,8 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "mesh/groups.h"
-#include "mesh/membrane_geometry.h"
+#include "surface/groups.h"
+#include "surface/membrane_geometry.h"
 
 namespace pellicle {
 

@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "mesh/membrane.h"
 #include "prism/material.h"
 #include "prism/metric_energy.h"
 #include "prism/wall_options.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 

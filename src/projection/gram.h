@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "base/handle.h"
-#include "mesh/field.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
 #include "projection/gram_block.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

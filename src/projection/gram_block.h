@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/handle.h"
-#include "mesh/sheet.h"
 #include "projection/spring_lines.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "mesh/sheet.h"
 #include "projection/project_options.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/ksp.h"
-#include "mesh/field.h"
+#include "parallel/field.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 

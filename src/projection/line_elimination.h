@@ -6,8 +6,8 @@
 
 #include "base/handle.h"
 #include "base/stage_result.h"
-#include "mesh/sheet.h"
 #include "projection/gram_block.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -1,7 +1,7 @@
 #include "projection/project_options.h"
 
 #include "base/options.h"
-#include "mesh/sheet.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

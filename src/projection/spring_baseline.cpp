@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/ksp.h"
 #include "base/options.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 

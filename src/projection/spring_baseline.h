@@ -5,9 +5,9 @@
 
 #include "base/handle.h"
 #include "base/stage_result.h"
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

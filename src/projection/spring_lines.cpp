@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "mesh/field.h"
+#include "parallel/field.h"
 
 namespace pellicle {
 

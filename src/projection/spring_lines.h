@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "mesh/sheet.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

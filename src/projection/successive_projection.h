@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "base/ksp.h"
-#include "mesh/living.h"
 #include "projection/gram.h"
 #include "projection/line_elimination.h"
 #include "projection/project_options.h"
+#include "solvers/ksp.h"
+#include "surface/living.h"
 
 namespace pellicle {
 

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "ablation/ablation.h"
-#include "base/collective.h"
+#include "parallel/collective.h"
 #include "tests/ablation/sheets.h"
 #include "tests/support/print_once.h"
 

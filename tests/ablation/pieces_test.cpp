@@ -1,4 +1,4 @@
-#include "ablation/pieces.h"
+#include "surface/pieces.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "ablation/ablation.h"
-#include "mesh/compaction.h"
+#include "surface/compaction.h"
 #include "tests/ablation/sheets.h"
 #include "tests/support/balls.h"
 

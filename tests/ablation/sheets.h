@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/collective.h"
-#include "mesh/living.h"
-#include "mesh/shell.h"
+#include "parallel/collective.h"
+#include "surface/living.h"
+#include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle {

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "ablation/ablation.h"
-#include "ablation/pieces.h"
-#include "mesh/generators.h"
-#include "mesh/shell.h"
+#include "meshing/generators.h"
+#include "surface/pieces.h"
+#include "surface/shell.h"
 
 namespace pellicle {
 namespace {

@@ -23,16 +23,16 @@
 
 #include "base/arguments.h"
 #include "base/error.h"
-#include "base/ksp.h"
 #include "base/stage_clock.h"
 #include "geometry/pressure_load.h"
-#include "mesh/closed_shapes.h"
-#include "mesh/membrane.h"
+#include "meshing/closed_shapes.h"
 #include "prism/prism_tangent.h"
 #include "prism/wall.h"
-#include "simulation/inflate.h"
-#include "simulation/load_mesh.h"
-#include "simulation/options.h"
+#include "solvers/ksp.h"
+#include "surface/membrane.h"
+#include "world/inflate.h"
+#include "world/load_mesh.h"
+#include "world/options.h"
 
 namespace pellicle {
 namespace {

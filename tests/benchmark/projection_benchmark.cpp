@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "base/error.h"
-#include "mesh/generators.h"
-#include "mesh/shell.h"
+#include "meshing/generators.h"
 #include "projection/successive_projection.h"
+#include "surface/shell.h"
 
 namespace pellicle {
 namespace {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <set>
 
-#include "mesh/readers.h"
+#include "meshing/readers.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {

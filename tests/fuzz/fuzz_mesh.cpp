@@ -1,9 +1,9 @@
 // Every mesh reader, then check, repair and split. The first byte of an input chooses the format, the rest is the file.
 
 #include "base/error.h"
-#include "mesh/mesh_check.h"
-#include "mesh/readers.h"
-#include "mesh/triangulation.h"
+#include "meshing/mesh_check.h"
+#include "meshing/readers.h"
+#include "meshing/triangulation.h"
 #include "tests/fuzz/target.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -6,8 +6,8 @@
 
 #include "gas/chambers.h"
 #include "geometry/pressure_load.h"
-#include "mesh/field.h"
-#include "mesh/membrane.h"
+#include "parallel/field.h"
+#include "surface/membrane.h"
 #include "tests/support/balls.h"
 #include "tests/support/pressure_action.h"
 

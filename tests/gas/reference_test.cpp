@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "gas/chambers.h"
-#include "mesh/readers.h"
+#include "meshing/readers.h"
 #include "tests/gas/membranes.h"
 #include "tests/support/shared_folder.h"
 

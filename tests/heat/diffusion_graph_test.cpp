@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "mesh/readers.h"
+#include "meshing/readers.h"
 #include "tests/heat/sheets.h"
 
 namespace pellicle {

@@ -4,9 +4,9 @@
 #include <functional>
 #include <string>
 
-#include "mesh/field.h"
-#include "mesh/living.h"
-#include "mesh/shell.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle {

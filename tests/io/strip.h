@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "mesh/drawn_surface.h"
-#include "mesh/sheet.h"
+#include "surface/drawn_surface.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "mesh/closed_shapes.h"
-#include "mesh/field.h"
-#include "mesh/membrane.h"
+#include "meshing/closed_shapes.h"
+#include "parallel/field.h"
 #include "prism/prism_elements.h"
 #include "prism/wall.h"
+#include "surface/membrane.h"
 
 namespace pellicle {
 

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "base/error.h"
-#include "base/ksp.h"
 #include "geometry/pressure_load.h"
+#include "solvers/ksp.h"
 #include "tests/prism/balloons.h"
 
 namespace pellicle {

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "mesh/readers.h"
+#include "meshing/readers.h"
 #include "tests/support/balls.h"
 #include "tests/support/print_once.h"
 #include "tests/support/shared_folder.h"

@@ -10,7 +10,7 @@
 #include "base/deck.h"
 #include "base/error.h"
 #include "base/options.h"
-#include "mesh/closed_shapes.h"
+#include "meshing/closed_shapes.h"
 
 namespace pellicle {
 namespace {

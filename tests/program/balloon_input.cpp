@@ -1,7 +1,7 @@
 // Bad input for balloons ends on every rank with one line that names the key, the value and what was expected, before
 // anything is written.
 
-#include "mesh/closed_shapes.h"
+#include "meshing/closed_shapes.h"
 #include "tests/support/balloon_scene.h"
 #include "tests/support/frames.h"
 #include "tests/support/program.h"

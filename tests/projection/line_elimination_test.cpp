@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "base/ksp.h"
-#include "mesh/generators.h"
+#include "meshing/generators.h"
+#include "solvers/ksp.h"
 #include "tests/projection/sheets.h"
 #include "tests/support/grid_mesh.h"
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/shell.h"
 #include "projection/successive_projection.h"
+#include "surface/shell.h"
 #include "tests/support/by_id.h"
 #include "tests/support/print_once.h"
 

@@ -9,7 +9,7 @@
 #include <complex>
 #include <map>
 
-#include "mesh/shell.h"
+#include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle {

@@ -4,13 +4,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include "base/error.h"
-#include "mesh/membrane.h"
-#include "mesh/readers.h"
+#include "meshing/readers.h"
 #include "prism/prism_tangent.h"
 #include "prism/volume_preservation.h"
-#include "simulation/inflate.h"
+#include "surface/membrane.h"
 #include "tests/reference/reference_cases.h"
 #include "tests/support/solver_options.h"
+#include "world/inflate.h"
 
 namespace pellicle {
 namespace {

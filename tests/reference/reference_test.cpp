@@ -14,10 +14,10 @@
 #include "ablation/cut_surface.h"
 #include "heat/diffusion_graph.h"
 #include "heat/heat_balance.h"
-#include "mesh/readers.h"
-#include "mesh/shell.h"
-#include "simulation/burn.h"
+#include "meshing/readers.h"
+#include "surface/shell.h"
 #include "tests/reference/reference_cases.h"
+#include "world/burn.h"
 
 namespace pellicle {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mesh/closed_shapes.h"
+#include "meshing/closed_shapes.h"
 
 namespace pellicle {
 

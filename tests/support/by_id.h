@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "mesh/field.h"
-#include "mesh/sheet.h"
+#include "parallel/field.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 

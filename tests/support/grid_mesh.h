@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "mesh/surface_mesh.h"
+#include "meshing/surface_mesh.h"
 
 namespace pellicle {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "simulation/balloon_state.h"
-#include "simulation/state.h"
+#include "world/balloon_state.h"
+#include "world/state.h"
 
 namespace pellicle {
 

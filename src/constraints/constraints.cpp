@@ -1,0 +1,121 @@
+#include "constraints/constraints.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "base/error.h"
+#include "base/units.h"
+
+namespace pellicle {
+
+namespace {
+
+/// What lies this near, as a share of the mesh's size, lies in a plane; normals that differ less are the same.
+constexpr double nearness = 1e-6;
+
+struct Plane {
+  Eigen::Vector3d point;      ///< [m]
+  Eigen::Vector3d normal;     ///< unit vector
+  std::vector<bool> members;  ///< local vertices that it can hold
+
+  double distance(const Eigen::Vector3d& x) const { return std::abs(normal.dot(x - point)); }
+};
+
+/// Distance of the plane's member on any rank that is nearest to it [m]; collective.
+double nearest_distance(const PointSet& points, const Plane& plane) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (PetscInt i = 0; i < points.particles.owned; ++i) {
+    if (plane.members[static_cast<std::size_t>(i)]) {
+      nearest = std::min(nearest, plane.distance(points.rest.col(i)));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &nearest, 1, MPI_DOUBLE, MPI_MIN, points.comm());
+  return nearest;
+}
+
+/// What of a unit vector is at right angles to orthonormal axes, normalised; nothing if it lies among them.
+std::optional<Eigen::Vector3d> direction_beside(const std::vector<Eigen::Vector3d>& axes, Eigen::Vector3d normal) {
+  for (const Eigen::Vector3d& axis : axes) {
+    normal -= axis.dot(normal) * axis;
+  }
+  const double length = normal.norm();
+  return length > nearness ? std::optional<Eigen::Vector3d>(normal / length) : std::nullopt;
+}
+
+/// The point nearest to `middle` that lies in all planes, if there is one [m].
+Eigen::Vector3d common_point(const std::vector<Plane>& planes, const Eigen::Vector3d& middle) {
+  Eigen::Vector3d point = middle;
+  std::vector<Eigen::Vector3d> axes;
+  for (const Plane& plane : planes) {
+    if (const auto axis = direction_beside(axes, plane.normal)) {  // Along it the point stays in the planes before.
+      point += plane.normal.dot(plane.point - point) / plane.normal.dot(*axis) * *axis;
+      axes.push_back(*axis);
+    }
+  }
+  return point;
+}
+
+}  // namespace
+
+void describe(OptionTable& table, SymmetryOptions& options) {
+  table.add("point", options.point).unit("m").help("a point of the plane");
+  table.add("normal", options.normal).help("normal of the plane; any length");
+  table.add("group", options.group)
+      .help("named group of vertices in the mesh: only those that lie in the plane and are in it stay; empty: all");
+}
+
+Constraints::Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
+    : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()),
+      has_planes_(!planes.empty()) {
+  const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
+  const double tolerance = nearness * box.diagonal().norm();
+  origin_ = box.center();
+  std::vector<Plane> known;
+  for (const auto& [name, given] : planes) {
+    const std::string key = "symmetry." + name;
+    if (given.normal.isZero(0)) {
+      throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
+    }
+    std::vector<bool> members(projectors_.size(), true);
+    if (!given.group.empty()) {
+      SelectionOptions selection;
+      selection.group = given.group;
+      members = select(points, key, selection);
+    }
+    known.push_back({given.point, given.normal.normalized(), std::move(members)});
+    const double nearest = nearest_distance(points, known.back());
+    if (nearest > tolerance) {
+      throw Error(key + ": the nearest vertex is " + number_text(nearest) + " m away, expected vertices in the plane");
+    }
+    origin_ = common_point(known, box.center());
+    for (const Plane& plane : known) {
+      if (plane.distance(origin_) > tolerance) {
+        throw Error(key + ": shares no point with the planes named before it, expected planes that all meet in one");
+      }
+    }
+  }
+  for (std::size_t i = 0; i < projectors_.size(); ++i) {
+    if (pins.pinned()[i]) {
+      projectors_[i].setZero();
+      continue;
+    }
+    std::vector<Eigen::Vector3d> barred;
+    for (const Plane& plane : known) {
+      if (plane.members[i] && plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance) {
+        if (const auto axis = direction_beside(barred, plane.normal)) {
+          projectors_[i] -= *axis * axis->transpose();
+          barred.push_back(*axis);
+        }
+      }
+    }
+    if (barred.size() == 3) {
+      projectors_[i].setZero();  // exactly
+    }
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/options.h"
+#include "constraints/pins.h"
+#include "surface/point_set.h"
+
+namespace pellicle {
+
+/// A symmetry plane as a deck gives it: one of the named objects `symmetry`. Vertices that lie in it stay in it.
+struct SymmetryOptions {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitX();  ///< any length
+  std::string group;                                  ///< of the mesh: only its vertices stay, if not empty
+};
+
+void describe(OptionTable& table, SymmetryOptions& options);
+
+/// Where vertices may move: freely, in planes or along lines of symmetry, or not at all (pins). A vertex is bound to
+/// every plane that its undeformed place is as near to as a millionth of the mesh's size, if it is in the plane's
+/// group.
+class Constraints {
+ public:
+  /// Collective. @throws Error that names the plane and the key: no vertex (of its group) in it, planes without a
+  /// common point
+  Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
+
+  /// Orthogonal projector on the directions in which each local particle may move: I, I - n n^T, ..., 0.
+  const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
+  /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
+  const Eigen::Vector3d& origin() const { return origin_; }
+  bool has_planes() const { return has_planes_; }
+
+ private:
+  std::vector<Eigen::Matrix3d> projectors_;
+  Eigen::Vector3d origin_;
+  bool has_planes_;
+};
+
+}  // namespace pellicle

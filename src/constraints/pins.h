@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/options.h"
+#include "constraints/selection.h"
+#include "parallel/field.h"
+#include "surface/point_set.h"
+
+namespace pellicle {
+
+/// Particles that are held, as a deck gives them: one of the named objects `pins`.
+struct PinOptions : SelectionOptions {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
+  Rows path;                                           ///< time [s], displacement [m]
+};
+
+void describe(OptionTable& table, PinOptions& options);
+
+/// Which particles are held, and where they are at each time: their undeformed place, moved without turning.
+class Pins {
+ public:
+  /// Collective. The points must outlive the pins.
+  /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
+  Pins(const PointSet& points, const std::map<std::string, PinOptions>& options);
+
+  /// The same pins on other points, such as what is left of a sheet. The points must outlive the pins. Not collective.
+  /// @param numbers pin of each local particle of `points`, see number
+  Pins(const Pins& other, const PointSet& points, const std::vector<int>& numbers);
+
+  /// Number of the pin that holds a local particle, -1 where none does.
+  int number(PetscInt particle) const;
+
+  /// Of each local particle, ghosts included.
+  const std::vector<bool>& pinned() const { return pinned_; }
+
+  /// Puts the pinned local particles, ghosts included, where they are at `time` [s]. Not collective.
+  /// @param positions [m]
+  void impose(Field& positions, double time) const;
+
+ private:
+  struct Pin {
+    std::string name;
+    Eigen::Vector3d velocity;
+    Rows path;
+    std::vector<PetscInt> particles;  ///< local numbers, ghosts included
+  };
+
+  const PointSet* points_;
+  std::vector<Pin> pins_;
+  std::vector<bool> pinned_;
+};
+
+}  // namespace pellicle

@@ -1,0 +1,169 @@
+#include "constraints/point_loads.h"
+
+#include <utility>
+
+#include "base/error.h"
+#include "geometry/key_points.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, AttachmentOptions& options) {
+  describe(table, static_cast<PinOptions&>(options));
+  table.add("total_stiffness", options.total_stiffness)
+      .unit("N/m")
+      .more_than(0)
+      .help("stiffness of all springs together; each has its vertex's share of the area")
+      .source("README: parameters");
+}
+
+void describe(OptionTable& table, PushOptions& options) {
+  describe(table, static_cast<SelectionOptions&>(options));
+  table.add("force", options.force)
+      .unit("s,N,N,N")
+      .help(
+          "key points (time, x, y, z) of the force in total, of which each vertex has its share of the area; linear "
+          "between key points, constant before and after them");
+}
+
+void describe(OptionTable& table, ContactOptions& options) {
+  table.add("contact.stiffness", options.stiffness)
+      .unit("Pa/m")
+      .more_than(0)
+      .help("pressure with which a body presses on a balloon, for each metre that a vertex is inside")
+      .source("README: parameters");
+  table.add("contact.slip_speed", options.slip_speed)
+      .unit("m/s")
+      .more_than(0)
+      .help("along a body: friction grows up to this speed, at which it is Coulomb's")
+      .source("README: parameters");
+}
+
+PointLoads::PointLoads(const PointSet& points, std::vector<double> areas,
+                       const std::map<std::string, AttachmentOptions>& attachments,
+                       const std::map<std::string, PushOptions>& forces,
+                       const std::map<std::string, BodyOptions>& bodies, const ContactOptions& contact)
+    : points_(&points), areas_(std::move(areas)), options_(contact) {
+  for (const auto& [name, given] : attachments) {
+    const std::string key = "attachments." + name;
+    if (const std::string fault = fault_of_motion(given.path, given.velocity); !fault.empty()) {
+      throw Error(key + fault);
+    }
+    std::vector<double> stiffness = shares(select(points, key, given));
+    for (double& share : stiffness) {
+      share *= given.total_stiffness;
+    }
+    attachments_.push_back({given.velocity, given.path, std::move(stiffness), Eigen::Vector3d::Zero()});
+  }
+  for (const auto& [name, given] : forces) {
+    const std::string key = "forces." + name;
+    if (given.force.empty()) {
+      throw Error(key + ".force: no key points given, expected at least one: time, x, y, z");
+    }
+    if (const std::string fault = fault_of_key_points(given.force); !fault.empty()) {
+      throw Error(key + ".force: " + fault);
+    }
+    pushes_.push_back({given.force, shares(select(points, key, given)), Eigen::Vector3d::Zero()});
+  }
+  for (Body& body : make_bodies(bodies)) {
+    const Solid solid = body.solid;
+    contacts_.push_back({std::move(body), solid, Eigen::Vector3d::Zero(), std::vector<Friction>(areas_.size())});
+  }
+}
+
+std::vector<double> PointLoads::shares(const std::vector<bool>& chosen) const {
+  double total = 0;
+  for (PetscInt i = 0; i < points_->particles.owned; ++i) {
+    total += chosen[static_cast<std::size_t>(i)] ? areas_[static_cast<std::size_t>(i)] : 0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, points_->comm());
+  std::vector<double> result(chosen.size(), 0);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    result[i] = chosen[i] ? areas_[i] / total : 0;
+  }
+  return result;
+}
+
+void PointLoads::begin_step(const Field& start, double time_end, double h) {
+  start_ = start.values();
+  smoothing_ = h * options_.slip_speed;
+  for (Attachment& attachment : attachments_) {
+    attachment.displacement = place_of_motion(attachment.path, attachment.velocity, time_end);
+  }
+  for (Push& push : pushes_) {
+    push.force = place_on_key_points(push.path, time_end);
+  }
+  for (Contact& contact : contacts_) {
+    const Body& body = contact.body;
+    contact.solid = body.at(time_end);
+    contact.carried = body.displacement(time_end - h, time_end);
+    const Solid before = body.at(time_end - h);
+    for (PetscInt i = 0; body.friction > 0 && i < points_->particles.local(); ++i) {
+      const SignedDistance gap = signed_distance(before, start_.col(i));
+      const double depth = std::max(0.0, body.margin - gap.distance);
+      const double area = areas_[static_cast<std::size_t>(i)];
+      contact.friction[static_cast<std::size_t>(i)] = {body.friction * area * options_.stiffness * depth, gap.normal};
+    }
+  }
+}
+
+PointPotential PointLoads::at(PetscInt particle, const Eigen::Vector3d& x) const {
+  const auto i = static_cast<std::size_t>(particle);
+  const Eigen::Vector3d displacement = x - points_->rest.col(particle);
+  PointPotential sum;
+  for (const Attachment& attachment : attachments_) {
+    const double stiffness = attachment.stiffness[i];
+    const Eigen::Vector3d stretch = displacement - attachment.displacement;
+    sum.value += stiffness / 2 * stretch.squaredNorm();
+    sum.gradient += stiffness * stretch;
+    sum.hessian.diagonal().array() += stiffness;
+  }
+  for (const Push& push : pushes_) {
+    sum.value -= push.share[i] * push.force.dot(displacement);
+    sum.gradient -= push.share[i] * push.force;
+  }
+  for (const Contact& contact : contacts_) {
+    add_pressure(particle, x, contact, sum);
+    add_friction(particle, x, contact, sum);
+  }
+  return sum;
+}
+
+void PointLoads::add_pressure(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact,
+                              PointPotential& sum) const {
+  const SignedDistance gap = signed_distance(contact.solid, x);
+  const double depth = contact.body.margin - gap.distance;
+  if (depth <= 0) {
+    return;
+  }
+  const double stiffness = areas_[static_cast<std::size_t>(particle)] * options_.stiffness;
+  sum.value += stiffness / 2 * depth * depth;
+  sum.gradient -= stiffness * depth * gap.normal;
+  sum.hessian += stiffness * (gap.normal * gap.normal.transpose());
+}
+
+void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact,
+                              PointPotential& sum) const {
+  const Friction& friction = contact.friction[static_cast<std::size_t>(particle)];
+  if (friction.force <= 0) {
+    return;
+  }
+  const double e = smoothing_;
+  const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - friction.normal * friction.normal.transpose();
+  const Eigen::Vector3d slip = along * (x - start_.col(particle) - contact.carried);
+  const double y = slip.norm();
+  if (y >= e) {  // s = y
+    sum.value += friction.force * y;
+    sum.gradient += friction.force / y * slip;
+    sum.hessian += friction.force / y * (along - (slip * slip.transpose()) / (y * y));
+    return;
+  }
+  sum.value += friction.force * (y * y / e - y * y * y / (3 * e * e) + e / 3);
+  const double slope_over_y = 2 / e - y / (e * e);  // s'/y
+  sum.gradient += friction.force * slope_over_y * slip;
+  sum.hessian += friction.force * slope_over_y * along;
+  if (y > 0) {  // s'' - s'/y = -y/e^2 in the direction of the slip
+    sum.hessian -= friction.force / (y * e * e) * (slip * slip.transpose());
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/options.h"
+#include "surface/point_set.h"
+
+namespace pellicle {
+
+/// Some of the particles, as a deck names them for pins, attachments and forces. What several selectors choose adds up.
+struct SelectionOptions {
+  std::vector<std::string> corners;  ///< "all", or names such as "max_y" or "min_x_max_y"
+  std::vector<double> box;           ///< two opposite points of a box in the undeformed mesh [m], or empty
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of a ball in the undeformed mesh [m]
+  std::optional<double> radius;                      ///< of the ball [m]
+  std::string layer = "both";                        ///< what box and ball select: "corners", "lattice" or "both"
+  std::vector<int> vertices;                         ///< persistent ids
+  std::string group;                                 ///< of the mesh
+};
+
+void describe(OptionTable& table, SelectionOptions& options);
+
+/// Which particles are chosen, for each local particle, ghosts included. Collective.
+/// @param key of the object that selects, "pins.hook"
+/// @throws Error that names the key, the same on all ranks: a selector that selects nothing, or none given
+std::vector<bool> select(const PointSet& points, const std::string& key, const SelectionOptions& options);
+
+/// The smallest box round the undeformed places of the chosen owned particles of all ranks [m]. Collective.
+Eigen::AlignedBox3d bounding_box(const PointSet& points, const std::vector<bool>& chosen);
+
+}  // namespace pellicle

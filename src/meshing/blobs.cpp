@@ -1,0 +1,258 @@
+#include "meshing/blobs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "base/options.h"
+#include "base/units.h"
+#include "geometry/pi.h"
+#include "geometry/solid_distance.h"
+#include "meshing/implicit_surface.h"
+
+namespace pellicle {
+namespace {
+
+/// k of a blend of radius 1. Two planes at a right angle, joined by the sum of exponentials, leave their corner as far
+/// aside, sqrt(2) ln(2) k, as a circle of that radius does, sqrt(2) - 1.
+const double width_of_blend = (std::sqrt(2.0) - 1) / (std::sqrt(2.0) * std::log(2.0));
+
+bool has_two_ends(const BlobOptions& options) { return options.shape == "capsule" || options.shape == "cylinder"; }
+
+Eigen::Matrix3d rotation_of(const BlobOptions& options) {
+  if (has_two_ends(options)) {
+    return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), options.end - options.centre)
+        .toRotationMatrix();
+  }
+  return (Eigen::AngleAxisd(options.rotation.z(), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(options.rotation.y(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(options.rotation.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+[[noreturn]] void refuse(const std::string& key, double given, const std::string& expected) {
+  throw Error(key + ": " + number_text(given) + " m given, expected " + expected);
+}
+
+void require_valid(const std::string& key, const BlobOptions& options) {
+  const double length = (options.end - options.centre).norm();
+  if (has_two_ends(options) && !(length > 0)) {
+    throw Error(key + ".end: the same as centre, expected another point");
+  }
+  if (options.shape == "capsule" && std::abs(options.radius - options.end_radius.value_or(options.radius)) >= length) {
+    refuse(key + ".end_radius", *options.end_radius, "one end that is not inside the other");
+  }
+  if ((options.shape == "box" || options.shape == "ellipsoid") && !(options.size.minCoeff() > 0)) {
+    refuse(key + ".size", options.size.minCoeff(), "lengths above 0");
+  }
+  const double thinnest = options.shape == "box" ? options.size.minCoeff() : std::min(2 * options.radius, length);
+  if ((options.shape == "box" || options.shape == "cylinder") && options.round > 0.5 * thinnest) {
+    refuse(key + ".round", options.round, "at most half of its thickness");
+  }
+  if (options.shape == "torus" && options.tube_radius >= options.radius) {
+    refuse(key + ".tube_radius", options.tube_radius, "less than the radius");
+  }
+}
+
+/// Of a point that is given along the solid's own axes.
+std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOptions& options) {
+  using Point = Eigen::Vector3d;
+  const double r = options.radius;
+  const double length = (options.end - options.centre).norm();
+  const Eigen::Vector3d half = 0.5 * options.size;
+  if (options.shape == "sphere") {
+    return [r](const Point& point) { return distance_from_sphere(point, r); };
+  }
+  if (options.shape == "ellipsoid") {
+    return [half](const Point& point) { return distance_from_ellipsoid(point, half); };
+  }
+  if (options.shape == "box") {
+    return [half, round = options.round](const Point& point) { return distance_from_box(point, half, round); };
+  }
+  if (options.shape == "capsule") {
+    return [r, s = options.end_radius.value_or(r), length](const Point& point) {
+      return distance_from_round_cone(point, r, s, length);
+    };
+  }
+  if (options.shape == "cylinder") {
+    return [r, length, round = options.round](const Point& point) {
+      return distance_from_cylinder(point, r, length, round);
+    };
+  }
+  return [r, tube = options.tube_radius](const Point& point) { return distance_from_torus(point, r, tube); };
+}
+
+}  // namespace
+
+void describe(OptionTable& table, BlobOptions& options) {
+  table.add("shape", options.shape)
+      .choices({"sphere", "ellipsoid", "box", "capsule", "cylinder", "torus"})
+      .help("what the solid is; a capsule is a cylinder with round ends, a round cone if its ends differ");
+  table.add("operation", options.operation)
+      .choices({"add", "subtract"})
+      .help("whether the solid is joined to the others or taken away from them; all adding comes first");
+  table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
+  const auto shape = [&options](std::vector<std::string> names) {
+    return one_of("shape", options.shape, std::move(names));
+  };
+  table.add("radius", options.radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(shape({"sphere", "capsule", "cylinder", "torus"}))
+      .help("its radius; of the torus that of the circle in the middle of its tube");
+  table.add("end", options.end).unit("m").acts_with(shape({"capsule", "cylinder"})).help("centre of the other end");
+  table.add("end_radius", options.end_radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(shape({"capsule"}))
+      .help("radius of the other end; none: the same");
+  table.add("tube_radius", options.tube_radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(shape({"torus"}))
+      .help("radius of its tube");
+  table.add("size", options.size)
+      .unit("m")
+      .more_than(0)
+      .acts_with(shape({"box", "ellipsoid"}))
+      .help("lengths along its own x, y and z");
+  table.add("rotation", options.rotation)
+      .unit("rad")
+      .acts_with(shape({"ellipsoid", "box", "torus"}))
+      .help("turned by these angles about the axes x, y and z, in this order, through its centre");
+  table.add("round", options.round)
+      .unit("m")
+      .at_least(0)
+      .acts_with(shape({"box", "cylinder"}))
+      .help("radius of the edges");
+  table.add("blend", options.blend)
+      .unit("m")
+      .more_than(0)
+      .help("radius of the fillet where it meets others of the same blend at a right angle");
+  table.add("relief", options.relief)
+      .unit("m")
+      .at_least(0)
+      .help("height of the waves on its surface above and below the mean, see flutes and pitch");
+  const Condition has_relief{"relief: more than 0", [&options] { return options.relief > 0; }};
+  table.add("flutes", options.flutes)
+      .at_least(0)
+      .acts_with(has_relief)
+      .help("waves of the relief round its own z axis; 0: rings only");
+  table.add("pitch", options.pitch)
+      .unit("m")
+      .at_least(0)
+      .acts_with(has_relief)
+      .help("length of a wave of the relief along its own z axis; 0: flutes only, with both there are bumps");
+}
+
+Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
+  for (const auto& [name, given] : options) {
+    require_valid("mesh.blobs." + name, given);
+    Solid solid{name, given, rotation_of(given).transpose(), distance_function(given), width_of_blend * given.blend};
+    (given.operation == "add" ? added_ : subtracted_).push_back(solid);
+  }
+  if (added_.empty()) {
+    throw Error("mesh.blobs: no object that adds, expected at least one, such as {ball: {shape: sphere}}");
+  }
+  double widest = 0;
+  for (const Solid& solid : added_) {
+    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(solid.reach());
+    bounds_.extend(Eigen::AlignedBox3d(solid.options.centre - reach, solid.options.centre + reach));
+    if (has_two_ends(solid.options)) {
+      bounds_.extend(Eigen::AlignedBox3d(solid.options.end - reach, solid.options.end + reach));
+    }
+    widest = std::max(widest, solid.k);
+  }
+  // Where n surfaces coincide, the joint one is ln(n) k outside.
+  const double bulge = widest * std::log(static_cast<double>(added_.size()));
+  bounds_.min().array() -= bulge;
+  bounds_.max().array() += bulge;
+}
+
+/// Of a ball round the centre, or round each end, that holds the solid.
+double Blobs::Solid::reach() const {
+  const BlobOptions& o = options;
+  const double smooth = o.shape == "box" || o.shape == "ellipsoid" ? 0.5 * o.size.norm()
+                        : o.shape == "torus"                       ? o.radius + o.tube_radius
+                                                                   : std::max(o.radius, o.end_radius.value_or(0));
+  return smooth + o.relief;
+}
+
+double Blobs::Solid::distance(const Eigen::Vector3d& point) const {
+  const BlobOptions& o = options;
+  const Eigen::Vector3d own = to_own * (point - o.centre);
+  double distance = distance_without_relief(own);
+  if (o.relief > 0) {
+    double wave = o.pitch > 0 ? std::cos(2 * pi * own.z() / o.pitch) : 1;
+    if (o.flutes > 0) {
+      // On the axis the flutes meet, so they fade towards it.
+      const double r = own.head<2>().norm();
+      const double fade = 0.3 * reach();
+      wave *= std::cos(o.flutes * std::atan2(own.y(), own.x())) * r * r / (r * r + fade * fade);
+    }
+    distance -= o.relief * wave;
+  }
+  return distance;
+}
+
+double Blobs::operator()(const Eigen::Vector3d& point) const {
+  // s = sum of exp(-d_i/k_i), scaled by its largest term; the mean of k_i in the same weights gives the value its unit.
+  double largest = -std::numeric_limits<double>::infinity();
+  double sum = 0;
+  double sum_of_k = 0;
+  for (const Solid& solid : added_) {
+    const double exponent = -solid.distance(point) / solid.k;
+    if (exponent > largest) {
+      const double scale = std::exp(largest - exponent);
+      sum *= scale;
+      sum_of_k *= scale;
+      largest = exponent;
+    }
+    const double term = std::exp(exponent - largest);
+    sum += term;
+    sum_of_k += term * solid.k;
+  }
+  double value = -(largest + std::log(sum)) * sum_of_k / sum;
+  for (const Solid& solid : subtracted_) {
+    const double hole = -solid.distance(point);
+    value = std::max(value, hole) + solid.k * std::log1p(std::exp(-std::abs(value - hole) / solid.k));
+  }
+  return value;
+}
+
+std::string Blobs::idle_cut(const std::vector<Eigen::Vector3d>& surface_points) const {
+  constexpr double touching = 3;  // in k: beyond it the blend moves the surface by less than exp(-3) k
+  for (const Solid& solid : subtracted_) {
+    const bool reaches = std::any_of(surface_points.begin(), surface_points.end(), [&solid](const auto& point) {
+      return solid.distance(point) < touching * solid.k;
+    });
+    if (!reaches) {
+      return solid.name;
+    }
+  }
+  return "";
+}
+
+SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vertices) {
+  const Blobs solids(blobs);
+  SurfaceMesh mesh = implicit_surface_mesh({std::cref(solids), solids.bounds()}, vertices, "mesh.blobs");
+  if (const std::string idle = solids.idle_cut(mesh.points); !idle.empty()) {
+    throw Error("mesh.blobs." + idle + ": there is nothing to subtract it from, expected a solid that cuts the others");
+  }
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& point : mesh.points) {
+    box.extend(point);
+  }
+  for (const std::vector<int>& face : mesh.faces) {
+    std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
+    for (const int point : face) {
+      const Eigen::Vector3d share =
+          (mesh.points[static_cast<std::size_t>(point)] - box.min()).cwiseQuotient(box.sizes());
+      corners.emplace_back(share.x(), share.z());
+    }
+  }
+  return mesh;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "meshing/mesh_check.h"
+#include "meshing/mesh_options.h"
+#include "meshing/surface_mesh.h"
+
+namespace pellicle {
+
+struct CheckedMesh {
+  SurfaceMesh mesh;
+  MeshReport report;
+};
+
+/// Makes the mesh of the options, checks and repairs it, and scales it to the volume they ask for, about the origin of
+/// the file's coordinates. Not collective.
+/// @throws Error, see make_mesh and check_and_repair; if a volume is asked of an open mesh
+CheckedMesh make_checked_mesh(const MeshOptions& options);
+
+}  // namespace pellicle

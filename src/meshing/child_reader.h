@@ -1,0 +1,19 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "meshing/surface_mesh.h"
+
+namespace pellicle {
+
+/// Runs a reader of a library in a child process, which hands the mesh back through a pipe. VTK's readers die on some
+/// malformed files (out of bounds, endless loops, all memory); so the child dies instead, and the user gets a line.
+/// The child calls neither MPI nor PETSc, and writes nothing but the pipe. Not collective.
+/// @param path file that is read, which messages name
+/// @param read fills points, faces, uv and face_fields; what else it fills is dropped
+/// @throws Error as `read` does; if it ends by a signal, takes more memory than there is, or more CPU time than files
+/// of this size do.
+SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMesh()>& read);
+
+}  // namespace pellicle

@@ -1,0 +1,119 @@
+#include "meshing/closed_shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "base/error.h"
+#include "geometry/pi.h"
+#include "geometry/solid_distance.h"
+#include "meshing/implicit_surface.h"
+
+namespace pellicle {
+namespace {
+
+void require_above_0(double value, const char* what) {
+  if (!(value > 0)) {
+    throw Error(std::string(what) + " of " + std::to_string(value) + " m, expected above 0");
+  }
+}
+
+/// Longitude of each corner as u, `height` of its point as v.
+template <class Height>
+void wrap_uv(SurfaceMesh& mesh, const Height& height) {
+  for (const std::vector<int>& face : mesh.faces) {
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
+      return mesh.points[static_cast<std::size_t>(face[k])];
+    };
+    const Eigen::Vector3d centre = at(0) + at(1) + at(2);
+    const double middle = std::atan2(centre.y(), centre.x());
+    std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      // Seen from the middle of the face, so that a face at the seam stays on its side; a pole has the face's own u.
+      const bool pole = std::hypot(at(k).x(), at(k).y()) < 1e-9 * at(k).norm();
+      const double turn = pole ? 0 : std::remainder(std::atan2(at(k).y(), at(k).x()) - middle, 2 * pi);
+      corners.emplace_back(std::clamp(0.5 + (middle + turn) / (2 * pi), 0.0, 1.0), height(at(k)));
+    }
+  }
+}
+
+/// Points of length 1.
+SurfaceMesh icosahedron() {
+  // Two poles, and two rings of five between them at z = +- 1/sqrt(5), turned against each other.
+  SurfaceMesh mesh;
+  const double z = 1 / std::sqrt(5.0);
+  mesh.points.emplace_back(0, 0, 1);
+  for (int k = 0; k < 10; ++k) {
+    const double angle = k * pi / 5;
+    mesh.points.emplace_back(2 * z * std::cos(angle), 2 * z * std::sin(angle), k % 2 == 0 ? z : -z);
+  }
+  mesh.points.emplace_back(0, 0, -1);
+  const auto ring = [](int k) { return 1 + k % 10; };
+  for (int k = 0; k < 10; k += 2) {
+    mesh.faces.push_back({0, ring(k), ring(k + 2)});
+    mesh.faces.push_back({ring(k), ring(k + 1), ring(k + 2)});
+    mesh.faces.push_back({ring(k + 1), ring(k + 3), ring(k + 2)});
+    mesh.faces.push_back({11, ring(k + 3), ring(k + 1)});
+  }
+  return mesh;
+}
+
+SurfaceMesh unit_icosphere(int level) {
+  if (level < 0 || level > 9) {
+    throw Error("an icosphere of level " + std::to_string(level) + ", expected 0 to 9");
+  }
+  SurfaceMesh mesh = icosahedron();
+  for (int l = 0; l < level; ++l) {
+    std::map<std::array<int, 2>, int> middles;
+    const auto middle = [&](int a, int b) {
+      const auto [entry, is_new] =
+          middles.emplace(std::array{std::min(a, b), std::max(a, b)}, static_cast<int>(mesh.points.size()));
+      if (is_new) {
+        mesh.points.push_back(
+            (mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]).normalized());
+      }
+      return entry->second;
+    };
+    std::vector<std::vector<int>> faces;
+    for (const std::vector<int>& face : mesh.faces) {
+      const int ab = middle(face[0], face[1]);
+      const int bc = middle(face[1], face[2]);
+      const int ca = middle(face[2], face[0]);
+      faces.insert(faces.end(), {{face[0], ab, ca}, {face[1], bc, ab}, {face[2], ca, bc}, {ab, bc, ca}});
+    }
+    mesh.faces = std::move(faces);
+  }
+  wrap_uv(mesh, [](const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; });
+  return mesh;
+}
+
+}  // namespace
+
+SurfaceMesh icosphere_mesh(int level, double radius) {
+  require_above_0(radius, "an icosphere with a radius");
+  return ellipsoid_mesh(level, Eigen::Vector3d::Constant(radius));
+}
+
+SurfaceMesh ellipsoid_mesh(int level, const Eigen::Vector3d& semi_axes) {
+  require_above_0(semi_axes.minCoeff(), "an ellipsoid with a half axis");
+  SurfaceMesh mesh = unit_icosphere(level);
+  for (Eigen::Vector3d& point : mesh.points) {
+    point = point.cwiseProduct(semi_axes);
+  }
+  return mesh;
+}
+
+SurfaceMesh tube_mesh(double length, double radius, int vertices) {
+  require_above_0(length, "a tube with a length");
+  require_above_0(radius, "a tube with a radius");
+  const Eigen::Vector3d half(radius, radius, radius + 0.5 * length);
+  const auto distance = [&](const Eigen::Vector3d& point) {
+    return distance_from_round_cone(point + Eigen::Vector3d(0, 0, 0.5 * length), radius, radius, length);
+  };
+  SurfaceMesh mesh = implicit_surface_mesh({distance, {-half, half}}, vertices, "a tube");
+  wrap_uv(mesh, [&half](const Eigen::Vector3d& point) { return 0.5 + 0.5 * point.z() / half.z(); });
+  return mesh;
+}
+
+}  // namespace pellicle

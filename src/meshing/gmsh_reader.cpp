@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "base/error.h"
+#include "meshing/format_readers.h"
+#include "meshing/text_file.h"
+
+namespace pellicle {
+namespace {
+
+/// What Gmsh knows by a number in each dimension: a physical group or a part of the model.
+using Key = std::pair<int, int>;
+
+/// Reads the sections of a Gmsh file one after the other.
+class GmshReader {
+ public:
+  explicit GmshReader(const std::string& path) : file_(path, {/*comments=*/false, /*continuations=*/false}) {}
+
+  SurfaceMesh read() {
+    read_format();
+    while (file_.next_line()) {
+      const std::string section(file_.words().front());
+      file_.skip_line();
+      if (section == "$PhysicalNames") {
+        read_names();
+      } else if (section == "$Entities") {
+        read_entities();
+      } else if (section == "$Nodes") {
+        read_nodes();
+      } else if (section == "$Elements") {
+        read_elements();
+      } else if (section.front() == '$') {
+        while (file_.next_line() && file_.words().front() != "$End" + section.substr(1)) {
+        }
+        continue;
+      } else {
+        file_.fail("'" + section + "', expected a section such as $Nodes");
+      }
+      expect("$End" + section.substr(1));
+    }
+    sort_groups(mesh_);
+    return std::move(mesh_);
+  }
+
+ private:
+  int integer(const char* expected) { return file_.integer(file_.next_word(expected), expected); }
+  /// Of items that take at least as many bytes each.
+  int count(const char* expected, std::size_t bytes) { return file_.count(file_.next_word(expected), expected, bytes); }
+  double number(const char* expected) { return file_.number(file_.next_word(expected), expected); }
+
+  void expect(const std::string& word) {
+    const std::string_view found = file_.next_word(word.c_str());
+    if (found != word) {
+      file_.fail("'" + std::string(found) + "', expected " + word);
+    }
+  }
+
+  void read_format() {
+    expect("$MeshFormat");
+    const double version = number("the version");
+    blocks_ = std::abs(version - 4.1) < 0.01;
+    const bool is_text = integer("0 for a text file") == 0;
+    if (!is_text || (!blocks_ && std::abs(version - 2.2) > 0.01)) {
+      file_.fail("a " + std::string(is_text ? "text" : "binary") + " file of version " + std::to_string(version) +
+                 ", expected text of version 2.2 or 4.1, as written by gmsh -format msh41");
+    }
+    file_.skip_line();
+    expect("$EndMeshFormat");
+  }
+
+  /// Lines: dimension, number and "name", which may have blanks.
+  void read_names() {
+    const int names = count("the number of names", 6);
+    for (int i = 0; i < names; ++i) {
+      const int dimension = integer("a dimension");
+      const int group = integer("a group number");
+      const std::string_view first = file_.next_word("a name in quotes");
+      const std::string_view last = file_.words().back();
+      const std::string_view quoted(first.data(), static_cast<std::size_t>(last.data() + last.size() - first.data()));
+      if (quoted.size() < 3 || quoted.front() != '"' || quoted.back() != '"') {
+        file_.fail("'" + std::string(quoted) + "', expected a name in quotes");
+      }
+      names_[{dimension, group}] = quoted.substr(1, quoted.size() - 2);
+      file_.skip_line();
+    }
+  }
+
+  /// Version 4.1: which physical groups each part of the model is in.
+  void read_entities() {
+    int counts[4];
+    for (int& entities : counts) {
+      entities = count("the number of entities", 8);
+    }
+    for (int dimension = 0; dimension < 4; ++dimension) {
+      for (int i = 0; i < counts[dimension]; ++i) {
+        const int entity = integer("an entity number");
+        for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) {
+          number("a bound of an entity");
+        }
+        const int groups = integer("the number of groups");
+        if (groups < 0 || groups > static_cast<int>(most_groups)) {
+          file_.fail(std::to_string(groups) + " groups for one part of the model, expected at most " +
+                     std::to_string(most_groups));
+        }
+        for (int k = 0; k < groups; ++k) {
+          groups_of_entity_[{dimension, entity}].push_back(integer("a group number"));
+        }
+        file_.skip_line();  // its boundary
+      }
+    }
+  }
+
+  void read_nodes() {
+    const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
+    if (blocks_) {
+      file_.skip_line();
+    }
+    for (int block = 0; block < blocks; ++block) {
+      if (blocks_) {
+        integer("a dimension");
+        integer("an entity number");
+        if (integer("0: no parameters") != 0) {
+          file_.fail("nodes with parameters, expected coordinates only");
+        }
+      }
+      const int nodes = count("the number of nodes", 6);
+      if (blocks_) {
+        for (int i = 0; i < nodes; ++i) {
+          add_node(integer("a node number"));
+        }
+      }
+      for (int i = 0; i < nodes; ++i) {
+        if (!blocks_) {
+          add_node(integer("a node number"));
+        }
+        Eigen::Vector3d& point = mesh_.points.emplace_back();
+        for (double& coordinate : point) {
+          coordinate = number("a coordinate");
+        }
+      }
+    }
+  }
+
+  void add_node(int node) {
+    if (!number_of_node_.emplace(node, static_cast<int>(number_of_node_.size())).second) {
+      file_.fail("node " + std::to_string(node) + " a second time");
+    }
+  }
+
+  void read_elements() {
+    const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
+    if (blocks_) {
+      file_.skip_line();
+    }
+    for (int block = 0; block < blocks; ++block) {
+      int type = 0;
+      std::vector<int> groups;
+      if (blocks_) {
+        const int dimension = integer("a dimension");
+        groups = groups_of_entity_[{dimension, integer("an entity number")}];
+        type = integer("an element type");
+      }
+      const int elements = count("the number of elements", 4);
+      for (int i = 0; i < elements; ++i) {
+        const int element = integer("an element number");
+        if (!blocks_) {
+          type = integer("an element type");
+          const int tags = integer("the number of tags");
+          // The first tag is the physical group, 0 for none; the second the part of the model.
+          groups.clear();
+          for (int k = 0; k < tags; ++k) {
+            const int tag = integer("a tag");
+            if (k == 0 && tag != 0) {
+              groups.push_back(tag);
+            }
+          }
+        }
+        read_element(element, type, groups);
+      }
+    }
+  }
+
+  void read_element(int element, int type, const std::vector<int>& groups) {
+    static const std::unordered_map<int, int> node_counts{{15, 1}, {1, 2}, {2, 3}, {3, 4}};
+    const auto nodes = node_counts.find(type);
+    if (nodes == node_counts.end()) {
+      file_.fail("element " + std::to_string(element) + " has type " + std::to_string(type) +
+                 ", expected points, lines, triangles and quads (types 15, 1, 2, 3)");
+    }
+    std::vector<int> points;
+    for (int k = 0; k < nodes->second; ++k) {
+      const int node = integer("a node number");
+      const auto point = number_of_node_.find(node);
+      if (point == number_of_node_.end()) {
+        file_.fail("node " + std::to_string(node) + " in element " + std::to_string(element) +
+                   ", expected one of the " + std::to_string(mesh_.points.size()) + " nodes of the file");
+      }
+      points.push_back(point->second);
+    }
+    const int dimension = std::min(nodes->second - 1, 2);
+    for (const int group : groups) {
+      const auto name = names_.find({dimension, group});
+      std::vector<int>& members = mesh_.groups[name == names_.end() ? std::to_string(group) : name->second];
+      members.insert(members.end(), points.begin(), points.end());
+    }
+    if (dimension == 2) {
+      mesh_.faces.push_back(std::move(points));
+    }
+  }
+
+  TextFile file_;
+  bool blocks_ = false;  ///< version 4.1: nodes and elements in blocks, one for each part of the model
+  std::map<Key, std::string> names_;
+  std::map<Key, std::vector<int>> groups_of_entity_;
+  std::unordered_map<int, int> number_of_node_;
+  SurfaceMesh mesh_;
+};
+
+}  // namespace
+
+// PETSc's reader of 3.18 dies on a node number that the file does not have, mixes up groups of different dimensions
+// that have one number, takes parts of the model for groups (version 2.2), and puts triangles before quads.
+SurfaceMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
+
+}  // namespace pellicle

@@ -1,0 +1,151 @@
+#include "meshing/implicit_surface.h"
+
+#include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFlyingEdges3D.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <sstream>
+
+#include "base/error.h"
+#include "meshing/isotropic_remesher.h"
+#include "meshing/mesh_size.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double coarse_cells = 64;  ///< of the first grid, along the longest side of the bounds
+constexpr double most_cells = 256;   ///< of the grid, along it
+
+/// Flying edges on a grid of this spacing [m], normals outward.
+SurfaceMesh contour(const ImplicitSurface& surface, double spacing) {
+  constexpr int padding = 2;
+  const Eigen::Vector3d origin = surface.bounds.min() - Eigen::Vector3d::Constant(padding * spacing);
+  Eigen::Vector3i count;
+  for (int k = 0; k < 3; ++k) {
+    count[k] = static_cast<int>(std::ceil(surface.bounds.sizes()[k] / spacing)) + 2 * padding + 1;
+  }
+  vtkNew<vtkDoubleArray> values;
+  values->SetNumberOfTuples(static_cast<vtkIdType>(count.x()) * count.y() * count.z());
+  vtkIdType next = 0;
+  for (int k = 0; k < count.z(); ++k) {
+    for (int j = 0; j < count.y(); ++j) {
+      for (int i = 0; i < count.x(); ++i) {
+        values->SetValue(next++, surface.value(origin + spacing * Eigen::Vector3d(i, j, k)));
+      }
+    }
+  }
+  vtkNew<vtkImageData> grid;
+  grid->SetDimensions(count.data());
+  grid->SetOrigin(origin.data());
+  grid->SetSpacing(spacing, spacing, spacing);
+  grid->GetPointData()->SetScalars(values);
+  vtkNew<vtkFlyingEdges3D> filter;
+  filter->SetInputData(grid);
+  filter->SetValue(0, 0);
+  filter->ComputeNormalsOff();
+  filter->ComputeScalarsOff();
+  filter->Update();
+  vtkPolyData* contoured = filter->GetOutput();
+
+  SurfaceMesh mesh;
+  for (vtkIdType i = 0; i < contoured->GetNumberOfPoints(); ++i) {
+    mesh.points.emplace_back(Eigen::Vector3d::Map(contoured->GetPoint(i)));
+  }
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  vtkCellArray* faces = contoured->GetPolys();
+  for (faces->InitTraversal(); faces->GetNextCell(size, corners) != 0;) {
+    // VTK turns them towards lower values.
+    mesh.faces.emplace_back(std::reverse_iterator(corners + size), std::reverse_iterator(corners));
+  }
+  return mesh;
+}
+
+double area_of(const SurfaceMesh& mesh) {
+  double area = 0;
+  for (const std::vector<int>& face : mesh.faces) {
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
+      return mesh.points[static_cast<std::size_t>(face[k])];
+    };
+    area += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+  }
+  return area;
+}
+
+}  // namespace
+
+Eigen::Vector3d ImplicitSurface::gradient(const Eigen::Vector3d& point, double value_there) const {
+  const double step = 1e-6 * bounds.sizes().maxCoeff();
+  Eigen::Vector3d gradient;
+  for (int k = 0; k < 3; ++k) {
+    gradient[k] = (value(point + step * Eigen::Vector3d::Unit(k)) - value_there) / step;
+  }
+  return gradient;
+}
+
+Eigen::Vector3d ImplicitSurface::step_onto(const Eigen::Vector3d& point, double longest) const {
+  const double there = value(point);
+  const Eigen::Vector3d slope = gradient(point, there);
+  const double steepness = slope.squaredNorm();
+  if (!(steepness > 0)) {
+    return Eigen::Vector3d::Zero();
+  }
+  const Eigen::Vector3d step = -there / steepness * slope;
+  const double length = step.norm();
+  return length > longest ? Eigen::Vector3d(step * (longest / length)) : step;
+}
+
+SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, const std::string& key) {
+  constexpr int rounds = 8;       // until the edges have the wanted length
+  constexpr int corrections = 6;  // of that length, until the number of points is right
+  constexpr int last_rounds = 12;
+  constexpr double smallest_size = 1e-60;  // beyond these, products of a few lengths are 0 or infinite
+  constexpr double largest_size = 1e60;
+  require_mesh_size(key + " of " + std::to_string(vertices) + " vertices", 2.0 * vertices);
+  const double longest_side = surface.bounds.sizes().maxCoeff();
+  if (!(longest_side >= smallest_size && longest_side <= largest_size)) {
+    std::ostringstream text;
+    text << key << ": " << longest_side << " m across, expected " << smallest_size << " to " << largest_size << " m";
+    throw Error(text.str());
+  }
+  double spacing = longest_side / coarse_cells;
+  SurfaceMesh mesh = contour(surface, spacing);
+  if (mesh.faces.empty()) {
+    throw Error(key + ": nothing is left inside, expected solids that have a surface");
+  }
+  // A closed mesh has two triangles a point, of area sqrt(3)/4 L^2.
+  const double edge = std::sqrt(2 * area_of(mesh) / (std::sqrt(3.0) * vertices));
+  if (edge < spacing) {
+    spacing = std::max(edge, longest_side / most_cells);
+    mesh = contour(surface, spacing);
+  }
+  IsotropicRemesher remesher(mesh, surface, key);
+  double length = edge;
+  for (int round = 0; round < rounds; ++round) {
+    remesher.remesh(length);
+  }
+  for (int correction = 0; correction < corrections; ++correction) {
+    length *= std::sqrt(static_cast<double>(remesher.points()) / vertices);
+    remesher.remesh(length);
+    remesher.remesh(length);
+  }
+  remesher.reach(vertices);
+  for (int round = 0; round < last_rounds; ++round) {
+    remesher.relax();
+  }
+  remesher.project();
+  if (remesher.points() != vertices || !remesher.follows_surface()) {
+    throw Error("mesh.vertices: " + std::to_string(vertices) + " are too few for " + key +
+                ", expected more, or a larger blend and round");
+  }
+  return remesher.mesh();
+}
+
+}  // namespace pellicle

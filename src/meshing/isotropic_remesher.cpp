@@ -1,0 +1,395 @@
+#include "meshing/isotropic_remesher.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "base/error.h"
+
+namespace pellicle {
+namespace {
+
+// Botsch and Kobbelt: a split or collapse beyond these brings the edge nearer to the wanted length.
+constexpr double longest_share = 4.0 / 3;
+constexpr double shortest_share = 4.0 / 5;
+constexpr int regular_valence = 6;
+
+/// How far four points are from valence 6 in all.
+int irregularity(int a, int b, int c, int d) {
+  const auto square = [](int valence) { return (valence - regular_valence) * (valence - regular_valence); };
+  return square(a) + square(b) + square(c) + square(d);
+}
+
+}  // namespace
+
+IsotropicRemesher::IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurface& surface, const std::string& key)
+    : surface_(surface),
+      points_(mesh.points),
+      out_(mesh.points.size(), -1),
+      valence_(mesh.points.size(), 0),
+      living_points_(static_cast<int>(mesh.points.size())) {
+  std::map<std::pair<int, int>, int> by_ends;
+  for (const std::vector<int>& face : mesh.faces) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int h = half_edges();
+      if (!by_ends.emplace(std::pair(face[k], face[(k + 1) % 3]), h).second) {
+        throw Error(key + ": the surface touches itself, expected solids that overlap more, or less");
+      }
+      from_.push_back(face[k]);
+      out_[index(face[k])] = h;
+      ++valence_[index(face[k])];
+    }
+  }
+  twin_.resize(from_.size());
+  for (const auto& [ends, h] : by_ends) {
+    const auto twin = by_ends.find({ends.second, ends.first});
+    if (twin == by_ends.end()) {
+      throw Error(key + ": the surface is not closed, expected one within its bounds");
+    }
+    twin_[index(h)] = twin->second;
+  }
+}
+
+void IsotropicRemesher::pair(int h, int twin) {
+  twin_[index(h)] = twin;
+  twin_[index(twin)] = h;
+}
+
+/// Calls visit(h) with every half-edge that leaves the point.
+template <class Visit>
+void IsotropicRemesher::for_each_spoke(int point, const Visit& visit) const {
+  const int first = out_[index(point)];
+  int h = first;
+  do {
+    visit(h);
+    h = twin_[index(previous(h))];
+  } while (h != first);
+}
+
+bool IsotropicRemesher::joined(int a, int b) const {
+  bool found = false;
+  for_each_spoke(a, [&](int h) { found = found || to(h) == b; });
+  return found;
+}
+
+Eigen::Vector3d IsotropicRemesher::area_vector(int a, int b, int c) const {
+  return 0.5 * (place(b) - place(a)).cross(place(c) - place(a));
+}
+
+double IsotropicRemesher::smallest_angle(int a, int b, int c) const {
+  const double double_area = 2 * area_vector(a, b, c).norm();
+  const auto angle = [&](int at, int one, int other) {
+    return std::atan2(double_area, (place(one) - place(at)).dot(place(other) - place(at)));
+  };
+  return std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
+}
+
+/// Triangles (a, b, c) and (b, a, d) get a new point m in the middle of a b: (a, m, c), (m, b, c), (m, a, d), (b, m,
+/// d).
+void IsotropicRemesher::split(int h) {
+  const int t = twin_[index(h)];
+  const int n = next(h);
+  const int tp = previous(t);
+  const int a = from_[index(h)];
+  const int b = from_[index(t)];
+  const int c = to(n);
+  const int d = from_[index(tp)];
+  const int across_bc = twin_[index(n)];
+  const int across_db = twin_[index(tp)];
+  const int m = static_cast<int>(points_.size());
+  const Eigen::Vector3d middle = 0.5 * (place(a) + place(b));
+  points_.emplace_back(middle + surface_.step_onto(middle, 0.5 * length(h)));
+  const int one = half_edges();  // (m, b, c)
+  const int other = one + 3;     // (b, m, d)
+  from_.insert(from_.end(), {m, b, c, b, m, d});
+  twin_.resize(from_.size());
+  from_[index(n)] = m;
+  from_[index(t)] = m;
+  pair(one, other);
+  pair(one + 1, across_bc);
+  pair(one + 2, n);
+  pair(other + 1, tp);
+  pair(other + 2, across_db);
+  out_.push_back(one);
+  out_[index(b)] = one + 1;
+  valence_.push_back(4);
+  ++valence_[index(c)];
+  ++valence_[index(d)];
+  ++living_points_;
+}
+
+/// Both ends become one point in the middle. @returns whether that is possible without touching, folding or an edge
+/// beyond `longest`.
+bool IsotropicRemesher::collapse(int h, double longest) {
+  const int t = twin_[index(h)];
+  const int a = from_[index(h)];
+  const int b = from_[index(t)];
+  const int c = from_[index(previous(h))];
+  const int d = from_[index(previous(t))];
+  if (valence_[index(c)] <= 3 || valence_[index(d)] <= 3 || valence_[index(a)] + valence_[index(b)] < 7) {
+    return false;
+  }
+  const Eigen::Vector3d middle = 0.5 * (place(a) + place(b));
+  const Eigen::Vector3d merged = middle + surface_.step_onto(middle, 0.5 * length(h));
+  bool possible = true;
+  const auto look = [&](int point, int end) {
+    for_each_spoke(point, [&](int spoke) {
+      const int neighbour = to(spoke);
+      if (neighbour == end) {
+        return;
+      }
+      // Common neighbours other than c and d would be pinched off.
+      possible = possible && (neighbour == c || neighbour == d || !joined(neighbour, end)) &&
+                 (place(neighbour) - merged).norm() < longest;
+      const int after = from_[index(previous(spoke))];
+      if (after != end) {
+        const Eigen::Vector3d before = (place(neighbour) - place(point)).cross(place(after) - place(point));
+        const Eigen::Vector3d now = (place(neighbour) - merged).cross(place(after) - merged);
+        possible = possible && now.dot(before) > 0.5 * now.norm() * before.norm();
+      }
+    });
+  };
+  look(a, b);
+  look(b, a);
+  if (!possible) {
+    return false;
+  }
+  std::vector<int> spokes;
+  for_each_spoke(b, [&spokes](int spoke) { spokes.push_back(spoke); });
+  for (const int spoke : spokes) {
+    from_[index(spoke)] = a;
+  }
+  const int to_c = twin_[index(previous(h))];
+  const int from_c = twin_[index(next(h))];
+  const int from_d = twin_[index(next(t))];
+  const int to_d = twin_[index(previous(t))];
+  for (const int first : {h - h % 3, t - t % 3}) {
+    std::fill_n(from_.begin() + first, 3, -1);
+  }
+  pair(to_c, from_c);
+  pair(to_d, from_d);
+  out_[index(a)] = to_c;
+  out_[index(b)] = -1;
+  out_[index(c)] = from_c;
+  out_[index(d)] = from_d;
+  valence_[index(a)] += valence_[index(b)] - 4;
+  --valence_[index(c)];
+  --valence_[index(d)];
+  points_[index(a)] = merged;
+  --living_points_;
+  return true;
+}
+
+/// Whether the other diagonal of the two triangles is new and gives two that face the same way.
+bool IsotropicRemesher::may_flip(int h) const {
+  const int t = twin_[index(h)];
+  const int a = from_[index(h)];
+  const int b = from_[index(t)];
+  const int c = from_[index(previous(h))];
+  const int d = from_[index(previous(t))];
+  const Eigen::Vector3d both = area_vector(a, b, c) + area_vector(b, a, d);
+  const auto faces_well = [&both](const Eigen::Vector3d& area) {
+    return area.dot(both) > 0.5 * area.norm() * both.norm();
+  };
+  return valence_[index(a)] > 3 && valence_[index(b)] > 3 && faces_well(area_vector(a, d, c)) &&
+         faces_well(area_vector(b, c, d)) && !joined(c, d);
+}
+
+/// Triangles (a, b, c) and (b, a, d) become (d, c, a) and (c, d, b).
+void IsotropicRemesher::flip(int h) {
+  const int t = twin_[index(h)];
+  const int a = from_[index(h)];
+  const int b = from_[index(t)];
+  const int c = from_[index(previous(h))];
+  const int d = from_[index(previous(t))];
+  const int across_bc = twin_[index(next(h))];
+  const int across_ca = twin_[index(previous(h))];
+  const int across_ad = twin_[index(next(t))];
+  const int across_db = twin_[index(previous(t))];
+  from_[index(h)] = d;
+  from_[index(next(h))] = c;
+  from_[index(previous(h))] = a;
+  from_[index(t)] = c;
+  from_[index(next(t))] = d;
+  from_[index(previous(t))] = b;
+  pair(next(h), across_ca);
+  pair(previous(h), across_ad);
+  pair(next(t), across_db);
+  pair(previous(t), across_bc);
+  out_[index(a)] = previous(h);
+  out_[index(b)] = previous(t);
+  out_[index(c)] = next(h);
+  out_[index(d)] = next(t);
+  --valence_[index(a)];
+  --valence_[index(b)];
+  ++valence_[index(c)];
+  ++valence_[index(d)];
+}
+
+void IsotropicRemesher::flip_for_valence() {
+  for (int h = 0; h < half_edges(); ++h) {
+    if (!alive(h) || h > twin_[index(h)]) {
+      continue;
+    }
+    const int a = valence_[index(from_[index(h)])];
+    const int b = valence_[index(to(h))];
+    const int c = valence_[index(from_[index(previous(h))])];
+    const int d = valence_[index(from_[index(previous(twin_[index(h)]))])];
+    if (irregularity(a - 1, b - 1, c + 1, d + 1) < irregularity(a, b, c, d) && may_flip(h)) {
+      flip(h);
+    }
+  }
+}
+
+void IsotropicRemesher::flip_for_angles() {
+  for (int h = 0; h < half_edges(); ++h) {
+    if (!alive(h) || h > twin_[index(h)]) {
+      continue;
+    }
+    const int a = from_[index(h)];
+    const int b = to(h);
+    const int c = from_[index(previous(h))];
+    const int d = from_[index(previous(twin_[index(h)]))];
+    const double now = std::min(smallest_angle(a, b, c), smallest_angle(b, a, d));
+    const double flipped = std::min(smallest_angle(d, c, a), smallest_angle(c, d, b));
+    if (flipped > now * (1 + 1e-9) && may_flip(h)) {
+      flip(h);
+    }
+  }
+}
+
+/// Every point goes to the middle of its neighbours along the tangent plane, then towards the surface.
+void IsotropicRemesher::smooth() {
+  std::vector<Eigen::Vector3d> moved = points_;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (out_[i] < 0) {
+      continue;
+    }
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double reach = 0;
+    for_each_spoke(static_cast<int>(i), [&](int h) {
+      const Eigen::Vector3d& neighbour = place(to(h));
+      middle += neighbour / valence_[i];
+      normal += (neighbour - points_[i]).cross(place(from_[index(previous(h))]) - points_[i]);
+      reach += (neighbour - points_[i]).norm() / valence_[i];
+    });
+    normal.normalize();
+    const Eigen::Vector3d slide = middle - points_[i];
+    const Eigen::Vector3d there = points_[i] + slide - normal * normal.dot(slide);
+    moved[i] = there + surface_.step_onto(there, 0.5 * reach);
+  }
+  points_ = std::move(moved);
+}
+
+void IsotropicRemesher::remesh(double edge_length) {
+  for (int h = 0; h < half_edges(); ++h) {  // new ones too
+    if (alive(h) && h < twin_[index(h)] && length(h) > longest_share * edge_length) {
+      split(h);
+    }
+  }
+  for (int h = 0; h < half_edges(); ++h) {
+    if (alive(h) && h < twin_[index(h)] && length(h) < shortest_share * edge_length) {
+      collapse(h, longest_share * edge_length);
+    }
+  }
+  flip_for_valence();
+  smooth();
+}
+
+void IsotropicRemesher::reach(int count) {
+  const bool grow = points() < count;
+  std::vector<std::pair<double, int>> edges;
+  for (int h = 0; h < half_edges(); ++h) {
+    if (alive(h) && h < twin_[index(h)]) {
+      edges.emplace_back(grow ? -length(h) : length(h), h);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (const auto& [key, h] : edges) {
+    if (points() == count) {
+      break;
+    }
+    if (grow) {
+      split(h);
+    } else if (alive(h)) {
+      collapse(h, std::numeric_limits<double>::infinity());
+    }
+  }
+}
+
+void IsotropicRemesher::relax() {
+  flip_for_angles();
+  smooth();
+}
+
+void IsotropicRemesher::project() {
+  constexpr int steps = 8;
+  const double longest = 0.1 * mean_edge_length();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (int step = 0; step < steps && out_[i] >= 0; ++step) {
+      const Eigen::Vector3d move = surface_.step_onto(points_[i], longest);
+      points_[i] += move;
+      if (move.norm() < 1e-9 * longest) {
+        break;
+      }
+    }
+  }
+}
+
+double IsotropicRemesher::mean_edge_length() const {
+  double sum = 0;
+  int count = 0;
+  for (int h = 0; h < half_edges(); ++h) {
+    if (alive(h)) {
+      sum += length(h);
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+bool IsotropicRemesher::follows_surface() const {
+  const double rounding = 1e-6 * mean_edge_length();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (out_[i] < 0) {
+      continue;
+    }
+    const double distance = surface_.value(points_[i]);
+    if (std::abs(distance) > rounding) {
+      return false;
+    }
+    const Eigen::Vector3d normal = surface_.gradient(points_[i], distance);
+    bool outward = true;
+    for_each_spoke(static_cast<int>(i), [&](int h) {
+      outward = outward && area_vector(static_cast<int>(i), to(h), from_[index(previous(h))]).dot(normal) > 0;
+    });
+    if (!outward) {
+      return false;
+    }
+  }
+  return true;
+}
+
+SurfaceMesh IsotropicRemesher::mesh() const {
+  SurfaceMesh mesh;
+  std::vector<int> number(points_.size(), -1);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (out_[i] >= 0) {
+      number[i] = static_cast<int>(mesh.points.size());
+      mesh.points.push_back(points_[i]);
+    }
+  }
+  for (int h = 0; h < half_edges(); h += 3) {
+    if (alive(h)) {
+      mesh.faces.push_back(
+          {number[index(from_[index(h)])], number[index(from_[index(h + 1)])], number[index(from_[index(h + 2)])]});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "meshing/implicit_surface.h"
+#include "meshing/surface_mesh.h"
+
+namespace pellicle {
+
+/// Turns closed triangle meshes on an implicit surface into ones of nearly equilateral triangles: long edges are split,
+/// short ones collapsed, edges flipped towards six at each point, points moved along the surface to the middle of their
+/// neighbours and back onto it (M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", 2004).
+///
+/// Half-edges 3f, 3f + 1, 3f + 2 go round triangle f; each has a twin in the neighbour. Everything goes by number, so
+/// the result is deterministic.
+class IsotropicRemesher {
+ public:
+  /// @throws Error in one line, after `key`, if the mesh is not closed or two surfaces meet in a point or edge.
+  IsotropicRemesher(const SurfaceMesh& mesh, const ImplicitSurface& surface, const std::string& key);
+
+  /// Splits and collapses towards this length of all edges [m], flips, and relaxes once.
+  void remesh(double edge_length);
+  /// Splits the longest and collapses the shortest edges until there are `count` points, or nothing can be collapsed.
+  void reach(int count);
+  /// Flips and relaxes once; counts stay. Flips make the smallest angles larger.
+  void relax();
+
+  /// Puts all points onto the surface, to rounding.
+  void project();
+
+  int points() const { return living_points_; }
+  /// Whether all points are on the surface, to rounding, and all triangles face outward.
+  bool follows_surface() const;
+  /// Without gaps in the numbers.
+  SurfaceMesh mesh() const;
+
+ private:
+  int to(int h) const { return from_[index(next(h))]; }
+  static int next(int h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  static int previous(int h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  static std::size_t index(int number) { return static_cast<std::size_t>(number); }
+  int half_edges() const { return static_cast<int>(from_.size()); }
+  bool alive(int h) const { return from_[index(h)] >= 0; }
+  const Eigen::Vector3d& place(int point) const { return points_[index(point)]; }
+  double length(int h) const { return (place(to(h)) - place(from_[index(h)])).norm(); }
+  double mean_edge_length() const;
+  Eigen::Vector3d area_vector(int a, int b, int c) const;
+  double smallest_angle(int a, int b, int c) const;
+
+  void pair(int h, int twin);
+  template <class Visit>
+  void for_each_spoke(int point, const Visit& visit) const;
+  bool joined(int a, int b) const;
+
+  void split(int h);
+  bool collapse(int h, double longest);
+  bool may_flip(int h) const;
+  void flip(int h);
+  void flip_for_valence();
+  void flip_for_angles();
+  void smooth();
+
+  const ImplicitSurface& surface_;
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<int> out_;      ///< a half-edge that leaves the point, -1: the point is gone
+  std::vector<int> valence_;  ///< of each point
+  std::vector<int> from_;     ///< point that the half-edge leaves, -1: its triangle is gone
+  std::vector<int> twin_;
+  int living_points_ = 0;
+};
+
+}  // namespace pellicle

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "meshing/surface_mesh.h"
+
+namespace pellicle {
+
+/// What a mesh is like, and what was repaired.
+struct MeshReport {
+  std::string name;
+  int points = 0;
+  int faces = 0;
+  int triangles = 0;
+  int quads = 0;
+  int edges = 0;
+  int components = 0;  ///< pieces joined by common edges
+  int boundary_edges = 0;
+  int boundary_loops = 0;
+  int intersections = 0;          ///< pairs of triangles that cut through each other (quads split in two)
+  bool all_intersections = true;  ///< whether all pairs were looked at, see count_self_intersections
+  int euler_characteristic() const { return points - edges + faces; }
+
+  double area = 0;            ///< [m^2]
+  double volume = 0;          ///< that a closed mesh encloses, see enclosed_volume [m^3]
+  double smallest_angle = 0;  ///< at a corner of a face [rad]
+  int sharpest_face = 0;      ///< which has it: its number in the file
+  double shortest_edge = 0;   ///< [m]
+  double longest_edge = 0;    ///< [m]
+  /// Twice the radius of the inscribed circle over that of the circumscribed one: 1 for an equilateral triangle.
+  double smallest_radius_ratio = 1;
+  double mean_radius_ratio = 1;  ///< over the triangles
+  std::map<int, int> valence;    ///< how many points have this number of edges
+
+  int merged_points = 0;   ///< exact duplicates
+  int removed_points = 0;  ///< that no face uses
+  int removed_faces = 0;   ///< that repeat another, or collapsed
+  int flipped_faces = 0;   ///< to agree with their neighbours, or to face outward
+
+  std::string size() const;                                     ///< size and topology
+  std::string summary() const { return name + ": " + size(); }  ///< in one line
+  std::string quality() const;                                  ///< one line on the shape of the faces
+  /// One line on each kind of repair and on each thing that a run may not survive.
+  std::vector<std::string> remarks() const;
+};
+
+/// @param name what messages call the mesh
+/// @throws Error in one line that names the first point with a coordinate that is not finite, or so large (1e60) that
+/// products of a few lengths overflow.
+void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
+
+/// Whether points at exactly the same place become one, or stay apart, as for two layers that lie on each other.
+enum class Duplicates { merge, keep };
+
+/// Checks a mesh (require_coordinates, then what follows) and repairs what can be repaired without a choice:
+/// points at exactly the same place are merged (unless kept); corners of a face that name one point in succession
+/// become one, and what is then no polygon goes; a face that repeats another goes; points of no face go; faces are
+/// flipped so that neighbours agree, the smaller part of each open piece; those of a closed piece so that they face
+/// outward.
+///
+/// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
+/// Not collective.
+/// @param name what messages call the mesh, see MeshOptions::name
+/// @throws Error, one line that counts and names (by their numbers in the file, from 0) all of these: faces that name
+/// one point twice or have no area; quads with corners turned against each other (inverted or folded); edges of three
+/// or more faces; points whose faces do not hang together by edges; pieces that cannot be oriented; polygons that
+/// cannot be split into triangles; a point at which more than 10,000 triangles meet.
+MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicates duplicates = Duplicates::merge);
+
+/// In words, that a burning sheet cannot be built on a mesh because faces are no quads; empty: all are.
+std::string fault_of_quads(const SurfaceMesh& mesh);
+
+}  // namespace pellicle

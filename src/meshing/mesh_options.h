@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meshing/blobs.h"
+#include "meshing/surface_mesh.h"
+
+namespace pellicle {
+
+class OptionTable;
+
+/// Where the mesh comes from and where it is put.
+struct MeshOptions {
+  std::string shape = "rectangle";            ///< see describe; "file" needs `file`
+  std::string file;                           ///< mesh to read instead of generating one, if not empty
+  std::vector<int> cells{40, 40};             ///< of the generated mesh, each way
+  std::vector<double> size{1, 1};             ///< of the generated mesh, each way, see describe [m]
+  double major_radius = 0.5;                  ///< torus: of the circle in the middle of the tube [m]
+  double tube_radius = 0.2;                   ///< torus: of the tube [m]
+  double arch = 2.0943951023931953;           ///< roof: angle of its arc [rad]
+  int level = 4;                              ///< icosphere and ellipsoid: how often the icosahedron is split
+  double radius = 0.1;                        ///< icosphere, tube and disc [m]
+  Eigen::Vector3d semi_axes{0.1, 0.1, 0.15};  ///< ellipsoid: its half axes along x, y, z [m]
+  double length = 0.3;                        ///< tube: of its cylinder [m]
+  int rings = 20;                             ///< disc: of triangles
+  int vertices = 10000;                       ///< tube and blobs
+  std::map<std::string, BlobOptions> blobs;   ///< what the surface of the blobs is made of
+  double scale = 1;                           ///< of file or shape, about the origin
+  std::optional<double> volume;       ///< then of a closed mesh: scaled, about the origin, to enclose this [m^3]
+  bool merge = true;                  ///< points at exactly the same place become one
+  Eigen::Vector3d rotation{0, 0, 0};  ///< then turned about the axes x, y, z through the origin, in this order [rad]
+  Eigen::Vector3d shift{0, 0, 0};     ///< then moved [m]
+
+  /// What messages call the mesh: the file, or the shape.
+  const std::string& name() const { return file.empty() ? shape : file; }
+};
+
+void describe(OptionTable& table, MeshOptions& options);
+
+/// Reads or generates the mesh and puts it in place: a point p goes to shift + Rz Ry Rx (scale p), all about the origin
+/// of the file's coordinates; generated shapes lie round the origin. Unchecked and not yet scaled to the volume, see
+/// make_checked_mesh. Not collective.
+/// @throws Error on a bad file or bad parameters.
+SurfaceMesh make_mesh(const MeshOptions& options);
+
+}  // namespace pellicle

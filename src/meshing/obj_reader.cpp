@@ -1,0 +1,102 @@
+#include <set>
+
+#include "base/error.h"
+#include "meshing/format_readers.h"
+#include "meshing/text_file.h"
+
+namespace pellicle {
+namespace {
+
+/// Turns a number of an OBJ file (from 1, or from the end if negative) into one from 0.
+int resolve(const TextFile& file, std::string_view word, std::size_t count, const char* what) {
+  const int number = file.integer(word, what);
+  const int items = static_cast<int>(count);
+  const int index = number > 0 ? number - 1 : items + number;
+  if (number == 0 || index < 0 || index >= items) {
+    file.fail(std::string(what) + " " + std::to_string(number) + ", expected one from 1 to " + std::to_string(items));
+  }
+  return index;
+}
+
+}  // namespace
+
+// Point and texture numbers of a face may only name what stands above it.
+SurfaceMesh read_obj(const std::string& path) {
+  // Normals, materials, smoothing and whatever is no surface is not for us.
+  static const std::set<std::string_view> ignored{"vn",       "o",        "s",          "mtllib",   "usemtl", "usemap",
+                                                  "maplib",   "bevel",    "lod",        "mg",       "l",      "p",
+                                                  "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2d> textures;
+  std::vector<std::string> names;         // of the groups of the faces that follow
+  std::vector<std::vector<int>*> groups;  // these, once a face has followed
+  TextFile file(path, {/*comments=*/true, /*continuations=*/true});
+  while (file.next_line()) {
+    const std::vector<std::string_view>& words = file.words();
+    const std::string_view keyword = words.front();
+    if (keyword == "v") {
+      // x y z, then a weight or a colour that is not for us.
+      if (words.size() < 4 || words.size() > 8) {
+        file.fail(std::to_string(words.size() - 1) + " coordinates, expected 3");
+      }
+      mesh.points.emplace_back(file.number(words[1], "a coordinate"), file.number(words[2], "a coordinate"),
+                               file.number(words[3], "a coordinate"));
+    } else if (keyword == "vt") {
+      if (words.size() < 3) {
+        file.fail(std::to_string(words.size() - 1) + " texture coordinates, expected 2");
+      }
+      textures.emplace_back(file.number(words[1], "a texture coordinate"),
+                            file.number(words[2], "a texture coordinate"));
+    } else if (keyword == "f") {
+      std::vector<int> face;
+      std::vector<Eigen::Vector2d> uv;
+      for (std::size_t corner = 1; corner < words.size(); ++corner) {
+        // point, point/texture, point//normal or point/texture/normal
+        const std::string_view word = words[corner];
+        const std::size_t slash = word.find('/');
+        face.push_back(resolve(file, word.substr(0, slash), mesh.points.size(), "point number"));
+        if (slash != std::string_view::npos) {
+          const std::string_view rest = word.substr(slash + 1);
+          const std::string_view texture = rest.substr(0, rest.find('/'));
+          if (!texture.empty()) {
+            uv.push_back(textures[static_cast<std::size_t>(resolve(file, texture, textures.size(), "texture number"))]);
+          }
+        }
+      }
+      if (face.size() < 3) {
+        file.fail("a face of " + std::to_string(face.size()) + " corners, expected at least 3");
+      }
+      const bool mesh_has_uv = mesh.faces.empty() ? !uv.empty() : !mesh.uv.empty();
+      if (uv.size() != (mesh_has_uv ? face.size() : 0)) {
+        file.fail("texture coordinates at " + std::to_string(uv.size()) + " of " + std::to_string(face.size()) +
+                  " corners, expected them at every corner of every face or at none");
+      }
+      for (const std::string& name : names) {
+        groups.push_back(&mesh.groups[name]);
+      }
+      names.clear();
+      for (std::vector<int>* members : groups) {
+        members->insert(members->end(), face.begin(), face.end());
+      }
+      mesh.faces.push_back(std::move(face));
+      if (mesh_has_uv) {
+        mesh.uv.push_back(std::move(uv));
+      }
+    } else if (keyword == "g") {
+      // A name given twice is one; more would be no list of names, and each takes memory for every face.
+      const std::set<std::string_view> different(words.begin() + 1, words.end());
+      if (different.size() > most_groups) {
+        file.fail(std::to_string(different.size()) + " groups for one face, expected at most " +
+                  std::to_string(most_groups));
+      }
+      names.assign(different.begin(), different.end());
+      groups.clear();
+    } else if (ignored.count(keyword) == 0) {
+      file.fail("keyword '" + std::string(keyword) + "', expected v, vt, f or g");
+    }
+  }
+  sort_groups(mesh);
+  return mesh;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,303 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "base/error.h"
+#include "meshing/format_readers.h"
+#include "meshing/text_file.h"
+
+namespace pellicle {
+namespace {
+
+enum class Format { ascii, little_endian, big_endian };
+
+/// A type of numbers.
+struct NumberType {
+  char kind;         ///< f: floating point, i: signed, u: unsigned
+  std::size_t size;  ///< [bytes]
+};
+
+/// What a property is to us; of an element, each is there once at most.
+enum class Role { none, x, y, z, u, v, corners, texture };
+
+/// A number, or with a count type a list of numbers, that every item of an element has.
+struct Property {
+  Role role;
+  NumberType type;
+  std::optional<NumberType> count_type;  ///< of a list
+};
+
+struct Element {
+  std::string name;
+  int count = 0;
+  std::vector<Property> properties;
+
+  bool has(Role role) const {
+    return std::any_of(properties.begin(), properties.end(), [role](const Property& p) { return p.role == role; });
+  }
+};
+
+struct Header {
+  Format format = Format::ascii;
+  std::vector<Element> elements;
+};
+
+/// The numbers that the header may name; both spellings of each type.
+const std::map<std::string_view, NumberType>& number_types() {
+  static const std::map<std::string_view, NumberType> types{
+      {"char", {'i', 1}},  {"int8", {'i', 1}},    {"uchar", {'u', 1}},  {"uint8", {'u', 1}},
+      {"short", {'i', 2}}, {"int16", {'i', 2}},   {"ushort", {'u', 2}}, {"uint16", {'u', 2}},
+      {"int", {'i', 4}},   {"int32", {'i', 4}},   {"uint", {'u', 4}},   {"uint32", {'u', 4}},
+      {"float", {'f', 4}}, {"float32", {'f', 4}}, {"double", {'f', 8}}, {"float64", {'f', 8}}};
+  return types;
+}
+
+Role role_of(std::string_view element, std::string_view property, bool is_list) {
+  static const std::map<std::string_view, Role> of_vertex{{"x", Role::x}, {"y", Role::y}, {"z", Role::z},
+                                                          {"u", Role::u}, {"s", Role::u}, {"texture_u", Role::u},
+                                                          {"v", Role::v}, {"t", Role::v}, {"texture_v", Role::v}};
+  static const std::map<std::string_view, Role> of_face{
+      {"vertex_indices", Role::corners}, {"vertex_index", Role::corners}, {"texcoord", Role::texture}};
+  if (is_list != (element == "face") || (element != "face" && element != "vertex")) {
+    return Role::none;
+  }
+  const auto& roles = is_list ? of_face : of_vertex;
+  const auto role = roles.find(property);
+  return role == roles.end() ? Role::none : role->second;
+}
+
+/// Whether what is counted has what we need of it, and whether there is room for it in the file.
+void check_elements(const TextFile& file, const Header& header) {
+  for (const Element& element : header.elements) {
+    std::size_t bytes = 0;
+    for (const Property& property : element.properties) {
+      // As text a digit and a blank; an empty list has its count alone.
+      bytes += header.format == Format::ascii ? 2 : property.count_type.value_or(property.type).size;
+    }
+    if (element.count > 0 && bytes == 0) {
+      file.fail("element " + element.name + " has no properties, expected some");
+    }
+    if (element.count > 0) {
+      file.count(std::to_string(element.count), ("the number of items of element " + element.name).c_str(), bytes);
+    }
+    if (element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z))) {
+      file.fail("element vertex without properties x, y and z");
+    }
+    if (element.name == "face" && !element.has(Role::corners)) {
+      file.fail("element face without a list vertex_indices");
+    }
+  }
+}
+
+Header read_header(TextFile& file) {
+  const auto fail = [&file] {
+    file.fail("'" + std::string(file.words().front()) + "' in the header, expected a PLY header");
+  };
+  if (!file.next_line() || file.words().front() != "ply") {
+    file.fail("no 'ply' on the first line, expected a PLY file");
+  }
+  Header header;
+  while (file.next_line()) {
+    const std::vector<std::string_view>& words = file.words();
+    if (words[0] == "end_header") {
+      check_elements(file, header);
+      file.skip_line();
+      return header;
+    }
+    if (words[0] == "format" && words.size() == 3) {
+      static const std::map<std::string_view, Format> formats{{"ascii", Format::ascii},
+                                                              {"binary_little_endian", Format::little_endian},
+                                                              {"binary_big_endian", Format::big_endian}};
+      const auto format = formats.find(words[1]);
+      if (format == formats.end()) {
+        file.fail("format '" + std::string(words[1]) + "', expected ascii, binary_little_endian or binary_big_endian");
+      }
+      header.format = format->second;
+    } else if (words[0] == "element" && words.size() == 3) {
+      const auto same = [&words](const Element& element) { return element.name == words[1]; };
+      if (std::any_of(header.elements.begin(), header.elements.end(), same)) {
+        file.fail("element " + std::string(words[1]) + " a second time");
+      }
+      header.elements.push_back({std::string(words[1]), file.count(words[2], "a count", 1), {}});
+    } else if (words[0] == "property" && !header.elements.empty() &&
+               (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
+      Element& element = header.elements.back();
+      const bool is_list = words.size() == 5;
+      const auto type = number_types().find(words[words.size() - 2]);
+      const auto count_type = number_types().find(words[is_list ? 2 : 1]);
+      if (type == number_types().end() || count_type == number_types().end()) {
+        fail();
+      }
+      Property property{role_of(element.name, words.back(), is_list), type->second, std::nullopt};
+      if (is_list) {
+        property.count_type = count_type->second;
+      }
+      if (property.role != Role::none && element.has(property.role)) {
+        file.fail("property " + std::string(words.back()) + " of element " + element.name + " a second time");
+      }
+      element.properties.push_back(property);
+    } else if (words[0] != "comment" && words[0] != "obj_info") {
+      fail();
+    }
+  }
+  file.fail("the file ends in the header, expected end_header");
+}
+
+/// The numbers behind the header, as text or as bytes.
+class Body {
+ public:
+  Body(TextFile& file, const std::string& path, Format format) : file_(file), path_(path), format_(format) {
+    if (format == Format::ascii) {
+      return;
+    }
+    bytes_.open(path, std::ios::binary);
+    std::string line;
+    while (std::getline(bytes_, line) && line.substr(0, 10) != "end_header") {
+    }
+  }
+
+  double next(const NumberType& type) {
+    if (format_ == Format::ascii) {
+      return file_.number(file_.next_word("a number"), "a number");
+    }
+    std::array<char, 8> bytes{};
+    if (!bytes_.read(bytes.data(), static_cast<std::streamsize>(type.size))) {
+      throw Error(path_ + ": ends too early, expected as many numbers as its header says");
+    }
+    if (format_ == Format::big_endian) {
+      std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(type.size));
+    }
+    if (type.kind == 'f') {
+      return type.size == 4 ? as<float>(bytes) : as<double>(bytes);
+    }
+    const bool is_unsigned = type.kind == 'u';
+    switch (type.size) {
+      case 1:
+        return is_unsigned ? as<std::uint8_t>(bytes) : as<std::int8_t>(bytes);
+      case 2:
+        return is_unsigned ? as<std::uint16_t>(bytes) : as<std::int16_t>(bytes);
+      default:
+        return is_unsigned ? as<std::uint32_t>(bytes) : as<std::int32_t>(bytes);
+    }
+  }
+
+  /// The numbers of a list, of which there is a whole number.
+  void next_list(const Property& property, std::vector<double>& values) {
+    const double count = next(*property.count_type);
+    if (!(count >= 0 && std::floor(count) == count)) {
+      std::ostringstream text;
+      text << "a list of " << count << " numbers, expected a whole number";
+      fail(text.str());
+    }
+    values.clear();
+    while (static_cast<double>(values.size()) < count) {
+      values.push_back(next(property.type));
+    }
+  }
+
+  /// @throws Error if there is text after the last number. Bytes there may be padding.
+  void expect_end() {
+    if (format_ == Format::ascii && (file_.words_left() > 0 || file_.next_line())) {
+      file_.fail("'" + std::string(file_.next_word("the end")) + "' after the last item, expected the end of the file");
+    }
+  }
+
+  /// @throws Error; text has a line to name
+  [[noreturn]] void fail(const std::string& message) const {
+    if (format_ == Format::ascii) {
+      file_.fail(message);
+    }
+    throw Error(path_ + ": " + message);
+  }
+
+ private:
+  template <class Number>
+  static double as(const std::array<char, 8>& bytes) {
+    Number number;
+    std::memcpy(&number, bytes.data(), sizeof number);
+    return static_cast<double>(number);
+  }
+
+  TextFile& file_;
+  std::string path_;
+  Format format_;
+  std::ifstream bytes_;
+};
+
+}  // namespace
+
+// VTK's reader keeps single precision, takes words for zeros and crashes on a file that ends too early.
+SurfaceMesh read_ply(const std::string& path) {
+  TextFile file(path, {/*comments=*/false, /*continuations=*/false});
+  const Header header = read_header(file);
+  Body body(file, path, header.format);
+  SurfaceMesh mesh;
+  std::vector<Eigen::Vector2d> uv_of_points;
+  std::vector<double> values;
+  // A number that is no point number becomes one that read_mesh refuses.
+  const auto to_point = [](double value) {
+    const bool is_number = value >= 0 && value <= std::numeric_limits<int>::max() && std::floor(value) == value;
+    return is_number ? static_cast<int>(value) : -1;
+  };
+  for (const Element& element : header.elements) {
+    const bool has_uv = element.has(Role::u) && element.has(Role::v);
+    for (int item = 0; item < element.count; ++item) {
+      Eigen::Vector3d point = Eigen::Vector3d::Zero();
+      Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+      for (const Property& property : element.properties) {
+        if (property.count_type) {
+          body.next_list(property, values);
+        } else {
+          values = {body.next(property.type)};
+        }
+        switch (property.role) {
+          case Role::none:
+            break;
+          case Role::x:
+          case Role::y:
+          case Role::z:
+            point[static_cast<int>(property.role) - static_cast<int>(Role::x)] = values.front();
+            break;
+          case Role::u:
+          case Role::v:
+            uv[static_cast<int>(property.role) - static_cast<int>(Role::u)] = values.front();
+            break;
+          case Role::corners:
+            std::transform(values.begin(), values.end(), std::back_inserter(mesh.faces.emplace_back()), to_point);
+            break;
+          case Role::texture:
+            if (values.size() % 2 != 0) {
+              body.fail("face " + std::to_string(item) + " has " + std::to_string(values.size()) +
+                        " numbers as texture coordinates, expected two for each corner");
+            }
+            mesh.uv.emplace_back();
+            for (std::size_t k = 0; k < values.size(); k += 2) {
+              mesh.uv.back().emplace_back(values[k], values[k + 1]);
+            }
+            break;
+        }
+      }
+      if (element.name == "vertex") {
+        mesh.points.push_back(point);
+        if (has_uv) {
+          uv_of_points.push_back(uv);
+        }
+      }
+    }
+  }
+  body.expect_end();
+  if (mesh.uv.empty() && !uv_of_points.empty()) {
+    mesh.uv = uv_of_corners(mesh, uv_of_points);
+  }
+  return mesh;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,83 @@
+#include "meshing/triangulation.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "geometry/ear_clipping.h"
+#include "geometry/pressure_load.h"
+
+namespace pellicle {
+
+using Corners = std::array<std::size_t, 3>;
+
+namespace {
+
+const Eigen::Vector3d& point_at(const SurfaceMesh& mesh, const std::vector<int>& face, std::size_t corner) {
+  return mesh.points[static_cast<std::size_t>(face[corner])];
+}
+
+}  // namespace
+
+std::vector<Corners> split_face(const SurfaceMesh& mesh, std::size_t face_number) {
+  const std::vector<int>& face = mesh.faces[face_number];
+  if (face.size() == 3) {
+    return {{0, 1, 2}};
+  }
+  if (face.size() == 4) {
+    const double diagonal_02 = (point_at(mesh, face, 2) - point_at(mesh, face, 0)).squaredNorm();
+    const double diagonal_13 = (point_at(mesh, face, 3) - point_at(mesh, face, 1)).squaredNorm();
+    if (diagonal_02 <= diagonal_13) {
+      return {{0, 1, 2}, {0, 2, 3}};
+    }
+    return {{0, 1, 3}, {1, 2, 3}};
+  }
+  std::vector<Eigen::Vector3d> corners;
+  for (std::size_t k = 0; k < face.size(); ++k) {
+    corners.push_back(point_at(mesh, face, k));
+  }
+  return cut_ears(corners);
+}
+
+SurfaceMesh triangulated(const SurfaceMesh& mesh) {
+  SurfaceMesh result = mesh;
+  if (std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const auto& face) { return face.size() == 3; })) {
+    return result;
+  }
+  result.faces.clear();
+  result.face_id.clear();
+  result.uv.clear();
+  for (auto& entry : result.face_fields) {
+    entry.second.clear();
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const std::vector<int>& face = mesh.faces[f];
+    const std::vector<Corners> triangles = split_face(mesh, f);
+    if (triangles.empty()) {
+      throw Error("face " + std::to_string(mesh.id_of_face(static_cast<int>(f))) + ": a polygon of " +
+                  std::to_string(face.size()) + " corners that cannot be split into triangles, expected a simple one");
+    }
+    for (const auto& [a, b, c] : triangles) {
+      result.faces.push_back({face[a], face[b], face[c]});
+      if (!mesh.uv.empty()) {
+        result.uv.push_back({mesh.uv[f][a], mesh.uv[f][b], mesh.uv[f][c]});
+      }
+      for (const auto& [name, values] : mesh.face_fields) {
+        result.face_fields[name].push_back(values[f]);
+      }
+    }
+  }
+  return result;
+}
+
+double enclosed_volume(const SurfaceMesh& mesh) {
+  const SurfaceMesh triangles = triangulated(mesh);
+  const Eigen::Vector3d& origin = mesh.points.front();  // near the mesh, so that little cancels
+  double volume = 0;
+  for (const std::vector<int>& face : triangles.faces) {
+    volume += enclosed_volume(point_at(mesh, face, 0) - origin, point_at(mesh, face, 1) - origin,
+                              point_at(mesh, face, 2) - origin);
+  }
+  return volume;
+}
+
+}  // namespace pellicle

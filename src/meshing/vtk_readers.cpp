@@ -1,0 +1,274 @@
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCellTypes.h>
+#include <vtkDataArray.h>
+#include <vtkDataSetReader.h>
+#include <vtkIdList.h>
+#include <vtkLogger.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkSTLReader.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "meshing/child_reader.h"
+#include "meshing/format_readers.h"
+#include "meshing/weld.h"
+
+namespace pellicle {
+namespace {
+
+/// Collects what VTK's readers complain of, which they print and then go on.
+class MessageCatcher : public vtkOutputWindow {
+ public:
+  static MessageCatcher* New();
+  vtkTypeMacro(MessageCatcher, vtkOutputWindow);
+  void DisplayText(const char* text) override { messages += text; }
+
+  std::string messages;
+};
+vtkStandardNewMacro(MessageCatcher);
+
+/// The first sentence of VTK's messages, without the source line or the C++ object before it.
+std::string sentence(std::string text) {
+  constexpr const char* generic = "Generic Warning: In ";
+  if (text.compare(0, std::strlen(generic), generic) == 0) {
+    text.erase(0, text.find('\n'));
+  }
+  const std::size_t object = text.find("): ");
+  text.erase(0, object == std::string::npos ? 0 : object + 3);
+  text.erase(0, text.find_first_not_of("\r\n "));
+  text.erase(std::min(text.size(), text.find_first_of("\r\n")));
+  // Said of a reader by the program that runs it, with addresses in memory.
+  return text.find("returned failure for request") == std::string::npos ? text : "its reader fails";
+}
+
+/// Sections of cells as a legacy file announces them, or as VTK found them.
+struct CellCounts {
+  vtkIdType cells = 0;
+  vtkIdType corners = 0;
+  vtkIdType types = 0;  ///< of the cells of a grid
+};
+
+/// Sums over the sections of cells that a legacy file announces.
+CellCounts announced_cells(const std::string& path) {
+  static const std::set<std::string> sections{"VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELLS"};
+  std::ifstream file(path, std::ios::binary);
+  CellCounts sum;
+  int version = 0;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string keyword;
+    words >> keyword;
+    std::transform(keyword.begin(), keyword.end(), keyword.begin(), [](unsigned char c) { return std::toupper(c); });
+    CellCounts section;
+    if (keyword == "CELL_TYPES" && words >> section.types) {
+      sum.types += section.types;
+    }
+    if (keyword == "#" && version == 0) {
+      std::string word;
+      words >> word >> word >> word >> version;
+    } else if (sections.count(keyword) != 0 && words >> section.cells >> section.corners) {
+      // Since version 5 the first number is that of offsets, one more than there are cells; before it, the second one
+      // counts the numbers of corners too.
+      constexpr int with_offsets = 5;
+      sum.cells += version >= with_offsets ? std::max<vtkIdType>(section.cells - 1, 0) : section.cells;
+      sum.corners += version >= with_offsets ? section.corners : section.corners - section.cells;
+    }
+  }
+  return sum;
+}
+
+std::vector<vtkCellArray*> cell_arrays(vtkDataSet* data) {
+  if (auto* polygons = vtkPolyData::SafeDownCast(data)) {
+    return {polygons->GetVerts(), polygons->GetLines(), polygons->GetPolys(), polygons->GetStrips()};
+  }
+  auto* grid = vtkUnstructuredGrid::SafeDownCast(data);
+  return grid != nullptr ? std::vector<vtkCellArray*>{grid->GetCells()} : std::vector<vtkCellArray*>{};
+}
+
+/// VTK's readers go by counts and offsets that the file gives, even beyond the end of what it holds.
+/// @throws Error unless the corners of each cell lie within the list of corners, and cells and corners of a legacy file
+/// are as many as it announces
+void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
+  CellCounts found;
+  for (vtkCellArray* cells : cell_arrays(data)) {
+    const vtkIdType corners = cells->GetNumberOfConnectivityIds();
+    double last = 0;
+    for (vtkIdType k = 0; cells->GetNumberOfCells() > 0 && k <= cells->GetNumberOfCells(); ++k) {
+      const double offset = cells->GetOffsetsArray()->GetComponent(k, 0);
+      if (!(offset >= last && offset <= static_cast<double>(corners))) {
+        throw Error(path + ": the corners of cell " + std::to_string(k) + " begin at place " + std::to_string(offset) +
+                    " of " + std::to_string(corners) + ", expected one behind those of the cell before");
+      }
+      last = offset;
+    }
+    found.cells += cells->GetNumberOfCells();
+    found.corners += corners;
+  }
+  found.types = vtkUnstructuredGrid::SafeDownCast(data) != nullptr ? found.cells : 0;
+  if (!is_legacy) {
+    return;
+  }
+  const CellCounts announced = announced_cells(path);
+  if (found.types != announced.types) {
+    throw Error(path + ": CELL_TYPES of " + std::to_string(announced.types) + " cells, expected " +
+                std::to_string(found.types));
+  }
+  if (found.cells != announced.cells || found.corners != announced.corners) {
+    throw Error(path + ": " + std::to_string(found.cells) + " cells with " + std::to_string(found.corners) +
+                " corners, expected " + std::to_string(announced.cells) + " with " + std::to_string(announced.corners) +
+                ", as the file announces");
+  }
+}
+
+/// The polygons of a VTK data set. @throws Error if a cell is no polygon.
+SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
+  SurfaceMesh mesh;
+  mesh.points.resize(static_cast<std::size_t>(data->GetNumberOfPoints()));
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    data->GetPoint(static_cast<vtkIdType>(i), mesh.points[i].data());
+  }
+  vtkDataArray* uv = data->GetPointData()->GetTCoords();
+  if (uv != nullptr && (uv->GetNumberOfComponents() < 2 || uv->GetNumberOfTuples() != data->GetNumberOfPoints())) {
+    throw Error(path + ": texture coordinates of " + std::to_string(uv->GetNumberOfComponents()) + " components at " +
+                std::to_string(uv->GetNumberOfTuples()) + " points, expected 2 at each point");
+  }
+  std::map<std::string, vtkDataArray*> fields;
+  for (int i = 0; i < data->GetCellData()->GetNumberOfArrays(); ++i) {
+    vtkDataArray* array = data->GetCellData()->GetArray(i);  // none where it holds no numbers
+    if (array != nullptr && array->GetName() != nullptr && array->GetNumberOfComponents() == 1) {
+      fields[array->GetName()] = array;
+      mesh.face_fields[array->GetName()];
+    }
+  }
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
+    const int type = data->GetCellType(cell);
+    switch (type) {
+      case VTK_EMPTY_CELL:
+      case VTK_VERTEX:
+      case VTK_POLY_VERTEX:
+      case VTK_LINE:
+      case VTK_POLY_LINE:
+        continue;  // not part of a surface
+      case VTK_TRIANGLE:
+      case VTK_QUAD:
+      case VTK_PIXEL:
+      case VTK_POLYGON:
+        break;
+      default:
+        throw Error(path + ": cell " + std::to_string(cell) + " is a " + vtkCellTypes::GetClassNameFromTypeId(type) +
+                    " (type " + std::to_string(type) + "), expected polygons");
+    }
+    data->GetCellPoints(cell, corners);
+    std::vector<int>& face = mesh.faces.emplace_back();
+    for (const vtkIdType point : *corners) {
+      // Before it becomes an int, which is shorter.
+      if (point < 0 || point >= data->GetNumberOfPoints()) {
+        throw Error(path + ": face " + std::to_string(mesh.faces.size() - 1) + " names point " + std::to_string(point) +
+                    ", expected a number from 0 to " + std::to_string(data->GetNumberOfPoints() - 1));
+      }
+      face.push_back(static_cast<int>(point));
+    }
+    if (type == VTK_PIXEL) {
+      std::swap(face[2], face[3]);
+    }
+    for (const auto& [name, array] : fields) {
+      mesh.face_fields[name].push_back(array->GetComponent(cell, 0));
+    }
+  }
+  if (uv != nullptr) {
+    std::vector<Eigen::Vector2d> uv_of_points;
+    for (vtkIdType i = 0; i < uv->GetNumberOfTuples(); ++i) {
+      uv_of_points.emplace_back(uv->GetComponent(i, 0), uv->GetComponent(i, 1));
+    }
+    mesh.uv = uv_of_corners(mesh, uv_of_points);
+  }
+  return mesh;
+}
+
+/// A binary STL file is 80 bytes of text, the number of facets, and 50 bytes each. VTK takes what is there.
+void check_stl_size(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(stream), {}};
+  if (content.find('\0') == std::string::npos) {
+    return;  // text, which VTK checks
+  }
+  std::uint32_t facets = 0;
+  if (content.size() >= 84) {
+    std::memcpy(&facets, content.data() + 80, sizeof facets);
+  }
+  const std::size_t expected = 84 + 50 * static_cast<std::size_t>(facets);
+  if (content.size() < expected) {
+    throw Error(path + ": " + std::to_string(content.size()) + " bytes, expected " + std::to_string(expected) +
+                " for " + std::to_string(facets) + " facets");
+  }
+}
+
+/// Runs a VTK reader, in a child process; whatever it complains of is an error.
+template <class Reader>
+SurfaceMesh read_with(Reader* reader, const std::string& path) {
+  return read_in_child(path, [&] {
+    vtkNew<MessageCatcher> catcher;
+    vtkOutputWindow::SetInstance(catcher);
+    vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+    reader->SetFileName(path.c_str());
+    reader->Update();
+    if (!catcher->messages.empty()) {
+      throw Error(path + ": VTK cannot read it: " + sentence(catcher->messages));
+    }
+    auto* data = vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0));
+    if (data == nullptr) {
+      throw Error(path + ": VTK finds no data set in it");
+    }
+    check_cells(data, path, reader->IsA("vtkDataSetReader") != 0);
+    return extract(data, path);
+  });
+}
+
+}  // namespace
+
+SurfaceMesh read_stl(const std::string& path) {
+  check_stl_size(path);
+  vtkNew<vtkSTLReader> reader;
+  reader->MergingOff();  // it would also drop facets in silence
+  SurfaceMesh mesh = read_with(reader.Get(), path);
+  weld(mesh);
+  mesh.point_id.clear();
+  return mesh;
+}
+
+SurfaceMesh read_vtp(const std::string& path) {
+  vtkNew<vtkXMLPolyDataReader> reader;
+  return read_with(reader.Get(), path);
+}
+
+SurfaceMesh read_vtu(const std::string& path) {
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  return read_with(reader.Get(), path);
+}
+
+SurfaceMesh read_vtk(const std::string& path) {
+  vtkNew<vtkDataSetReader> reader;
+  return read_with(reader.Get(), path);
+}
+
+}  // namespace pellicle

@@ -1,0 +1,346 @@
+#include "solvers/ksp.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "base/error.h"
+#include "base/spelling.h"
+
+namespace pellicle {
+
+namespace {
+
+bool is(const char* type, const char* name) { return type != nullptr && std::strcmp(type, name) == 0; }
+
+std::optional<std::string> option_value(const std::string& name) {
+  char text[256] = "";
+  PetscBool is_set = PETSC_FALSE;
+  check(PetscOptionsGetString(nullptr, nullptr, name.c_str(), text, sizeof text, &is_set));
+  return is_set == PETSC_TRUE ? std::optional<std::string>(text) : std::nullopt;
+}
+
+/// The option by the name that the user gave it: one of a general prefix ("project_") is handed to its variants
+/// ("project_red_").
+std::string given_name(const std::string& prefix, const std::string& option) {
+  const std::string general = "-" + prefix.substr(0, prefix.find('_') + 1) + option;
+  const std::string own = "-" + prefix + option;
+  const std::optional<std::string> value = option_value(general);
+  return value && value == option_value(own) ? general : own;
+}
+
+/// The solver and preconditioner of `prefix` as the user chose them, for a message.
+std::string chosen_solver(const std::string& prefix) {
+  std::string words;
+  for (const char* option : {"ksp_type", "pc_type"}) {
+    if (const std::optional<std::string> value = option_value("-" + prefix + option)) {
+      words += (words.empty() ? "" : ", ") + given_name(prefix, option) + " " + *value;
+    }
+  }
+  return words.empty() ? "-" + prefix + "..." : words;
+}
+
+/// Whether PETSc's error says that the options ask for what cannot be: every rank meets it alike.
+bool is_about_options(PetscErrorCode code) {
+  switch (code) {
+    case PETSC_ERR_SUP:
+    case PETSC_ERR_ORDER:
+    case PETSC_ERR_USER:
+    case PETSC_ERR_USER_INPUT:
+    case PETSC_ERR_MISSING_FACTOR:
+    case PETSC_ERR_ARG_WRONG:
+    case PETSC_ERR_ARG_WRONGSTATE:
+    case PETSC_ERR_ARG_OUTOFRANGE:
+    case PETSC_ERR_ARG_INCOMP:
+    case PETSC_ERR_ARG_NULL:
+    case PETSC_ERR_ARG_SIZ:
+    case PETSC_ERR_ARG_UNKNOWN_TYPE:
+    case PETSC_ERR_ARG_TYPENOTSET:
+    case PETSC_ERR_WRONG_MPI_SIZE:
+    case PETSC_ERR_NOT_CONVERGED:  // -ksp_error_if_not_converged
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Refuses a type that PETSc does not have. @param kind of the types, in words
+void require_known(const std::string& prefix, const std::string& option, const char* kind, PetscFunctionList list) {
+  const std::optional<std::string> value = option_value("-" + prefix + option);
+  if (!value) {
+    return;
+  }
+  const char** names = nullptr;
+  int count = 0;
+  check(PetscFunctionListGet(list, &names, &count));
+  std::vector<std::string> known;
+  for (int i = 0; i < count; ++i) {
+    if (names[i] != nullptr) {  // of a type that was taken back
+      known.emplace_back(names[i]);
+    }
+  }
+  check(PetscFree(names));
+  if (std::find(known.begin(), known.end(), *value) == known.end()) {
+    throw Error(given_name(prefix, option) + " " + *value + ": this PETSc has no such " + kind +
+                ", nearest: " + nearest(*value, known));
+  }
+}
+
+/// Refuses a factorisation that no package, or not the chosen one, has for the matrix. Before PETSc reads the options:
+/// its words name neither.
+void require_factor(const std::string& prefix, Mat matrix) {
+  const std::string type = option_value("-" + prefix + "pc_type").value_or("");
+  if (type != PCLU && type != PCCHOLESKY) {
+    return;
+  }
+  MatType matrix_type = nullptr;
+  check(MatGetType(matrix, &matrix_type));
+  const std::optional<std::string> chosen = option_value("-" + prefix + "pc_factor_mat_solver_type");
+  MatSolverType package = chosen ? chosen->c_str() : nullptr;
+  const MatFactorType factor = type == PCLU ? MAT_FACTOR_LU : MAT_FACTOR_CHOLESKY;
+  PetscBool is_there = PETSC_FALSE;
+  check(MatGetFactorAvailable(matrix, package, factor, &is_there));
+  if (is_there == PETSC_TRUE) {
+    return;
+  }
+  const auto has = [&](MatSolverType name, bool for_matrix) {
+    PetscBool has_package = PETSC_FALSE;
+    PetscBool has_matrix = PETSC_FALSE;
+    check(MatSolverTypeGet(name, matrix_type, factor, &has_package, &has_matrix, nullptr));
+    return (for_matrix ? has_matrix : has_package) == PETSC_TRUE;
+  };
+  std::string expected;
+  for (MatSolverType name :
+       {MATSOLVERPETSC, MATSOLVERMUMPS, MATSOLVERSUPERLU, MATSOLVERSUPERLU_DIST, MATSOLVERUMFPACK, MATSOLVERKLU,
+        MATSOLVERCHOLMOD, MATSOLVERSTRUMPACK, MATSOLVERPASTIX, MATSOLVERMKL_PARDISO, MATSOLVERMKL_CPARDISO}) {
+    if (has(name, true)) {
+      expected += (expected.empty() ? "" : " or ") + std::string(name);
+    }
+  }
+  expected = expected.empty() ? "another preconditioner or type of matrix"
+                              : given_name(prefix, "pc_factor_mat_solver_type") + " " + expected;
+  if (package == nullptr) {
+    throw Error(given_name(prefix, "pc_type") + " " + type + ": no package has one for a matrix of type " +
+                matrix_type + ", expected " + expected);
+  }
+  const std::string fault = has(package, false)
+                                ? std::string("this package has no ") + type + " for a matrix of type " + matrix_type
+                                : "this PETSc has no such solver package";
+  throw Error(given_name(prefix, "pc_factor_mat_solver_type") + " " + package + ": " + fault + ", expected " +
+              expected);
+}
+
+/// Gives a factorisation that PETSc has for one rank only to the blocks of block Jacobi. In the options, since SNES
+/// reads those of its KSP again.
+void make_parallel(PC pc, const std::string& prefix, const std::string& block_type) {
+  if (!option_value("-" + prefix + "sub_pc_type")) {
+    check(PetscOptionsSetValue(nullptr, ("-" + prefix + "sub_pc_type").c_str(), block_type.c_str()));
+  }
+  check(PetscOptionsSetValue(nullptr, ("-" + prefix + "pc_type").c_str(), PCBJACOBI));
+  check(PCSetFromOptions(pc));
+}
+
+/// Refuses what PETSc would refuse in the first solve only, and what ends in a crash or in no preconditioner at all.
+/// @param type of the preconditioner @param matrix from which it is made
+void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
+  MatType matrix_type = nullptr;
+  PetscBool is_aij = PETSC_FALSE;
+  PetscBool is_sbaij = PETSC_FALSE;
+  PetscBool is_there = PETSC_TRUE;
+  check(MatGetType(matrix, &matrix_type));
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is_aij, MATSEQAIJ, MATMPIAIJ, ""));
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is_sbaij, MATSEQSBAIJ, MATMPISBAIJ, ""));
+  const std::string option = given_name(prefix, "pc_type") + " " + type;
+  std::string wanted = "another preconditioner or type of matrix";
+  if (is(type, PCPBJACOBI)) {
+    check(MatHasOperation(matrix, MATOP_INVERT_BLOCK_DIAGONAL, &is_there));
+  } else if (is(type, PCGAMG) || is(type, PCML) || is(type, PCFIELDSPLIT)) {
+    is_there = is_aij;
+    wanted = "type aij";
+    PetscInt block_size = 1;
+    check(MatGetBlockSize(matrix, &block_size));
+    if (is(type, PCFIELDSPLIT) && block_size == 1) {
+      throw Error(option +
+                  ": the unknowns are of one kind, there is nothing to split, expected another preconditioner");
+    }
+  } else if (is(type, PCSOR) || is(type, PCILU)) {
+    is_there = is_sbaij == PETSC_TRUE ? PETSC_FALSE : PETSC_TRUE;
+  } else if (is(type, PCEISENSTAT) && system != matrix) {
+    throw Error(option +
+                ": the system has a part that the preconditioner's matrix lacks, expected another preconditioner");
+  } else if (is(type, PCEXOTIC) || is(type, PCREDISTRIBUTE) || is(type, PCLMVM) || is(type, PCPATCH) ||
+             is(type, PCSHELL) || is(type, PCGALERKIN) || is(type, PCCP) || is(type, PCVPBJACOBI) || is(type, PCBDDC) ||
+             is(type, PCNN) || is(type, PCDEFLATION) || is(type, PCTFS) || is(type, PCLSC)) {
+    throw Error(option + ": this preconditioner needs more than a matrix, expected another preconditioner");
+  }
+  if (is_there == PETSC_FALSE) {
+    throw Error(option + ": PETSc has none for a matrix of type " + matrix_type + ", expected " + wanted);
+  }
+}
+
+/// Of a solve that did not converge, what PETSc's name for the reason means where the name does not say it.
+std::string words_of(KSPConvergedReason reason, KSP ksp) {
+  PC pc = nullptr;
+  PCType type = nullptr;
+  check(KSPGetPC(ksp, &pc));
+  check(PCGetType(pc, &type));
+  const std::string preconditioner = std::string("the preconditioner ") + (type != nullptr ? type : "");
+  switch (reason) {
+    case KSP_DIVERGED_INDEFINITE_PC:
+      return ": " + preconditioner + " is not positive definite";
+    case KSP_DIVERGED_INDEFINITE_MAT:
+      return ": the matrix is not positive definite";
+    case KSP_DIVERGED_PC_FAILED:
+      return ": " + preconditioner + " could not be made";
+    case KSP_DIVERGED_NANORINF:
+      return ": a value is not finite";
+    default:
+      return "";
+  }
+}
+
+std::string prefix_of(KSP ksp) {
+  const char* prefix = nullptr;
+  check(KSPGetOptionsPrefix(ksp, &prefix));
+  return prefix != nullptr ? prefix : "";
+}
+
+}  // namespace
+
+void run_solver(const std::string& prefix, const std::function<void()>& calls) {
+  try {
+    calls();
+  } catch (const PetscFailure& failure) {
+    if (is_about_options(failure.code())) {
+      throw Error(chosen_solver(prefix) + ": " + failure.what());
+    }
+    throw;
+  }
+}
+
+KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
+  KspHandle ksp;
+  PC pc = nullptr;
+  MatType matrix_type = nullptr;
+  int ranks = 1;
+  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
+  MPI_Comm_size(comm, &ranks);
+  check(KSPCreate(comm, ksp.create()));
+  check(KSPSetOptionsPrefix(ksp, prefix.c_str()));
+  check(KSPSetOperators(ksp, matrix, preconditioning));
+  check(KSPSetType(ksp, defaults.type));
+  check(KSPSetTolerances(ksp, defaults.rtol, PETSC_DEFAULT, defaults.divtol, defaults.max_iterations));
+  check(KSPGetPC(ksp, &pc));
+  check(MatGetType(preconditioning, &matrix_type));
+  const bool matrix_free = is(matrix_type, MATSHELL);
+  PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
+  check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
+  const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
+  check(PCSetType(pc, matrix_free ? matrix_free_default : defaults.preconditioner));
+  check(KSPInitializePackage());
+  check(PCInitializePackage());
+  require_known(prefix, "ksp_type", "linear solver", KSPList);
+  require_known(prefix, "pc_type", "preconditioner", PCList);
+  if (!matrix_free) {
+    require_factor(prefix, preconditioning);
+  }
+  run_solver(prefix, [&] { check(KSPSetFromOptions(ksp)); });
+
+  PCType type = nullptr;
+  check(PCGetType(pc, &type));
+  if (matrix_free && !is(type, PCNONE) && !is(type, PCJACOBI) && !(has_blocks == PETSC_TRUE && is(type, PCPBJACOBI))) {
+    throw Error(given_name(prefix, "pc_type") + " " + type +
+                ": a matrix-free operator has only its diagonal, expected none" +
+                (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") + " or jacobi");
+  }
+  PetscBool use_amat = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, prefix.c_str(), "-pc_use_amat", &use_amat));
+  if (use_amat == PETSC_FALSE && !is(type, PCMG) && !is(type, PCGAMG) && !is(type, PCML)) {
+    check(PCSetUseAmat(pc, PETSC_FALSE));  // Multigrid sets it, and leaves it to a type chosen in its place.
+  }
+  if (is(type, PCASM)) {  // The restricted kind, PETSc's default, is not symmetric as conjugate gradients need it.
+    if (!option_value("-" + prefix + "pc_asm_type")) {
+      check(PCASMSetType(pc, PC_ASM_BASIC));
+    }
+  }
+  if (is(type, PCFIELDSPLIT) && !option_value("-" + prefix + "pc_fieldsplit_type")) {  // Likewise.
+    check(PCFieldSplitSetType(pc, PC_COMPOSITE_SYMMETRIC_MULTIPLICATIVE));
+  }
+  if (!matrix_free) {
+    require_available(type, matrix, preconditioning, prefix);
+  }
+  if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
+    make_parallel(pc, prefix, type);
+  }
+  return ksp;
+}
+
+std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution, double rtol) {
+  VecHandle work;
+  PetscBool has_diagonal = PETSC_FALSE;
+  double size = 0;
+  double wanted = 0;
+  double reached = 0;
+  double left = 0;
+  check(VecDuplicate(right_hand_side, work.create()));
+  check(MatHasOperation(preconditioning, MATOP_GET_DIAGONAL, &has_diagonal));
+  if (has_diagonal == PETSC_TRUE) {
+    check(MatGetDiagonal(preconditioning, work));
+    check(VecNorm(work, NORM_INFINITY, &size));
+  }
+  check(VecNorm(right_hand_side, NORM_2, &wanted));
+  check(VecNorm(solution, NORM_2, &reached));
+  check(MatMult(matrix, solution, work));
+  check(VecAYPX(work, -1, right_hand_side));
+  check(VecNorm(work, NORM_2, &left));
+  const double rounding = 100 * std::numeric_limits<double>::epsilon() * size * reached;
+  if (left <= rtol * wanted + rounding) {
+    return "";
+  }
+  char text[100];
+  std::snprintf(text, sizeof text, "it leaves %.1e of the right-hand side, more than %.1e", left / wanted, rtol);
+  return text;
+}
+
+LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
+  const std::string prefix = prefix_of(ksp);
+  LinearResult result;
+  PetscInt iterations = 0;
+  run_solver(prefix, [&] {
+    try {
+      check(KSPSolve(ksp, right_hand_side, solution));
+      check(KSPGetConvergedReason(ksp, &result.ended));
+      check(KSPGetIterationNumber(ksp, &iterations));
+    } catch (const PetscFailure& failure) {  // CHOLMOD's way to say that a matrix is not positive definite
+      if (failure.code() != PETSC_ERR_MAT_CH_ZRPVT && failure.code() != PETSC_ERR_MAT_LU_ZRPVT) {
+        throw;
+      }
+      result.ended = KSP_DIVERGED_PC_FAILED;
+    }
+  });
+  const KSPConvergedReason reason = result.ended;
+  result.iterations = static_cast<int>(iterations);
+  // The latter two end the search in a trust region; they are no solutions.
+  result.converged = reason > 0 && reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_CONVERGED_CG_CONSTRAINED;
+  if (!result.converged) {
+    result.reason = "the linear solver " + prefix + " did not converge (" + KSPConvergedReasons[reason] + " after " +
+                    std::to_string(iterations) + " iterations" + words_of(reason, ksp) + ")";
+  } else if (reason == KSP_CONVERGED_ITS) {  // It has tested nothing: the preconditioner alone, or no norm.
+    Mat matrix = nullptr;
+    Mat preconditioning = nullptr;
+    KSPType type = nullptr;
+    double rtol = 0;
+    check(KSPGetOperators(ksp, &matrix, &preconditioning));
+    check(KSPGetType(ksp, &type));
+    check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
+    const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, rtol);
+    result.converged = fault.empty();
+    result.reason = fault.empty() ? "" : "the linear solver " + prefix + " (" + type + ") does not solve: " + fault;
+  }
+  return result;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "surface/point_set.h"
+
+namespace pellicle {
+
+/// Which local particles are in a named group of the mesh. Not collective.
+/// @param key of the option that names the group, "pins.rail.group"
+/// @throws Error that lists the mesh's groups, the same on every rank, if there is no such group
+std::vector<bool> members_of_group(const PointSet& points, const std::string& key, const std::string& group);
+
+}  // namespace pellicle

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "meshing/surface_mesh.h"
+#include "surface/point_set.h"
+#include "surface/sheet_options.h"
+
+namespace pellicle {
+
+/// A distributed triangle mesh: the middle surface of a balloon, as flat arrays. Its particles are the vertices.
+///
+/// Local elements: the triangles of this rank, then those of other ranks that have a vertex which this rank owns. So a
+/// rank sums the whole of what acts on its vertices without asking others; all vertices of local elements are local.
+struct Membrane : PointSet {
+  Layout elements;
+  std::vector<std::array<PetscInt, 3>> triangles;  ///< local vertex numbers of the local elements, owned first
+  std::vector<PetscInt> element_id;                ///< persistent: of each local element, SurfaceMesh::id_of_face
+  Eigen::Matrix2Xd element_uv;                     ///< mean of the texture coordinates of its corners, or no columns
+  std::map<std::string, std::vector<double>> element_fields;  ///< SurfaceMesh::face_fields of the local elements
+
+  /// Pieces of the mesh, joined by common edges, numbered by their lowest face.
+  std::vector<int> piece;             ///< of each local element
+  std::vector<bool> piece_is_closed;  ///< of each piece: no boundary edges. The same on every rank.
+
+  int pieces() const { return static_cast<int>(piece_is_closed.size()); }
+};
+
+/// Spreads a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
+/// each other on the surface get near numbers on a rank, whatever the order of the file; persistent ids are the file's.
+/// Collective.
+/// @param mesh checked triangles (see triangulated); only rank 0's is read
+Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
+
+/// Rest positions plus the initial noise, in shares of the mean side of the triangles (surface/perturbation.h).
+/// Collective.
+/// @returns (3 x local) [m]
+Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options);
+
+}  // namespace pellicle

@@ -1,0 +1,173 @@
+#include "surface/pieces.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <unordered_map>
+
+#include "parallel/collective.h"
+
+namespace pellicle {
+
+namespace {
+
+/// Sets of local particles, joined two by two.
+class DisjointSets {
+ public:
+  explicit DisjointSets(PetscInt count) : parent_(static_cast<std::size_t>(count)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+
+  /// The particle that stands for the set of particle `i`.
+  std::size_t find(PetscInt i) {
+    auto at = static_cast<std::size_t>(i);
+    while (parent_[at] != at) {
+      at = parent_[at] = parent_[parent_[at]];
+    }
+    return at;
+  }
+
+  void join(PetscInt i, PetscInt j) {
+    const std::size_t a = find(i);
+    const std::size_t b = find(j);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+/// For each local particle the least persistent id of those that living springs join to it, -1 where none lives.
+/// Collective.
+std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) {
+  DisjointSets sets(sheet.particles.local());
+  for (const Colour colour : all_colours) {
+    const std::vector<std::array<PetscInt, 2>>& ends = sheet.of(colour).ends;
+    const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
+    for (std::size_t s = 0; s < ends.size(); ++s) {
+      if (lives[s]) {
+        sets.join(ends[s][0], ends[s][1]);
+      }
+    }
+  }
+
+  // A set's least id is taken from its members, a member's from its set, a ghost's from its owner, until all agree.
+  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
+  const PetscInt owned = sheet.particles.owned;
+  const PetscInt local = sheet.particles.local();
+  std::vector<PetscInt> least(has_springs.size(), std::numeric_limits<PetscInt>::max());
+  std::vector<std::size_t> set_of(has_springs.size());
+  for (PetscInt i = 0; i < local; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    set_of[k] = sets.find(i);
+    least[set_of[k]] = std::min(least[set_of[k]], sheet.persistent_id[k]);
+  }
+  Field part(sheet.particles, 1);
+  for (bool changed = true; changed;) {
+    for (PetscInt i = 0; i < owned; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      part.data()[i] = has_springs[k] ? static_cast<double>(least[set_of[k]]) : -1;
+    }
+    part.update_ghosts();
+    changed = false;
+    for (PetscInt i = owned; i < local; ++i) {
+      PetscInt& of_set = least[set_of[static_cast<std::size_t>(i)]];
+      const auto of_ghost = static_cast<PetscInt>(part.data()[i]);
+      if (of_ghost >= 0 && of_ghost < of_set) {
+        changed = true;
+        of_set = of_ghost;
+      }
+    }
+    changed = on_any_rank(sheet.comm(), changed);
+  }
+  std::vector<PetscInt> parts(has_springs.size());
+  std::transform(part.data(), part.data() + local, parts.begin(), [](double id) { return static_cast<PetscInt>(id); });
+  return parts;
+}
+
+/// What a piece has fallen into: for each piece, and each part by its least persistent id, the number of particles.
+using PartSizes = std::map<PetscInt, std::map<PetscInt, PetscInt>>;
+
+/// The sizes over all ranks. Collective.
+PartSizes part_sizes(const Sheet& sheet, const std::vector<PetscInt>& parts, const std::vector<PetscInt>& pieces) {
+  std::unordered_map<PetscInt, std::array<PetscInt, 3>> own;  // by part: piece, part, particles
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sheet.particles.owned); ++i) {
+    if (parts[i] >= 0) {
+      ++own.insert({parts[i], {pieces[i], parts[i], 0}}).first->second[2];
+    }
+  }
+  std::vector<PetscInt> sent;
+  for (const auto& entry : own) {
+    sent.insert(sent.end(), entry.second.begin(), entry.second.end());
+  }
+  const std::vector<PetscInt> received = of_all_ranks(sheet.comm(), sent);
+  PartSizes sizes;
+  for (std::size_t k = 0; k < received.size(); k += 3) {
+    sizes[received[k]][received[k + 1]] += received[k + 2];
+  }
+  return sizes;
+}
+
+}  // namespace
+
+std::size_t Pieces::place_of(PetscInt id) const {
+  const auto piece = std::lower_bound(present.begin(), present.end(), id,
+                                      [](const Piece& one, PetscInt wanted) { return one.id < wanted; });
+  return static_cast<std::size_t>(piece - present.begin());
+}
+
+Pieces initial_pieces(const Sheet& sheet) {
+  Pieces pieces;
+  pieces.of_particle = connected_parts(sheet, Living(sheet));
+  // The parts of one piece that has never been.
+  const PartSizes sizes = part_sizes(sheet, pieces.of_particle, std::vector<PetscInt>(pieces.of_particle.size(), 0));
+  std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
+  for (const auto& [whole, parts] : sizes) {
+    for (const auto& part : parts) {
+      id_of_part[part.first] = pieces.next_id;
+      pieces.present.push_back({pieces.next_id++, 0});
+    }
+  }
+  for (PetscInt& id : pieces.of_particle) {
+    id = id_of_part.at(id);
+  }
+  return pieces;
+}
+
+void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, double time) {
+  const std::vector<PetscInt> parts = connected_parts(sheet, living);
+  std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
+  std::vector<Piece> present;
+  std::vector<Piece> born;
+  for (const auto& [id, sizes] : part_sizes(sheet, parts, pieces.of_particle)) {
+    const auto largest =
+        std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    for (auto part = sizes.begin(); part != sizes.end(); ++part) {
+      if (part != largest) {
+        id_of_part[part->first] = pieces.next_id;
+        born.push_back({pieces.next_id++, time});
+      }
+    }
+    id_of_part[largest->first] = id;
+    present.push_back(pieces.present[pieces.place_of(id)]);
+  }
+  present.insert(present.end(), born.begin(), born.end());
+  pieces.present = std::move(present);
+  std::transform(parts.begin(), parts.end(), pieces.of_particle.begin(),
+                 [&id_of_part](PetscInt part) { return id_of_part.at(part); });
+}
+
+std::vector<double> piece_masses(const Pieces& pieces, const Sheet& sheet, const Field& mass) {
+  std::vector<double> masses(pieces.present.size(), 0);
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    const PetscInt id = pieces.of_particle[static_cast<std::size_t>(i)];
+    if (id >= 0) {
+      masses[pieces.place_of(id)] += mass.data()[i];
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, masses.data(), static_cast<int>(masses.size()), MPI_DOUBLE, MPI_SUM, sheet.comm());
+  return masses;
+}
+
+}  // namespace pellicle

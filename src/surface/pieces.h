@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+
+/// A part of the sheet that no living spring joins to the rest.
+struct Piece {
+  PetscInt id = 0;
+  double birth_time = 0;  ///< when it separated [s]; 0 for what the sheet begins with
+};
+
+/// The pieces of a sheet.
+struct Pieces {
+  std::vector<PetscInt> of_particle;  ///< id of the piece of each local particle, -1 where no spring lives
+  std::vector<Piece> present;         ///< in the order of their ids, the same on all ranks
+  PetscInt next_id = 0;
+
+  /// Place in `present` of the piece of this id, which is there.
+  std::size_t place_of(PetscInt id) const;
+};
+
+/// The pieces of a sheet of which everything lives: ids 0, 1, ... in the order of their least persistent ids.
+/// Collective.
+Pieces initial_pieces(const Sheet& sheet);
+
+/// Finds the pieces anew after springs have died. Of the parts of a piece the one of most particles keeps the id (of
+/// equal ones that with the least persistent id); the others get new ids, in the order of their pieces' ids and of
+/// their least persistent ids, so that ids depend neither on ranks nor on compaction. Collective.
+/// @param time of birth of those that separated [s]
+void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, double time);
+
+/// Mass of each present piece, the same on all ranks [kg]. Collective.
+std::vector<double> piece_masses(const Pieces& pieces, const Sheet& sheet, const Field& mass);
+
+}  // namespace pellicle

@@ -1,0 +1,40 @@
+#include "surface/sheet_options.h"
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, SheetOptions& options) {
+  table.add("sheet.thickness", options.thickness)
+      .unit("m")
+      .at_least(0)
+      .help(
+          "distance of the lattice points from the layer of the corner points; a quarter of a cell gives fine "
+          "crumples, a half folds")
+      .source("burning paper, section 3.2; README: parameters");
+  table.add("sheet.areal_density", options.areal_density)
+      .unit("kg/m^2")
+      .more_than(0)
+      .help("mass per area: half of a cell's mass goes to its lattice point, an eighth to each corner")
+      .source("README: readings; 80 g/m^2 is office paper");
+  table.add("sheet.partitioner", options.partitioner)
+      .choices({"metis", "ptscotch", "simple"})
+      .help("what splits the cells over the ranks");
+  table.add("sheet.perturbation", options.perturbation)
+      .range(0, 0.5)
+      .help(
+          "amplitude of the noise added to the initial positions, as a share of the mean cell edge, so that a flat "
+          "sheet can buckle; depends on the persistent ids only, never on ranks")
+      .source("README: parameters");
+  table.add("sheet.seed", options.seed)
+      .at_least(0)
+      .acts_with({"sheet.perturbation: more than 0", [&options] { return options.perturbation > 0; }})
+      .help("seed of the initial noise");
+  table.add("sheet.imbalance_limit", options.imbalance_limit)
+      .at_least(1)
+      .help(
+          "when burnt cells are removed, the rest is spread over the ranks anew if the largest number of cells of a "
+          "rank is more than this times the mean");
+}
+
+}  // namespace pellicle

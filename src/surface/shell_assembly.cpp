@@ -1,0 +1,159 @@
+#include "surface/shell_assembly.h"
+
+#include <algorithm>
+#include <array>
+
+namespace pellicle {
+
+namespace {
+
+/// A spring as it is found at a cell, before owned ones are sorted to the front. One at a side of two cells is found at
+/// that of the lesser id.
+struct FoundSpring {
+  PetscInt cell;   ///< DMPlex point
+  PetscInt index;  ///< among the springs of this colour at the cell, 0 to 3
+  std::array<PetscInt, 2> ends;
+  std::array<PetscInt, 4> triangles;  ///< SpringSet::triangles
+};
+
+/// Orders springs owned first, numbers them, and drops those that neither end at a particle of this rank, nor share one
+/// with an owned spring, nor lie in an owned cell. Collective.
+SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& distribution, const Sheet& sheet) {
+  SpringSet set;
+  constexpr int springs_of_a_point = 4;  // at most, of a colour at a cell
+  std::vector<PetscInt> number(springs_of_a_point * static_cast<std::size_t>(distribution.points()), -1);
+  std::vector<bool> needed(static_cast<std::size_t>(sheet.particles.local()), false);
+  std::fill_n(needed.begin(), sheet.particles.owned, true);
+  const auto number_of = [&number](const FoundSpring& spring) -> PetscInt& {
+    return number[static_cast<std::size_t>(springs_of_a_point * spring.cell + spring.index)];
+  };
+  const auto add = [&](const FoundSpring& spring) {
+    set.ends.push_back(spring.ends);
+    set.triangles.push_back(spring.triangles);
+    set.initial_length.push_back((sheet.rest.col(spring.ends[0]) - sheet.rest.col(spring.ends[1])).norm());
+  };
+  for (const FoundSpring& spring : found) {
+    if (distribution.is_owned(spring.cell)) {
+      number_of(spring) = static_cast<PetscInt>(set.ends.size());
+      add(spring);
+      needed[static_cast<std::size_t>(spring.ends[0])] = true;
+      needed[static_cast<std::size_t>(spring.ends[1])] = true;
+    }
+  }
+  number_owned(set.layout, sheet.comm(), static_cast<PetscInt>(set.ends.size()));
+  for (PetscInt& n : number) {
+    n += n >= 0 ? set.layout.first : 0;
+  }
+  distribution.fetch(number, springs_of_a_point);
+  for (const FoundSpring& spring : found) {
+    const bool is_needed =
+        needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
+        std::any_of(spring.triangles.begin(), spring.triangles.end(),
+                    [&sheet](PetscInt triangle) { return triangle >= 0 && triangle < 4 * sheet.owned_cells; });
+    if (!distribution.is_owned(spring.cell) && is_needed) {
+      set.layout.ghost_global.push_back(number_of(spring));
+      add(spring);
+    }
+  }
+  return set;
+}
+
+}  // namespace
+
+AssembledShell assemble_shell(const Distribution& distribution) {
+  AssembledShell shell;
+  Sheet& sheet = shell.sheet;
+
+  // Particles: owned corners, owned lattice points, ghost corners, ghost lattice points.
+  const Distribution::Range cells = distribution.cells();
+  std::vector<PetscInt> particle_of_point(static_cast<std::size_t>(distribution.points()), -1);
+  for (const bool owned : {true, false}) {
+    for (const Distribution::Range& range : {distribution.vertices(), cells}) {
+      for (PetscInt point = range.begin; point < range.end; ++point) {
+        if (distribution.is_owned(point) == owned) {
+          const bool is_lattice = point >= cells.begin && point < cells.end;
+          particle_of_point[static_cast<std::size_t>(point)] = static_cast<PetscInt>(shell.points.size());
+          shell.points.push_back(point);
+          sheet.is_lattice.push_back(is_lattice);
+          sheet.owned_corners += owned && !is_lattice ? 1 : 0;
+        }
+      }
+    }
+  }
+  distribution.fill(sheet, shell.points);
+  for (const PetscInt point : shell.points) {
+    sheet.initial_mass.push_back(distribution.extra(point)[0]);
+  }
+
+  // Cells, owned first, and the springs that belong to a cell.
+  std::vector<FoundSpring> red;
+  std::vector<FoundSpring> yellow;
+  std::vector<PetscInt> cell_of_point(static_cast<std::size_t>(distribution.points()), -1);
+  sheet.cell_count.assign(static_cast<std::size_t>(sheet.particles.owned), 0);
+  for (const bool owned : {true, false}) {
+    for (PetscInt point = cells.begin; point < cells.end; ++point) {
+      if (distribution.is_owned(point) != owned) {
+        continue;
+      }
+      const PetscInt lattice = particle_of_point[static_cast<std::size_t>(point)];
+      const auto triangle = 4 * static_cast<PetscInt>(sheet.cells.size());
+      const std::array<PetscInt, 4> triangles{triangle, triangle + 1, triangle + 2, triangle + 3};
+      std::array<PetscInt, 4> corners = distribution.corners<4>(point);
+      for (std::size_t k = 0; k < 4; ++k) {
+        corners[k] = particle_of_point[static_cast<std::size_t>(corners[k])];
+        red.push_back(
+            {point, static_cast<PetscInt>(k), {corners[k], lattice}, {triangles[k], triangles[(k + 3) % 4], -1, -1}});
+        if (corners[k] < sheet.owned_corners) {
+          ++sheet.cell_count[static_cast<std::size_t>(corners[k])];
+        }
+      }
+      yellow.push_back({point, 0, {corners[0], corners[2]}, triangles});
+      yellow.push_back({point, 1, {corners[1], corners[3]}, triangles});
+      cell_of_point[static_cast<std::size_t>(point)] = static_cast<PetscInt>(sheet.cells.size());
+      sheet.cells.push_back(corners);
+      sheet.lattice.push_back(lattice);
+      sheet.owned_cells += owned ? 1 : 0;
+    }
+  }
+
+  // Springs along and across the sides of the cells.
+  std::vector<FoundSpring> blue;
+  std::vector<FoundSpring> green;
+  for (PetscInt point = cells.begin; point < cells.end; ++point) {
+    const PetscInt cell = cell_of_point[static_cast<std::size_t>(point)];
+    for (PetscInt k = 0; k < 4; ++k) {
+      const PetscInt opposite = distribution.opposite()[static_cast<std::size_t>(4 * point + k)];
+      const bool is_inner = opposite >= 0;
+      const PetscInt beyond = opposite / 4;
+      if (is_inner && distribution.data(beyond).id < distribution.data(point).id) {
+        continue;
+      }
+      const auto& corners = sheet.cells[static_cast<std::size_t>(cell)];
+      const PetscInt other = is_inner ? cell_of_point[static_cast<std::size_t>(beyond)] : -1;
+      const std::array<PetscInt, 4> triangles{4 * cell + k, is_inner ? 4 * other + opposite % 4 : -1, -1, -1};
+      blue.push_back({point,
+                      k,
+                      {corners[static_cast<std::size_t>(k)], corners[static_cast<std::size_t>((k + 1) % 4)]},
+                      triangles});
+      if (is_inner) {
+        green.push_back(
+            {point,
+             k,
+             {sheet.lattice[static_cast<std::size_t>(cell)], sheet.lattice[static_cast<std::size_t>(other)]},
+             triangles});
+      }
+    }
+  }
+  const std::array<PetscInt, 2> owned{sheet.owned_corners, sheet.owned_cells};
+  std::array<PetscInt, 2> global{};
+  MPI_Allreduce(owned.data(), global.data(), 2, MPIU_INT, MPI_SUM, distribution.comm());
+  sheet.global_corners = global[0];
+  sheet.global_cells = global[1];
+  sheet.of(Colour::red) = make_spring_set(red, distribution, sheet);
+  sheet.of(Colour::green) = make_spring_set(green, distribution, sheet);
+  sheet.of(Colour::blue) = make_spring_set(blue, distribution, sheet);
+  sheet.of(Colour::yellow) = make_spring_set(yellow, distribution, sheet);
+  return shell;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,168 @@
+#include "world/balloon_ledger.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace pellicle {
+
+BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock)
+    : chain_(chain), clock_(clock) {
+  const Membrane& membrane = chain.elements().membrane();
+  std::vector<History::Column> columns{{"time", "s"},
+                                       {"step", ""},
+                                       {"time_step", "s"},
+                                       {"retries", ""},
+                                       {"gas_volume", "m^3"},
+                                       {"gas_volume_ratio", ""},
+                                       {"gas_pressure", "Pa"},
+                                       {"gas_absolute_pressure", "Pa"},
+                                       {"gas_amount", "mol"},
+                                       {"gas_temperature", "K"},
+                                       {"rubber_volume_ratio", ""},
+                                       {"thickness_min", "m"},
+                                       {"thickness_max", "m"},
+                                       {"inverted_elements", ""},
+                                       {"newton_iterations", ""},
+                                       {"linear_iterations", ""},
+                                       {"concave_iterations", ""},
+                                       {"residual", "N"},
+                                       {"relative_residual", ""},
+                                       {"elastic_energy", "J"},
+                                       {"kinetic_energy", "J"},
+                                       {"momentum_x", "kg m/s"},
+                                       {"momentum_y", "kg m/s"},
+                                       {"momentum_z", "kg m/s"}};
+  const Chambers& chambers = chain.chambers();
+  for (int chamber = 0; chamber < (chambers.count() > 1 ? chambers.count() : 0); ++chamber) {
+    columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
+    columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
+  }
+  for (const StageTime& stage : clock.stages()) {
+    std::string name = "seconds_" + stage.name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    columns.push_back({name, "s"});
+  }
+  history_ = std::make_unique<History>(folder, "history.csv", columns);
+
+  const Wall& wall = chain.elements().wall();
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    initial_rubber_volume_ += wall.rest[e].volume;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &initial_rubber_volume_, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+}
+
+void BalloonLedger::add(const BalloonState& state, const InflateStep& step, double h, int retries) {
+  const PrismElements& elements = chain_.elements();
+  const Membrane& membrane = elements.membrane();
+  const Chambers& chambers = chain_.chambers();
+  enum Sum { rubber, elastic, kinetic, momentum, inverted = momentum + 3, count };
+  std::array<double, count> sums{};
+  std::array<double, 2> maxima{-HUGE_VAL, -HUGE_VAL};  // thickness, minus thickness
+  sums[rubber] = elements.volume(state.position, state.thickness_ratio);
+  sums[elastic] = elements.energy(state.position, state.thickness_ratio);
+  for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
+    const double m = chain_.mass()[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d v = state.velocity.vector(i);
+    sums[kinetic] += m * v.squaredNorm() / 2;
+    Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
+  }
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    const double thickness = elements.wall().thickness[e] * state.thickness_ratio[e];
+    maxima = {std::max(maxima[0], thickness), std::max(maxima[1], -thickness)};
+  }
+  if (last_position_ == nullptr) {
+    last_position_ = std::make_unique<Field>(membrane.particles, 3);
+  } else {
+    sums[inverted] = static_cast<double>(elements.inverted(*last_position_, state.position));
+  }
+  last_position_->values() = state.position.values();
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPI_DOUBLE, MPI_MAX, membrane.comm());
+
+  // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
+  const Eigen::VectorXd volumes = chambers.volumes(state.position);
+  GasState all;
+  double initial_volume = 0;
+  std::vector<double> of_chambers;
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    const GasState gas = chain_.gas(chamber, volumes[chamber], state);
+    const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
+    all.volume += gas.volume;
+    all.amount += gas.amount;
+    all.pressure += share * gas.pressure;
+    all.absolute_pressure += share * gas.absolute_pressure;
+    all.temperature += share * gas.temperature;
+    initial_volume += chambers.initial_volume(chamber);
+    if (chambers.count() > 1) {
+      of_chambers.push_back(gas.volume);
+      of_chambers.push_back(gas.pressure);
+    }
+  }
+  std::vector<double> row{state.time,
+                          static_cast<double>(state.step),
+                          h,
+                          static_cast<double>(retries),
+                          all.volume,
+                          initial_volume != 0 ? all.volume / initial_volume : 0,
+                          all.pressure,
+                          all.absolute_pressure,
+                          all.amount,
+                          all.temperature,
+                          sums[rubber] / initial_rubber_volume_,
+                          -maxima[1],
+                          maxima[0],
+                          sums[inverted],
+                          static_cast<double>(step.newton_iterations),
+                          static_cast<double>(step.linear_iterations),
+                          static_cast<double>(step.concave_iterations),
+                          step.residual,
+                          step.relative_residual,
+                          sums[elastic],
+                          sums[kinetic],
+                          sums[momentum],
+                          sums[momentum + 1],
+                          sums[momentum + 2]};
+  row.insert(row.end(), of_chambers.begin(), of_chambers.end());
+  for (const StageTime& stage : clock_.stages()) {
+    row.push_back(stage.lap_seconds);
+  }
+  history_->add(row);
+
+  steps_ = state.step;
+  last_residual_ = step.relative_residual;
+  if (step.is_above_tolerance) {
+    ++steps_above_tolerance_;
+    if (step.relative_residual > worst_residual_) {
+      worst_residual_ = step.relative_residual;
+      worst_step_ = state.step;
+    }
+  }
+  if (step.concave_iterations > 0 && ++concave_steps_ == 1) {
+    first_concave_step_ = state.step;
+  }
+}
+
+std::vector<std::string> BalloonLedger::remarks() const {
+  std::vector<std::string> lines;
+  char text[300];
+  if (steps_above_tolerance_ > 0) {
+    std::snprintf(
+        text, sizeof text,
+        "residual: %d of %d steps ended above prism.residual_tolerance: out of balance by %.2g of their forces "
+        "at worst, in step %d, and by %.2g in the last one",
+        steps_above_tolerance_, steps_, worst_residual_, worst_step_, last_residual_);
+    lines.emplace_back(text);
+  }
+  if (concave_steps_ > 0) {
+    std::snprintf(
+        text, sizeof text,
+        "equilibria: in %d of %d steps, first in step %d, the tangent was not positive definite (history.csv: "
+        "concave_iterations): such a step may have several equilibria, and with another length find another",
+        concave_steps_, steps_, first_concave_step_);
+    lines.emplace_back(text);
+  }
+  return lines;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "io/history.h"
+#include "world/inflate.h"
+
+namespace pellicle {
+
+/// The books of a balloon: a row of history.csv for the initial state and for each step.
+class BalloonLedger {
+ public:
+  /// Makes the file in a folder that has been started; folder, chain and clock must outlive it. Collective.
+  /// @throws Error when it cannot be written
+  BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock);
+
+  /// @param h length of the step [s]
+  /// @param retries how often it was tried again. Collective.
+  void add(const BalloonState& state, const InflateStep& step, double h, int retries);
+
+  /// Lines about all steps: how many ended out of balance, and how many may have had several equilibria. None if none.
+  std::vector<std::string> remarks() const;
+
+ private:
+  const Inflate& chain_;
+  const StageClock& clock_;
+  std::unique_ptr<History> history_;
+  double initial_rubber_volume_ = 0;      ///< [m^3]
+  std::unique_ptr<Field> last_position_;  ///< positions of the last row, to see what turned over since
+  int steps_ = 0;
+  int steps_above_tolerance_ = 0;
+  int worst_step_ = 0;  ///< of these
+  double worst_residual_ = 0;
+  double last_residual_ = 0;  ///< relative, of the last step
+  int concave_steps_ = 0;     ///< with InflateStep::concave_iterations
+  int first_concave_step_ = 0;
+};
+
+}  // namespace pellicle

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ablation/ablation.h"
+#include "ablation/tearing.h"
+#include "base/stage_clock.h"
+#include "constraints/pins.h"
+#include "contact/bodies.h"
+#include "heat/conduction.h"
+#include "projection/spring_baseline.h"
+#include "projection/successive_projection.h"
+#include "world/options.h"
+#include "world/state.h"
+#include "world/textures.h"
+
+namespace pellicle {
+
+/// What a step of the burning sheet tells the ledger.
+struct BurnStep {
+  bool converged = true;
+  std::string reason;  ///< of a failure, in words
+  int heat_iterations = 0;
+  int dynamics_iterations = 0;
+  double constraint_error = 0;  ///< ||C|| at the end [m]
+  PetscInt contacts = 0;        ///< particles of this rank held by a body at the end
+  bool died = false;            ///< whether a part of the sheet burnt away or tore, on any rank
+};
+
+/// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
+/// (section 4); then springs tear, if they can.
+class Burn {
+ public:
+  /// Reads textures, builds operators. Sheet, options and clock must outlive it. Collective.
+  /// @throws Error on textures that cannot be read or are asked for on a sheet without texture coordinates, and on
+  /// contradicting options
+  Burn(const Sheet& sheet, const Options& options, StageClock& clock);
+
+  /// The same chain for what is left of the sheet, which must outlive it; the old chain is used up. Collective.
+  /// @param pin_numbers of the local particles, see Pins
+  Burn(const Sheet& compacted, Burn&& before, const std::vector<int>& pin_numbers);
+
+  /// The state at time 0. Collective.
+  State initial_state() const;
+
+  /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
+  BurnStep advance(State& state, double h);
+
+  const Pins& pins() const { return pins_; }
+  Ablation& ablation() { return ablation_; }
+
+  /// The names of the stages, for the clock.
+  static const std::vector<std::string>& stage_names();
+
+  /// ||C|| of each colour in the last step, if `project.monitor` asks for it.
+  const std::vector<ProjectionError>& projection_errors() const { return projection_->monitored(); }
+
+ private:
+  Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures);
+
+  std::vector<double> sample(const std::string& key, const std::string& file, double black, double white);
+  StageResult heat(State& state, double h);
+  void combustion(State& state, double h);
+  bool ablation(State& state, double h);
+  bool tear(State& state, double h);
+  void take_out(State& state, double time);
+  StageResult dynamics(State& state, double h, BurnStep& step);
+  StageResult heat_ledger(const State& state) const;
+
+  const Sheet& sheet_;
+  const Options& options_;
+  StageClock& clock_;
+  Textures textures_;
+  std::vector<double> mass_loss_factor_;                       ///< of the local particles, or empty
+  std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
+  std::unique_ptr<Conduction> conduction_;
+  Pins pins_;
+  Bodies bodies_;
+  Ablation ablation_;
+  std::optional<Tearing> tearing_;
+  std::array<std::vector<double>, 4> pull_;  ///< of the owned springs in the last step, see Tearing
+  std::unique_ptr<SuccessiveProjection> projection_;
+  std::unique_ptr<SpringBaseline> springs_;  ///< in place of the projection, if asked for
+  Field start_;                              ///< positions at the beginning of the step
+  std::vector<bool> held_;                   ///< local particles that are pinned or have left
+};
+
+}  // namespace pellicle

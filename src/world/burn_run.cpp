@@ -1,0 +1,336 @@
+#include "world/burn_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "ablation/cut_surface.h"
+#include "ablation/drawn_shares.h"
+#include "base/error.h"
+#include "base/units.h"
+#include "surface/compaction.h"
+#include "world/load_mesh.h"
+#include "world/non_finite.h"
+
+namespace pellicle {
+
+namespace {
+
+/// What frames show of the local particles beside the state's fields.
+struct ParticleFields {
+  std::vector<double> mass_ratio;            ///< m/m^init
+  std::vector<double> mass_ratio_of_layers;  ///< of a particle and what lies round it in the other layer
+  std::vector<double> strain;                ///< rms over the living springs of a particle
+};
+
+/// Mass over initial mass of each local particle together with the shares of its cells that the other layer has: of a
+/// corner's cells an eighth from their lattice particles, of a lattice particle's cell an eighth from each corner. What
+/// has left does not count. Collective.
+std::vector<double> mass_ratio_of_layers(const Sheet& sheet, const Field& mass) {
+  Field sum(sheet.particles, 2);  // of masses, and of initial masses
+  const auto add = [&](PetscInt to, PetscInt from, double initial) {
+    const double m = mass.data()[from];
+    if (m > 0) {
+      sum.values().col(to) += initial * Eigen::Vector2d(m / sheet.initial_mass[static_cast<std::size_t>(from)], 1);
+    }
+  };
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    add(i, i, sheet.initial_mass[static_cast<std::size_t>(i)]);
+  }
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.owned_cells); ++cell) {
+    const PetscInt lattice = sheet.lattice[cell];
+    const double eighth = sheet.initial_mass[static_cast<std::size_t>(lattice)] / 4;
+    for (const PetscInt corner : sheet.cells[cell]) {
+      add(corner, lattice, eighth);
+      add(lattice, corner, eighth);
+    }
+  }
+  sum.add_ghosts();
+  sum.update_ghosts();
+  std::vector<double> ratio;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    const auto of_particle = sum.values().col(i);
+    ratio.push_back(of_particle[1] > 0 ? of_particle[0] / of_particle[1] : 0);
+  }
+  return ratio;
+}
+
+/// Collective.
+ParticleFields derive(const Sheet& sheet, const State& state) {
+  ParticleFields fields;
+  const auto particles = static_cast<std::size_t>(sheet.particles.local());
+  fields.mass_ratio.resize(particles);
+  for (std::size_t i = 0; i < particles; ++i) {
+    fields.mass_ratio[i] = state.mass.data()[i] / sheet.initial_mass[i];
+  }
+  fields.mass_ratio_of_layers = mass_ratio_of_layers(sheet, state.mass);
+  Field sum(sheet.particles, 2);  // of squared strains, and how many
+  for (const Colour colour : all_colours) {
+    const std::vector<double> strain = strains(sheet.of(colour), state, colour);
+    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
+      if (!state.living.springs[static_cast<std::size_t>(colour)][static_cast<std::size_t>(s)]) {
+        continue;
+      }
+      const double value = strain[static_cast<std::size_t>(s)];
+      for (const PetscInt end : sheet.of(colour).ends[static_cast<std::size_t>(s)]) {
+        sum.values().col(end) += Eigen::Vector2d(value * value, 1);
+      }
+    }
+  }
+  sum.add_ghosts();
+  sum.update_ghosts();
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    fields.strain.push_back(std::sqrt(sum.values()(0, i) / std::max(1.0, sum.values()(1, i))));
+  }
+  return fields;
+}
+
+/// What frames show of the piece that each local cell belongs to.
+struct PieceFields {
+  std::vector<double> id;
+  std::vector<double> mass;        ///< [kg]
+  std::vector<double> birth_time;  ///< [s]
+};
+
+/// @param masses of the present pieces [kg]
+PieceFields derive(const Sheet& sheet, const Pieces& pieces, const std::vector<double>& masses) {
+  PieceFields fields;
+  for (const PetscInt lattice : sheet.lattice) {
+    const PetscInt id = pieces.of_particle[static_cast<std::size_t>(lattice)];
+    const bool is_present = id >= 0;
+    fields.id.push_back(static_cast<double>(id));
+    fields.mass.push_back(is_present ? masses[pieces.place_of(id)] : 0);
+    fields.birth_time.push_back(is_present ? pieces.present[pieces.place_of(id)].birth_time : 0);
+  }
+  return fields;
+}
+
+/// What frames show of the owned springs, colour after colour.
+struct SpringFields {
+  std::vector<double> strain;
+  std::vector<double> target_length;  ///< [m]
+  std::vector<double> state;          ///< a SpringState
+};
+
+/// @param level of the local particles, see level_set
+SpringFields derive(const Sheet& sheet, const State& state, const std::vector<double>& level) {
+  SpringFields fields;
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet.of(colour);
+    const std::vector<double>& lengths = state.target_length[static_cast<std::size_t>(colour)];
+    const std::vector<double> strain = strains(set, state, colour);
+    fields.strain.insert(fields.strain.end(), strain.begin(), strain.begin() + set.owned());
+    fields.target_length.insert(fields.target_length.end(), lengths.begin(), lengths.begin() + set.owned());
+    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      const auto [a, b] = set.ends[s];
+      fields.state.push_back(
+          static_cast<double>(spring_state(level[static_cast<std::size_t>(a)], level[static_cast<std::size_t>(b)])));
+    }
+  }
+  return fields;
+}
+
+/// Prints the curves of Fig. 8 for one time step.
+void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  for (const ProjectionError& error : errors) {
+    if (rank == 0) {
+      const char* after = error.projected ? colour_names[static_cast<std::size_t>(*error.projected)] : "start";
+      std::printf("  projection step %d %-6s ||C|| red %.4e green %.4e blue %.4e yellow %.4e all %.4e\n", error.step,
+                  after, error.colour[0], error.colour[1], error.colour[2], error.colour[3], error.total);
+    }
+  }
+}
+
+}  // namespace
+
+BurnRun::BurnRun(Sheet sheet, const Options& options, OutputFolder& folder, Console& console, StageClock& clock)
+    : options_(options),
+      folder_(folder),
+      console_(console),
+      clock_(clock),
+      sheet_(std::make_unique<Sheet>(std::move(sheet))),
+      burn_(std::make_unique<Burn>(*sheet_, options, clock)),
+      state_(std::make_unique<State>(burn_->initial_state())),
+      writer_(folder, options.output) {
+  if (options.time.tolerance > 0) {
+    throw Error("time.tolerance: " + number_text(options.time.tolerance) +
+                ": the burning chain does not estimate the error of its steps; expected 0");
+  }
+}
+
+StepResult BurnRun::advance(double h) {
+  last_ = burn_->advance(*state_, h);
+  StepResult result;
+  result.converged = last_.converged;
+  result.reason = last_.reason;
+  if (result.converged) {
+    const auto particles = static_cast<std::size_t>(sheet_->particles.local());
+    result.reason = non_finite(sheet_->comm(), {{"position", state_->position.data(), 3 * particles},
+                                                {"velocity", state_->velocity.data(), 3 * particles},
+                                                {"temperature", state_->temperature.data(), particles},
+                                                {"mass", state_->mass.data(), particles}});
+    result.converged = result.reason.empty();
+  }
+  result.iterations = last_.heat_iterations + last_.dynamics_iterations;
+  char figures[40];
+  std::snprintf(figures, sizeof figures, "|C| %.3e m", last_.constraint_error);
+  result.figures = figures;
+  return result;
+}
+
+void BurnRun::keep() {
+  if (kept_ == nullptr) {
+    kept_ = std::make_unique<State>(*sheet_);
+  }
+  *kept_ = *state_;
+}
+
+void BurnRun::restore() { *state_ = *kept_; }
+
+void BurnRun::accept(double time) {
+  state_->time = time;
+  const double limit = options_.ablation.compact_fraction;
+  if (!last_.died || limit >= 1 || !ended().empty()) {
+    return;
+  }
+  const auto timer = clock_.time("compaction");
+  std::vector<bool> kept = empty_cells(*sheet_, state_->living);
+  kept.flip();
+  auto left = static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true));
+  MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT, MPI_SUM, sheet_->comm());
+  const PetscInt before = sheet_->global_cells;
+  if (static_cast<double>(before - left) > limit * static_cast<double>(before)) {
+    compact(kept);
+    console_.say("step " + std::to_string(state_->step) + ": " + std::to_string(before - left) + " of " +
+                 std::to_string(before) + " cells are gone; " + partition_line(*sheet_));
+  }
+}
+
+void BurnRun::compact(const std::vector<bool>& kept) {
+  // Rows of what moves with a particle and with a cell.
+  enum ParticleRow { position = 0, velocity = 3, temperature = 6, mass, mass_change, piece, pin, particle_rows };
+  enum CellRow { burn_time = 0, triangles, cell_rows = triangles + 4 };
+  const PetscInt owned = sheet_->particles.owned;
+  Eigen::MatrixXd particle_data(particle_rows, owned);
+  particle_data.middleRows<3>(position) = state_->position.values().leftCols(owned);
+  particle_data.middleRows<3>(velocity) = state_->velocity.values().leftCols(owned);
+  particle_data.row(temperature) = state_->temperature.values().leftCols(owned);
+  particle_data.row(mass) = state_->mass.values().leftCols(owned);
+  particle_data.row(mass_change) = state_->mass_change.values().leftCols(owned);
+  for (PetscInt i = 0; i < owned; ++i) {
+    particle_data(piece, i) = state_->pieces.of_particle[static_cast<std::size_t>(i)];
+    particle_data(pin, i) = burn_->pins().number(i);
+  }
+  Eigen::MatrixXd cell_data(cell_rows, sheet_->owned_cells);
+  for (PetscInt c = 0; c < sheet_->owned_cells; ++c) {
+    cell_data(burn_time, c) = state_->burn_time[static_cast<std::size_t>(c)];
+    for (PetscInt k = 0; k < 4; ++k) {
+      cell_data(triangles + k, c) = state_->living.triangles[static_cast<std::size_t>(4 * c + k)] ? 1 : 0;
+    }
+  }
+  CompactedSheet compacted = pellicle::compact(*sheet_, kept, particle_data, cell_data, options_.sheet);
+
+  const Eigen::MatrixXd& of_particles = compacted.particle_data;
+  std::vector<int> pin_numbers;
+  for (const double number : of_particles.row(pin)) {
+    pin_numbers.push_back(static_cast<int>(number));
+  }
+  auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
+  auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), pin_numbers);
+  auto state = std::make_unique<State>(*sheet);
+  state->time = state_->time;
+  state->step = state_->step;
+  state->position.values() = of_particles.middleRows<3>(position);
+  state->velocity.values() = of_particles.middleRows<3>(velocity);
+  state->temperature.values() = of_particles.row(temperature);
+  state->mass.values() = of_particles.row(mass);
+  state->mass_change.values() = of_particles.row(mass_change);
+  set_target_lengths(state->target_length, *sheet, state->mass, options_.combustion);
+  for (std::size_t t = 0; t < state->living.triangles.size(); ++t) {
+    state->living.triangles[t] =
+        compacted.cell_data(static_cast<Eigen::Index>(triangles + t % 4), static_cast<Eigen::Index>(t / 4)) > 0;
+  }
+  burn->ablation().follow_triangles(state->living);
+  state->pieces = state_->pieces;
+  state->pieces.of_particle.clear();
+  for (const double id : of_particles.row(piece)) {
+    state->pieces.of_particle.push_back(static_cast<PetscInt>(id));
+  }
+  const auto times = compacted.cell_data.row(burn_time);
+  state->burn_time.assign(times.begin(), times.end());
+  state->mass_burnt = state_->mass_burnt;
+  state->heat_initial = state_->heat_initial;
+  state->heat_in = state_->heat_in;
+  state->heat_out = state_->heat_out;
+  state->heat_made = state_->heat_made;
+
+  kept_ = nullptr;
+  state_ = std::move(state);
+  burn_ = std::move(burn);
+  sheet_ = std::move(sheet);
+}
+
+std::string BurnRun::ended() const { return state_->pieces.present.empty() ? "the sheet has burnt away" : ""; }
+
+void BurnRun::draw() {
+  const auto timer = clock_.time("output");
+  const ParticleFields fields = derive(*sheet_, *state_);
+  const std::vector<double> level = level_set(*sheet_, state_->mass, options_.ablation.loss_mass);
+  const DrawnSurface cut = cut_surface(*sheet_, state_->living, level);
+  const Drawing surface = drawing_of(*sheet_, cut);
+  const DrawnShares shares(*sheet_, state_->living, cut, state_->position);
+  Field heat(sheet_->particles, 1);
+  heat.values() = options_.heat.capacity * state_->mass.values().cwiseProduct(state_->temperature.values());
+  const std::vector<double> areal_density = shares.density(state_->mass);
+  const std::vector<double> heat_density = shares.density(heat);
+  const std::vector<double> masses = piece_masses(state_->pieces, *sheet_, state_->mass);
+  const PieceFields pieces = derive(*sheet_, state_->pieces, masses);
+  Frame frame;
+  frame.time = state_->time;
+  frame.step = state_->step;
+  frame.surface = &surface;
+  frame.positions = state_->position.data();
+  // The surface is drawn where the corners are and moves with them; temperature and mass are of both layers.
+  frame.particle_fields = {{"temperature", 1, state_->temperature.data(), true},
+                           {"mass_ratio", 1, fields.mass_ratio_of_layers.data(), true},
+                           {"velocity", 3, state_->velocity.data()},
+                           {"strain", 1, fields.strain.data()}};
+  frame.cell_fields = {{"areal_density", 1, areal_density.data()}, {"heat_density", 1, heat_density.data()},
+                       {"burn_time", 1, state_->burn_time.data()}, {"piece", 1, pieces.id.data()},
+                       {"piece_mass", 1, pieces.mass.data()},      {"piece_birth_time", 1, pieces.birth_time.data()}};
+  std::optional<Drawing> springs;
+  SpringFields spring_fields;
+  if (options_.output.springs) {
+    springs = drawing_of_springs(*sheet_, state_->living);
+    spring_fields = derive(*sheet_, *state_, level);
+    frame.springs = &*springs;
+    frame.spring_ends = {{"temperature", 1, state_->temperature.data()},
+                         {"mass_ratio", 1, fields.mass_ratio.data()},
+                         {"velocity", 3, state_->velocity.data()},
+                         {"strain", 1, fields.strain.data()}};
+    frame.spring_fields = {{"strain", 1, spring_fields.strain.data()},
+                           {"target_length", 1, spring_fields.target_length.data()},
+                           {"state", 1, spring_fields.state.data()}};
+  }
+  writer_.write(frame);
+  ledger().add(state_->time, state_->step, state_->pieces, masses);
+}
+
+Ledger& BurnRun::ledger() {
+  if (ledger_ == nullptr) {
+    ledger_ = std::make_unique<Ledger>(folder_, options_, clock_);
+  }
+  return *ledger_;
+}
+
+void BurnRun::record(double h, int retries) {
+  if (options_.project.monitor && state_->step > 0) {
+    print_errors(sheet_->comm(), burn_->projection_errors());
+    ledger().add(state_->time, state_->step, burn_->projection_errors());
+  }
+  ledger().add(*sheet_, *state_, last_, h, retries);
+}
+
+}  // namespace pellicle

@@ -1,0 +1,86 @@
+#include "world/inflate_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "prism/wall_stress.h"
+#include "surface/membrane_geometry.h"
+#include "world/non_finite.h"
+
+namespace pellicle {
+
+InflateRun::InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock)
+    : membrane_(membrane),
+      folder_(folder),
+      clock_(clock),
+      inflate_(membrane, options, clock),
+      state_(inflate_.initial_state()),
+      kept_(membrane, inflate_.chambers().count()),
+      surface_(drawing_of(membrane)),
+      writer_(folder, options.output) {}
+
+StepResult InflateRun::advance(double h) {
+  last_ = inflate_.advance(state_, h);
+  StepResult result;
+  result.converged = last_.converged;
+  result.reason = last_.reason;
+  if (result.converged) {
+    const auto vertices = static_cast<std::size_t>(membrane_.particles.local());
+    result.reason = non_finite(
+        membrane_.comm(), {{"position", state_.position.data(), 3 * vertices},
+                           {"velocity", state_.velocity.data(), 3 * vertices},
+                           {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
+                           {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}});
+    result.converged = result.reason.empty();
+  }
+  result.iterations = last_.linear_iterations;
+  result.step_error = last_.step_error;
+  if (state_.pressure.size() > 0) {
+    char figures[40];
+    std::snprintf(figures, sizeof figures, "p %.4g Pa", state_.pressure[0]);
+    result.figures = figures;
+  }
+  return result;
+}
+
+void InflateRun::keep() { kept_ = state_; }
+
+void InflateRun::restore() { state_ = kept_; }
+
+void InflateRun::draw() {
+  const auto timer = clock_.time("output");
+  const Wall& wall = inflate_.elements().wall();
+  const std::size_t elements = membrane_.triangles.size();
+  std::vector<double> thickness(elements);
+  std::vector<double> stretch(2 * elements);
+  std::vector<double> stress(2 * elements);
+  for (std::size_t e = 0; e < elements; ++e) {
+    const auto [e12, e13] = edges_of(state_.position.data(), membrane_.triangles[e]);
+    thickness[e] = wall.thickness[e] * state_.thickness_ratio[e];
+    const PrincipalState principal =
+        principal_state(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, state_.thickness_ratio[e]);
+    Eigen::Map<Eigen::Vector2d>(stretch.data() + 2 * e) = principal.stretch;
+    Eigen::Map<Eigen::Vector2d>(stress.data() + 2 * e) = principal.stress;
+  }
+  Frame frame;
+  frame.time = state_.time;
+  frame.step = state_.step;
+  frame.surface = &surface_;
+  frame.positions = state_.position.data();
+  frame.particle_fields = {{"velocity", 3, state_.velocity.data()}};
+  frame.cell_fields = {{"thickness", 1, thickness.data()},
+                       {"thickness_ratio", 1, state_.thickness_ratio.data()},
+                       {"stretch", 2, stretch.data()},
+                       {"stress", 2, stress.data()}};
+  writer_.write(frame);
+}
+
+void InflateRun::record(double h, int retries) {
+  if (ledger_ == nullptr) {
+    ledger_ = std::make_unique<BalloonLedger>(folder_, inflate_, clock_);
+  }
+  ledger_->add(state_, last_, h, retries);
+}
+
+}  // namespace pellicle

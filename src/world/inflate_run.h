@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "io/frame_writer.h"
+#include "world/balloon_ledger.h"
+#include "world/inflate.h"
+#include "world/step_control.h"
+
+namespace pellicle {
+
+/// The balloon with its state, frames and books, for the step control.
+class InflateRun : public Chain {
+ public:
+  /// Membrane, options, folder and clock must outlive it. Collective. @throws Error on bad input, see Inflate
+  InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock);
+
+  double time() const override { return state_.time; }
+  int step() const override { return state_.step; }
+  StepResult advance(double h) override;
+  void accept(double time) override { state_.time = time; }
+  void keep() override;
+  void restore() override;
+  bool frame_due() const override { return writer_.due(state_.time, state_.step); }
+  std::optional<double> next_frame_time() const override { return writer_.next_time(state_.time); }
+  void draw() override;
+  void record(double h, int retries) override;
+  std::vector<std::string> remarks() const override { return ledger_->remarks(); }
+
+ private:
+  const Membrane& membrane_;
+  OutputFolder& folder_;
+  StageClock& clock_;
+  Inflate inflate_;
+  BalloonState state_;
+  BalloonState kept_;  ///< to put back
+  Drawing surface_;
+  FrameWriter writer_;
+  InflateStep last_;                       ///< what the last step told
+  std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
+};
+
+}  // namespace pellicle

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "io/history.h"
+#include "world/burn.h"
+
+namespace pellicle {
+
+/// The books of a run: a row of history.csv for the initial state and for each step, the pieces of each frame in
+/// pieces.csv, and with `project.monitor` the curves of Fig. 8 in projection.csv.
+class Ledger {
+ public:
+  /// Makes the files in a folder that has been started; folder and clock must outlive it. Collective.
+  /// @throws Error when they cannot be written
+  Ledger(OutputFolder& folder, const Options& options, const StageClock& clock);
+
+  /// @param h length of the step [s]
+  /// @param retries how often it was tried again. Collective.
+  void add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries);
+
+  /// A row of pieces.csv for each piece. Collective.
+  /// @param masses of the present pieces [kg]
+  void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses);
+
+  /// Collective.
+  void add(double time, int step, const std::vector<ProjectionError>& errors);
+
+ private:
+  MPI_Comm comm_;
+  const Options& options_;
+  const StageClock& clock_;
+  std::unique_ptr<History> history_;
+  std::unique_ptr<History> pieces_;
+  std::unique_ptr<History> projection_;
+};
+
+/// (d - l)/l of the owned and ghost springs of a colour, d the present and l the target length; 0 of dead ones.
+std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour);
+
+}  // namespace pellicle

@@ -1,0 +1,100 @@
+#include "world/load_mesh.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options) {
+  CheckedMesh checked;
+  on_root(comm, [&] { checked = make_checked_mesh(options); });
+  return checked;
+}
+
+namespace {
+
+/// The options that put a picture on the mesh: the key of each and its file.
+std::vector<std::pair<std::string, std::string>> texture_files(const Options& options) {
+  std::vector<std::pair<std::string, std::string>> files;
+  if (options.chain == "burn") {
+    files = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
+             {"heat.diffusivity_texture", options.heat.diffusivity_texture},
+             {"project.weight_texture", options.project.weight_texture},
+             {"ablation.strength_texture", options.ablation.strength_texture}};
+    for (const auto& [name, source] : options.heat.sources) {
+      files.emplace_back("heat.sources." + name + ".file", source.file);
+    }
+  } else {
+    files = {{"wall.thickness_texture", options.wall.thickness_texture}};
+  }
+  const auto is_empty = [](const auto& key_and_file) { return key_and_file.second.empty(); };
+  files.erase(std::remove_if(files.begin(), files.end(), is_empty), files.end());
+  return files;
+}
+
+/// In words, that a chamber needs a volume, which an open mesh does not have; empty: none does. Chambers that name
+/// their pieces are left to `Chambers`.
+std::string fault_of_chambers(const Options& options) {
+  const auto names_a_piece = [](const auto& chamber) { return chamber.second.vertex >= 0; };
+  if (!options.symmetry.empty() || std::any_of(options.chambers.begin(), options.chambers.end(), names_a_piece)) {
+    return "";
+  }
+  for (const auto& [name, chamber] : options.chambers) {
+    if (chamber.law != "pressure") {
+      return "chambers." + name + ".law: " + chamber.law +
+             " needs a volume, expected a closed mesh, symmetry planes or the law pressure";
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+void require_fit(const CheckedMesh& checked, const Options& options) {
+  std::vector<std::string> faults;
+  if (options.chain == "burn") {
+    faults.push_back(fault_of_quads(checked.mesh));
+  } else if (checked.report.boundary_edges > 0) {
+    faults.push_back(fault_of_chambers(options));
+  }
+  for (const auto& [key, file] : texture_files(options)) {
+    if (checked.mesh.uv.empty()) {
+      faults.push_back(key + ": " + file +
+                       " needs texture coordinates, and the mesh has none, expected a mesh with them" +
+                       (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
+    }
+  }
+  std::string line;
+  for (const std::string& fault : faults) {
+    line += fault.empty() ? "" : "; " + fault;
+  }
+  if (!line.empty()) {
+    throw Error(checked.report.summary() + line);
+  }
+}
+
+std::vector<std::string> mesh_lines(const MeshReport& report, const std::string& chain) {
+  std::vector<std::string> lines{report.summary()};
+  const std::vector<std::string> remarks = report.remarks();
+  lines.insert(lines.end(), remarks.begin(), remarks.end());
+  if (chain == "inflate" && report.boundary_edges > 0) {
+    lines.push_back(
+        "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
+        "prescribed pressure");
+  }
+  return lines;
+}
+
+std::string partition_line(const PointSet& points) {
+  int ranks = 1;
+  MPI_Comm_size(points.comm(), &ranks);
+  char text[120];
+  std::snprintf(text, sizeof text, "ranks: %d; partition: edge cut %d, imbalance %.3f", ranks,
+                static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
+  return text;
+}
+
+}  // namespace pellicle

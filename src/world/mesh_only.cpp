@@ -1,0 +1,145 @@
+#include "world/mesh_only.h"
+
+#include <vtkCellArray.h>
+#include <vtkMeshQuality.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+
+#include "ablation/cut_surface.h"
+#include "base/error.h"
+#include "io/console.h"
+#include "io/frame_writer.h"
+#include "meshing/triangulation.h"
+#include "surface/shell.h"
+#include "world/load_mesh.h"
+
+namespace pellicle {
+
+namespace {
+
+/// A figure of a cell's shape.
+struct QualityMeasure {
+  const char* name;
+  double (*of_triangle)(vtkCell*);
+  double (*of_quad)(vtkCell*);
+  bool small_is_bad;
+};
+
+const std::array<QualityMeasure, 5> quality_measures{
+    {{"radius_ratio", vtkMeshQuality::TriangleRadiusRatio, vtkMeshQuality::QuadRadiusRatio, false},
+     {"aspect_ratio", vtkMeshQuality::TriangleAspectRatio, vtkMeshQuality::QuadAspectRatio, false},
+     {"scaled_jacobian", vtkMeshQuality::TriangleScaledJacobian, vtkMeshQuality::QuadScaledJacobian, true},
+     {"smallest_angle", vtkMeshQuality::TriangleMinAngle, vtkMeshQuality::QuadMinAngle, true},
+     {"area", vtkMeshQuality::TriangleArea, vtkMeshQuality::QuadArea, true}}};
+
+using Quality = std::array<std::vector<double>, quality_measures.size()>;
+
+/// Every measure of every cell, triangles or quads.
+template <std::size_t corners>
+Quality quality_of(const Eigen::Matrix3Xd& points, const std::vector<std::array<PetscInt, corners>>& cells) {
+  vtkNew<vtkPoints> vtk_points;
+  vtk_points->SetDataTypeToDouble();
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    vtk_points->InsertNextPoint(points.col(i).data());
+  }
+  vtkNew<vtkCellArray> polygons;
+  for (const auto& cell : cells) {
+    polygons->InsertNextCell(static_cast<int>(corners));
+    for (const PetscInt corner : cell) {
+      polygons->InsertCellPoint(corner);
+    }
+  }
+  vtkNew<vtkPolyData> mesh;
+  mesh->SetPoints(vtk_points);
+  mesh->SetPolys(polygons);
+  Quality quality;
+  for (std::size_t measure = 0; measure < quality.size(); ++measure) {
+    const auto of_cell = corners == 3 ? quality_measures[measure].of_triangle : quality_measures[measure].of_quad;
+    for (vtkIdType cell = 0; cell < mesh->GetNumberOfCells(); ++cell) {
+      quality[measure].push_back(of_cell(mesh->GetCell(cell)));
+    }
+  }
+  return quality;
+}
+
+/// "radius_ratio: mean 1.02, worst 1.3; ...", over the owned cells of all ranks. Collective.
+std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) {
+  std::string line = "quality:";
+  for (std::size_t measure = 0; measure < quality.size(); ++measure) {
+    const bool small_is_bad = quality_measures[measure].small_is_bad;
+    const double sign = small_is_bad ? -1 : 1;
+    std::array<double, 2> sums{0, static_cast<double>(owned)};
+    double worst = -std::numeric_limits<double>::max();
+    for (PetscInt cell = 0; cell < owned; ++cell) {
+      const double value = quality[measure][static_cast<std::size_t>(cell)];
+      sums[0] += value;
+      worst = std::max(worst, sign * value);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, comm);
+    MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, comm);
+    char text[120];
+    std::snprintf(text, sizeof text, "%s %s mean %.4g, %s %.4g", measure == 0 ? "" : ";",
+                  quality_measures[measure].name, sums[0] / sums[1], small_is_bad ? "smallest" : "largest",
+                  sign * worst);
+    line += text;
+  }
+  return line;
+}
+
+/// Tells of a distributed mesh and writes it. Collective.
+template <class Mesh, std::size_t corners>
+void write_mesh(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
+                const Drawing& surface, OutputOptions output, OutputFolder& folder, Console& console) {
+  const Quality quality = quality_of(mesh.rest, cells);
+  console.say(quality_line(mesh.comm(), quality, owned));
+  console.say(partition_line(mesh));
+  output.fields.clear();  // which name those of a run
+  Frame frame;
+  frame.surface = &surface;
+  frame.positions = mesh.rest.data();
+  for (std::size_t measure = 0; measure < quality.size(); ++measure) {
+    frame.cell_fields.push_back({quality_measures[measure].name, 1, quality[measure].data()});
+  }
+  FrameWriter(folder, output).write(frame);
+  console.say(output.directory + "/" + output.name + ".pvd");
+}
+
+}  // namespace
+
+void mesh_only(MPI_Comm comm, const Options& options, RunRecord record) {
+  Console console(comm, 1);
+  OutputFolder folder(comm, options.output, record);
+  CheckedMesh checked = load_mesh(comm, options.mesh);
+  SurfaceMesh& mesh = checked.mesh;
+  record.mesh = mesh_lines(checked.report, options.chain);
+  for (const std::string& line : record.mesh) {
+    console.tell(line);
+  }
+  console.say(checked.report.quality());
+  int as_sheet = 0;
+  on_root(comm, [&] {
+    as_sheet = options.chain == "burn" && std::all_of(mesh.faces.begin(), mesh.faces.end(),
+                                                      [](const std::vector<int>& face) { return face.size() == 4; });
+    if (as_sheet == 0) {
+      mesh = triangulated(mesh);
+    }
+  });
+  MPI_Bcast(&as_sheet, 1, MPI_INT, 0, comm);
+  if (as_sheet != 0) {
+    const Sheet sheet = make_sheet(comm, mesh, options.sheet);
+    const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
+    const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
+    write_mesh(sheet, sheet.cells, sheet.owned_cells, surface, options.output, folder, console);
+  } else {
+    const Membrane membrane = make_membrane(comm, mesh, options.sheet);
+    write_mesh(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, folder,
+               console);
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,123 @@
+#include "world/options.h"
+
+#include <algorithm>
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, TimeOptions& options) {
+  table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
+  table.add("time.end", options.end).unit("s").at_least(0).help("the run ends at this time");
+  table.add("time.max_steps", options.max_steps).at_least(0).help("or after so many steps; 0: no such limit");
+  table.add("time.max_retries", options.max_retries)
+      .range(0, 30)
+      .help("a step that fails is tried again with half its length, down to time.step halved so many times");
+  table.add("time.tolerance", options.tolerance)
+      .at_least(0)
+      .help(
+          "error allowed in a step, as a share of the sheet's size; from it follow the lengths of the steps, the first "
+          "of time.step; 0: all of time.step");
+  table.add("time.max_step", options.max_step)
+      .unit("s")
+      .more_than(0)
+      .acts_with({"time.tolerance: more than 0", [&options] { return options.tolerance > 0; }})
+      .help("longest step with a tolerance; time.step unless given");
+}
+
+void describe(OptionTable& table, ForceOptions& options) {
+  table.add("force.gravity", options.gravity)
+      .unit("m/s^2")
+      .help("acceleration of every particle")
+      .source("burning paper, eq. 8");
+  table.add("force.damping", options.damping)
+      .unit("1/s")
+      .at_least(0)
+      .help("rate c at which velocities of a sheet fade: v exp(-c h); of a balloon: prism.mass_damping")
+      .source("README: parameters");
+}
+
+namespace {
+
+/// A sheet that burns: its options have no effect on a balloon.
+void describe_sheet(OptionTable& table, Options& options) {
+  table.add("dynamics", options.dynamics)
+      .choices({"projection", "spring"})
+      .help(
+          "what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
+          "baseline)")
+      .source("burning paper, section 7 and Fig. 7");
+  describe(table, options.heat);
+  describe(table, options.combustion);
+  describe(table, options.ablation);
+  const Condition projection = one_of("dynamics", options.dynamics, {"projection"});
+  for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
+    table.find_key(std::string("ablation.") + name)->acts_with(projection);
+  }
+  table.add_solver_settings([&] {
+    table.add_under(projection, [&] { describe(table, options.project); });
+    table.add_under(one_of("dynamics", options.dynamics, {"spring"}), [&] { describe(table, options.spring); });
+  });
+}
+
+/// A balloon, or a part of one: its options have no effect on a burning sheet.
+void describe_balloon(OptionTable& table, Options& options) {
+  table.add_solver_settings([&] { describe(table, options.prism); });
+  describe(table, options.wall);
+  table.add_solver_settings([&] {
+    table.add_under(one_of("prism.thickness", options.wall.thickness_rule, {"global"}),
+                    [&] { describe(table, options.volume); });
+  });
+  describe(table, options.gas);
+  table.find_key("gas.ambient_pressure")
+      ->acts_with({"a chamber of the law isothermal, adiabatic or pressure", [&chambers = options.chambers] {
+                     return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
+                       return chamber.second.law != "relative" && chamber.second.law != "volume";
+                     });
+                   }});
+  table.find_key("gas.tangent")->acts_with({"chambers", [&options] { return !options.chambers.empty(); }});
+  table.add_objects("chambers", options.chambers, "volumes of gas that the balloon encloses");
+  table.add_objects("symmetry", options.symmetry, "planes that the vertices in them do not leave (balloons)");
+  table.add_objects("attachments", options.attachments, "vertices tied to moving places by springs (balloons)");
+  table.add_objects("forces", options.forces, "forces on parts of a balloon");
+  table.add_under({"bodies", [&options] { return !options.bodies.empty(); }},
+                  [&] { describe(table, options.contact); });
+  table.find_key("contact.slip_speed")->acts_with({"a body with friction", [&bodies = options.bodies] {
+                                                     return std::any_of(
+                                                         bodies.begin(), bodies.end(),
+                                                         [](const auto& b) { return b.second.friction > 0; });
+                                                   }});
+}
+
+}  // namespace
+
+void describe(OptionTable& table, Options& options) {
+  const Condition burns = one_of("chain", options.chain, {"burn"});
+  const Condition inflates = one_of("chain", options.chain, {"inflate"});
+  table.add("chain", options.chain)
+      .choices({"burn", "inflate"})
+      .help("burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles");
+  describe(table, options.mesh);
+  table.add("mesh.only", options.mesh_only)
+      .help("read or generate the mesh, check it, write it with its quality and partition, and end");
+  describe(table, options.sheet);
+  describe(table, options.time);
+  table.add_under(burns, [&] { describe_sheet(table, options); });
+  describe(table, options.force);
+  table.add_under(inflates, [&] { describe_balloon(table, options); });
+  table.add_objects("pins", options.pins, "particles that are held, or led along a path");
+  table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
+  describe(table, options.output);
+  for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs"}) {
+    table.find_key(key)->acts_with(burns);
+  }
+  table.find_key("time.tolerance")->acts_with(inflates);
+  table.find_key("sheet.imbalance_limit")->acts_with(burns);
+  for (const char* key : {"sheet.imbalance_limit", "ablation.compact_fraction"}) {
+    table.find_key(key)->acts_with({"ablation.loss_mass or ablation.strength", [&ablation = options.ablation] {
+                                      return ablation.loss_mass > 0 || ablation.strength.has_value();
+                                    }});
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ablation/ablation_options.h"
+#include "combustion/combustion_options.h"
+#include "constraints/constraints.h"
+#include "constraints/pins.h"
+#include "constraints/point_loads.h"
+#include "contact/bodies.h"
+#include "gas/gas_options.h"
+#include "heat/heat_options.h"
+#include "io/output_options.h"
+#include "meshing/mesh_options.h"
+#include "prism/prism_options.h"
+#include "prism/volume_preservation.h"
+#include "prism/wall_options.h"
+#include "projection/project_options.h"
+#include "projection/spring_baseline.h"
+#include "surface/sheet_options.h"
+
+namespace pellicle {
+
+/// The clock of a run.
+struct TimeOptions {
+  double step = 2e-3;              ///< h [s]
+  double end = 1;                  ///< [s]
+  int max_steps = 0;               ///< 0: no limit
+  int max_retries = 6;             ///< how often `step` may be halved after failures
+  double tolerance = 0;            ///< of a step's error, a share of the sheet's size; 0: steps of equal length
+  std::optional<double> max_step;  ///< with a tolerance [s]
+
+  /// The shortest step that follows from failures or from a tolerance [s].
+  double shortest_step() const { return std::ldexp(step, -max_retries); }
+  /// The longest step with a tolerance [s].
+  double longest_step() const { return std::max(step, max_step.value_or(step)); }
+};
+
+void describe(OptionTable& table, TimeOptions& options);
+
+/// External force on the sheet.
+struct ForceOptions {
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< [m/s^2]
+  double damping = 2;                    ///< of the velocities [1/s]
+};
+
+void describe(OptionTable& table, ForceOptions& options);
+
+/// Everything that a deck can say.
+struct Options {
+  std::string chain = "burn";           ///< burn or inflate
+  std::string dynamics = "projection";  ///< projection or spring
+  MeshOptions mesh;
+  bool mesh_only = false;  ///< write the mesh and end
+  SheetOptions sheet;
+  TimeOptions time;
+  HeatOptions heat;
+  CombustionOptions combustion;
+  AblationOptions ablation;
+  ForceOptions force;
+  ProjectOptions project;
+  SpringOptions spring;
+  PrismOptions prism;
+  WallOptions wall;
+  VolumeOptions volume;
+  GasOptions gas;
+  std::map<std::string, ChamberOptions> chambers;
+  ContactOptions contact;
+  std::map<std::string, AttachmentOptions> attachments;
+  std::map<std::string, PushOptions> forces;
+  std::map<std::string, SymmetryOptions> symmetry;
+  std::map<std::string, BodyOptions> bodies;
+  std::map<std::string, PinOptions> pins;
+  OutputOptions output;
+};
+
+void describe(OptionTable& table, Options& options);
+
+}  // namespace pellicle

@@ -1,0 +1,132 @@
+#include "world/step_control.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "base/error.h"
+#include "base/stop_signal.h"
+
+namespace pellicle {
+
+namespace {
+
+/// A time within rounding of a whole number of steps becomes that number of steps: sums of steps drift.
+double without_drift(double time, double step) {
+  const double whole = std::round(time / step) * step;
+  return std::abs(time - whole) < 1e-9 * step ? whole : time;
+}
+
+/// Length of the next step [s].
+/// @param h length of the last step @param length what it would have been if no frame or end had cut it short
+double next_length(double h, double length, const StepResult& step, const TimeOptions& options) {
+  if (options.tolerance == 0) {
+    return std::min(2 * h, options.step);
+  }
+  // The error of a step of the implicit Euler method grows with h^2.
+  const double wanted = 0.9 * std::sqrt(options.tolerance / step.step_error.value()) * h;
+  return std::clamp(std::clamp(wanted, 0.5 * h, std::max(2 * h, length)), options.shortest_step(),
+                    options.longest_step());
+}
+
+/// Writes the row of a step, and its frame if it is asked for. What fails does not keep the rest from being written.
+/// @throws Error, the first fault, when as much of the state is kept as is possible
+void write_step(Chain& chain, bool with_frame, double h, int retries) {
+  std::string fault;
+  const auto succeeds = [&fault](const std::function<void()>& work) {
+    try {
+      work();
+      return true;
+    } catch (const Error& error) {
+      fault = fault.empty() ? error.what() : fault;
+      return false;
+    }
+  };
+  bool is_drawn = with_frame && succeeds([&] { chain.draw(); });
+  succeeds([&] { chain.record(h, retries); });
+  if (fault.empty()) {
+    return;
+  }
+  is_drawn = is_drawn || succeeds([&] { chain.draw(); });
+  throw Error(fault + "; ended at " + time_text(chain.time()) + " after step " + std::to_string(chain.step()) +
+              (is_drawn ? ", the last frame" : ", of which there is no frame"));
+}
+
+}  // namespace
+
+void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock) {
+  const auto is_last = [&] {
+    return !chain.ended().empty() || chain.time() >= options.end - 1e-9 * options.step ||
+           (options.max_steps > 0 && chain.step() >= options.max_steps);
+  };
+  const auto tell_remarks = [&] {
+    for (const std::string& line : chain.remarks()) {
+      console.tell(line);
+    }
+  };
+  double length = options.step;  // before it is cut to end at a frame or at the end of the run
+  int last_drawn = chain.step();
+  defer_stop_signals();
+  while (!is_last()) {
+    clock.start_lap();
+    chain.keep();
+    double h = std::min(length, options.end - chain.time());
+    if (options.tolerance > 0) {
+      const std::optional<double> frame = chain.next_frame_time();
+      if (frame && *frame - chain.time() > 1e-9 * options.step) {
+        h = std::min(h, *frame - chain.time());
+      }
+    }
+    int retries = 0;
+    StepResult step = chain.advance(h);
+    int signal = stop_signal();
+    while (!step.converged && h / 2 >= options.shortest_step() && signal == 0) {
+      chain.restore();
+      h /= 2;
+      console.tell("step " + std::to_string(chain.step() + 1) + " at time " + time_text(chain.time()) +
+                   " failed: " + step.reason + "; tried again with " + time_text(h));
+      length = h;
+      ++retries;
+      step = chain.advance(h);
+      signal = stop_signal();
+    }
+    if (!step.converged) {
+      chain.restore();
+      std::string kept = "; the state before it is the last frame";
+      try {
+        if (last_drawn != chain.step()) {
+          chain.draw();
+        }
+      } catch (const Error& error) {
+        kept = std::string("; of the state before it there is no frame: ") + error.what();
+      }
+      tell_remarks();
+      const std::string failure = "step " + std::to_string(chain.step() + 1) + " at time " +
+                                  std::to_string(chain.time()) + " s failed, down to a length of " + time_text(h) +
+                                  ": " + step.reason;
+      if (signal != 0) {
+        throw Interrupted(signal, "ended by " + signal_name(signal) + " when " + failure + kept);
+      }
+      throw Error(failure + kept);
+    }
+    chain.accept(without_drift(chain.time(), options.step));
+    const bool with_frame = is_last() || chain.frame_due() || signal != 0;
+    write_step(chain, with_frame, h, retries);
+    last_drawn = with_frame ? chain.step() : last_drawn;
+    const double share =
+        std::max(chain.time() / options.end, options.max_steps > 0 ? chain.step() / double(options.max_steps) : 0.0);
+    console.progress({chain.step(), chain.time(), std::min(1.0, share), step.iterations, step.figures});
+    length = next_length(h, length, step, options);
+    if (signal != 0 && !is_last()) {
+      tell_remarks();
+      throw Interrupted(signal, "ended by " + signal_name(signal) + " at " + time_text(chain.time()) + " after step " +
+                                    std::to_string(chain.step()) + ", which is the last frame and row");
+    }
+  }
+  if (!chain.ended().empty()) {
+    console.tell("ended at " + time_text(chain.time()) + ": " + chain.ended());
+  }
+  tell_remarks();
+}
+
+}  // namespace pellicle

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "io/console.h"
+#include "world/options.h"
+
+namespace pellicle {
+
+/// What a chain says of a step that it tried. The same on every rank.
+struct StepResult {
+  bool converged = true;
+  std::string reason;                ///< in words, when it did not converge
+  int iterations = 0;                ///< linear iterations of all stages
+  std::string figures;               ///< what the progress line says besides, such as "|C| 1.2e-05 m"
+  std::optional<double> step_error;  ///< estimated error of the step, a share of the sheet's size; none: no estimate
+};
+
+/// A chain of stages together with its state and its output, as the step control sees it. All calls are collective.
+class Chain {
+ public:
+  virtual ~Chain() = default;
+
+  virtual double time() const = 0;  ///< of the state [s]
+  virtual int step() const = 0;     ///< accepted steps
+
+  /// Moves the state from time() to time() + h [s]. When it does not converge, time() and step() stay and the rest of
+  /// the state may be anything.
+  virtual StepResult advance(double h) = 0;
+  /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
+  virtual void accept(double time) = 0;
+  /// Keeps a copy of the state ...
+  virtual void keep() = 0;
+  /// ... and puts it back.
+  virtual void restore() = 0;
+
+  /// Why the run is over before its time; empty while it is not.
+  virtual std::string ended() const { return ""; }
+
+  /// What the end of the run's log says of the run as a whole, such as steps that ended out of balance.
+  virtual std::vector<std::string> remarks() const { return {}; }
+
+  /// Whether a frame of the present state is asked for.
+  virtual bool frame_due() const = 0;
+  /// The time of the next frame [s], where frames come by time; adaptive steps end there.
+  virtual std::optional<double> next_frame_time() const = 0;
+  /// Writes a frame. The first one makes the output folder.
+  virtual void draw() = 0;
+  /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
+  virtual void record(double h, int retries) = 0;
+};
+
+/// Steps a chain to the end of the run, or until it has ended by itself: the first frame and row are the caller's.
+///
+/// A step that fails is put back and tried again with half its length, down to `time.step` halved `time.max_retries`
+/// times: however hard a run becomes, its steps do not die away. Afterwards the length doubles up to `time.step`. With
+/// `time.tolerance` > 0 the next length follows from the estimated error e of the step instead, h times
+/// sqrt(tolerance/e), within the bounds of the options. Collective.
+/// A signal that is to end the run (see stop_signal.h) ends it after the step in which it came, whose frame and row are
+/// written.
+/// @throws Error when a step failed at every length tried, after the last good state has been drawn; or when a frame or
+/// row could not be written, after the other one has been; Interrupted, on a signal
+void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock);
+
+}  // namespace pellicle

@@ -1,0 +1,139 @@
+#include "solvers/ksp.h"
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "tests/support/solver_options.h"
+
+namespace pellicle {
+namespace {
+
+/// 2 on the diagonal and -1 beside it, or -2, which leaves it indefinite, with a right-hand side of ones.
+struct Chain {
+  static constexpr PetscInt size = 40;
+
+  explicit Chain(double beside = -1) {
+    check(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, size, size, 3, nullptr, 2, nullptr,
+                       matrix.create()));
+    PetscInt first = 0;
+    PetscInt end = 0;
+    check(MatGetOwnershipRange(matrix, &first, &end));
+    for (PetscInt i = first; i < end; ++i) {
+      check(MatSetValue(matrix, i, i, 2, INSERT_VALUES));
+      for (const PetscInt j : {i - 1, i + 1}) {
+        if (j >= 0 && j < size) {
+          check(MatSetValue(matrix, i, j, beside, INSERT_VALUES));
+        }
+      }
+    }
+    check(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
+    check(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+    check(MatCreateVecs(matrix, x.create(), b.create()));
+    check(VecSet(b, 1));
+  }
+
+  /// With options, given without their prefix "chain_".
+  LinearResult solve(const std::vector<std::pair<std::string, std::string>>& given) {
+    SolverOptions options;
+    for (const auto& [name, value] : given) {
+      options.set("chain_" + name, value);
+    }
+    const KspHandle ksp = make_ksp(matrix, matrix, "chain_", {KSPCG, PCBJACOBI, 1e-10});
+    return pellicle::solve(ksp, b, x);
+  }
+
+  double residual() const {
+    VecHandle left;
+    double norm = 0;
+    check(VecDuplicate(b, left.create()));
+    check(MatMult(matrix, x, left));
+    check(VecAXPY(left, -1, b));
+    check(VecNorm(left, NORM_2, &norm));
+    return norm;
+  }
+
+  MatHandle matrix;
+  VecHandle x;
+  VecHandle b;
+};
+
+TEST(Ksp, a_factorisation_alone_solves) {
+  Chain chain;
+  const LinearResult result =
+      chain.solve({{"ksp_type", "preonly"}, {"pc_type", "lu"}, {"pc_factor_mat_solver_type", "mumps"}});
+  EXPECT_TRUE(result.converged) << result.reason;
+  EXPECT_LT(chain.residual(), 1e-10);
+}
+
+TEST(Ksp, what_tests_no_residual_is_tested) {
+  const std::vector<std::vector<std::pair<std::string, std::string>>> untested{
+      {{"ksp_type", "preonly"}, {"pc_type", "jacobi"}},
+      {{"ksp_convergence_test", "skip"}, {"ksp_max_it", "3"}, {"pc_type", "jacobi"}},
+      {{"ksp_type", "richardson"}, {"pc_type", "sor"}, {"ksp_norm_type", "none"}, {"ksp_max_it", "2"}}};
+  for (const auto& options : untested) {
+    Chain chain;
+    const LinearResult result = chain.solve(options);
+    EXPECT_GT(chain.residual(), 0.01) << "or there is nothing to find";
+    EXPECT_FALSE(result.converged) << options.front().second;
+  }
+  Chain chain;
+  EXPECT_NE(chain.solve(untested.front()).reason.find("chain_ (preonly) does not solve"), std::string::npos);
+}
+
+TEST(Ksp, a_direction_of_negative_curvature_is_no_solution) {
+  for (const char* type : {"cg", "stcg"}) {
+    Chain chain(-2);
+    const LinearResult result = chain.solve({{"ksp_type", type}, {"pc_type", "none"}});
+    EXPECT_FALSE(result.converged) << type;
+  }
+}
+
+/// What make_ksp says to an option.
+std::string refusal(const std::string& prefix, const std::vector<std::pair<std::string, std::string>>& given) {
+  SolverOptions options;
+  for (const auto& [name, value] : given) {
+    options.set(name, value);
+  }
+  Chain chain;
+  try {
+    make_ksp(chain.matrix, chain.matrix, prefix, {});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Ksp, refusals_name_what_was_given_and_what_is_wrong_with_it) {
+  EXPECT_EQ(refusal("chain_", {{"chain_pc_type", "jacoby"}}),
+            "-chain_pc_type jacoby: this PETSc has no such preconditioner, nearest: jacobi");
+  const std::string missing =
+      refusal("chain_", {{"chain_pc_type", "lu"}, {"chain_pc_factor_mat_solver_type", "strumpack"}});
+  EXPECT_EQ(missing.find("-chain_pc_factor_mat_solver_type strumpack: this PETSc has no such solver package"), 0U)
+      << missing;
+  const std::string other =
+      refusal("chain_", {{"chain_pc_type", "cholesky"}, {"chain_pc_factor_mat_solver_type", "umfpack"}});
+  EXPECT_EQ(other.find("-chain_pc_factor_mat_solver_type umfpack: this package has no cholesky for a matrix"), 0U)
+      << other;
+  EXPECT_EQ(refusal("chain_", {{"chain_pc_type", "fieldsplit"}}).find("-chain_pc_type fieldsplit: the unknowns are"),
+            0U);
+  // Of a general prefix what was given is named, not the variant that it was handed to.
+  EXPECT_EQ(refusal("chain_red_", {{"chain_pc_type", "bddc"}, {"chain_red_pc_type", "bddc"}}).find("-chain_pc_type"),
+            0U);
+  EXPECT_EQ(refusal("chain_red_", {{"chain_pc_type", "icc"}, {"chain_red_pc_type", "bddc"}}).find("-chain_red_pc_type"),
+            0U);
+}
+
+TEST(Ksp, what_petsc_refuses_in_the_solve_is_the_options_fault) {
+  Chain chain;
+  keep_petsc_messages();  // as the program does; PETSc's own handler ends every rank but the first
+  try {
+    chain.solve({{"pc_type", "composite"}});
+    ADD_FAILURE() << "solved";
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()).find("-chain_pc_type composite: PETSc: "), 0U) << error.what();
+  }
+  check(PetscPopErrorHandler());
+}
+
+}  // namespace
+}  // namespace pellicle

@@ -1,0 +1,298 @@
+// Every column of a balloon's history against a value that this test works out by itself, from the mesh and from the
+// positions and velocities of all ranks by persistent id.
+
+#include "world/balloon_ledger.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "meshing/closed_shapes.h"
+#include "tests/io/files.h"
+#include "tests/support/balls.h"
+#include "tests/support/csv.h"
+#include "tests/support/run_folder.h"
+#include "tests/world/tables.h"
+#include "world/inflate_run.h"
+
+namespace pellicle::balloon_ledger_test {
+namespace {
+
+constexpr double h = 4e-3;  // [s]
+constexpr double ambient = 9e4;
+constexpr double density = 1200;
+constexpr double damping = 10;  // [1/s]
+
+/// A ball of thin wall beside a small one of thick wall.
+SurfaceMesh two_balls() { return joined(icosphere_mesh(1, 0.05), icosphere_mesh(0, 0.03), {0.2, 0, 0}); }
+
+constexpr double thickness_of(bool is_small) { return is_small ? 5e-4 : 3e-4; }
+
+Options options_of(const std::string& rule) {
+  Options options;
+  options.force.gravity = {1, 2, -9.81};
+  options.gas.ambient_pressure = ambient;
+  options.wall.thickness = thickness_of(false);
+  options.wall.density = density;
+  options.wall.thickness_rule = rule;
+  options.wall.material.law = rule == "fixed" ? "st_venant_kirchhoff" : "neo_hookean";
+  options.wall.material.mu = 4e5;
+  options.wall.material.lambda = 1e5;
+  RegionOptions& small = options.wall.regions["small"];
+  small.box = {0.1, -1, -1, 1, 1, 1};
+  small.thickness = thickness_of(true);
+  ChamberOptions& big = options.chambers["big"];
+  big.vertex = 0;
+  big.law = "isothermal";
+  big.amount_ratio = {{0, 1.01}, {4 * h, 1.31}};
+  big.temperature = {{0, 310}};
+  ChamberOptions& other = options.chambers["small"];
+  other.law = "adiabatic";
+  other.amount_ratio = {{0, 1.02}, {4 * h, 1.62}};
+  other.temperature = {{0, 280}};
+  options.prism.mass_damping = damping;
+  options.prism.newton = "fixed";
+  options.prism.max_iterations = 1;
+  options.prism.ksp_rtol = 1e-12;
+  return options;
+}
+
+/// Values of all ranks by the mesh's numbers of the points, (3 x points). Collective.
+Eigen::Matrix3Xd by_point(const Membrane& membrane, const Eigen::Matrix3Xd& values, std::size_t points) {
+  Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(points));
+  for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
+    all.col(membrane.persistent_id[static_cast<std::size_t>(i)]) = values.col(i);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, membrane.comm());
+  return all;
+}
+
+class BalloonTable : public ::testing::TestWithParam<std::string> {
+ protected:
+  BalloonTable()
+      : mesh_(two_balls()),
+        options_(options_of(GetParam())),
+        membrane_(make_membrane(PETSC_COMM_WORLD, mesh_, options_.sheet)),
+        clock_(Inflate::stage_names()),
+        chain_(membrane_, options_, clock_),
+        state_(chain_.initial_state()),
+        rest_(by_point(membrane_, membrane_.rest, mesh_.points.size())) {
+    for (const auto& face : mesh_.faces) {
+      for (const int point : face) {
+        mass_[point] += density * thickness_of(is_small(face)) * area(rest_, face).norm() / 3;
+      }
+    }
+  }
+
+  bool is_small(const std::vector<int>& face) const { return rest_(0, face[0]) > 0.1; }
+
+  static Eigen::Vector3d corner(const Eigen::Matrix3Xd& x, const std::vector<int>& face, std::size_t k) {
+    return x.col(face[k]);
+  }
+
+  static Eigen::Vector3d area(const Eigen::Matrix3Xd& x, const std::vector<int>& face) {
+    return (corner(x, face, 1) - corner(x, face, 0)).cross(corner(x, face, 2) - corner(x, face, 0)) / 2;
+  }
+
+  /// Trace and determinant of the in-plane right Cauchy-Green tensor of a face.
+  Eigen::Vector2d stretch(const Eigen::Matrix3Xd& x, const std::vector<int>& face) const {
+    const auto metric = [&](const Eigen::Matrix3Xd& places) {
+      Eigen::Matrix<double, 3, 2> edges;
+      edges << corner(places, face, 1) - corner(places, face, 0), corner(places, face, 2) - corner(places, face, 0);
+      return Eigen::Matrix2d(edges.transpose() * edges);
+    };
+    const Eigen::Matrix2d c = metric(rest_).inverse() * metric(x);
+    return {c.trace(), c.determinant()};
+  }
+
+  /// Thickness of a face at positions, by the rule.
+  double thickness(const Eigen::Matrix3Xd& x, const std::vector<int>& face) const {
+    const double ratio = GetParam() == "fixed" ? 1 : area(rest_, face).norm() / area(x, face).norm();
+    return thickness_of(is_small(face)) * ratio;
+  }
+
+  double energy_density(const Eigen::Matrix3Xd& x, const std::vector<int>& face) const {
+    const Eigen::Vector2d c = stretch(x, face);
+    if (GetParam() == "fixed") {  // mu E:E + lambda/2 (tr E)^2 with E = (C - 1)/2, nothing across the wall
+      const double trace = (c[0] - 2) / 2;
+      const double squares = (c[0] * c[0] - 2 * c[1] - 2 * c[0] + 2) / 4;
+      return 4e5 * squares + 1e5 / 2 * trace * trace;
+    }
+    return 4e5 / 2 * (c[0] + 1 / c[1] - 3);  // mu/2 (I1 - 3)
+  }
+
+  double volume(const Eigen::Matrix3Xd& x, bool small) const {
+    double sum = 0;
+    for (const auto& face : mesh_.faces) {
+      if (is_small(face) == small) {
+        sum += corner(x, face, 0).dot(corner(x, face, 1).cross(corner(x, face, 2))) / 6;
+      }
+    }
+    return sum;
+  }
+
+  /// Collective. @param before of the last row, or the present one
+  TableRow row(const BalloonState& state, const Eigen::Matrix3Xd& before, const InflateStep& step,
+               const StageClock& written) const {
+    const Eigen::Matrix3Xd x = by_point(membrane_, state.position.values(), mesh_.points.size());
+    const Eigen::Matrix3Xd v = by_point(membrane_, state.velocity.values(), mesh_.points.size());
+    const Eigen::Vector2d v0(volume(rest_, false), volume(rest_, true));
+    const Eigen::Vector2d now(volume(x, false), volume(x, true));
+    const Eigen::Vector2d filled(1.01 + 0.3 * state.time / (4 * h), 1.02 + 0.6 * state.time / (4 * h));
+    const Eigen::Vector2d temperature(310, 280 * std::pow(v0[1] / now[1], 0.4));
+    const Eigen::Vector2d amount(filled[0] * ambient * v0[0] / (8.31446261815324 * 310),
+                                 filled[1] * ambient * v0[1] / (8.31446261815324 * 280));
+    const Eigen::Vector2d absolute(filled[0] * ambient * v0[0] / now[0],
+                                   filled[1] * ambient * std::pow(v0[1] / now[1], 1.4));
+    const auto mean = [&](const Eigen::Vector2d& values) { return values.dot(now) / now.sum(); };
+    double rubber = 0;
+    double initial_rubber = 0;
+    double elastic = 0;
+    double inverted = 0;
+    double thinnest = HUGE_VAL;
+    double thickest = 0;
+    for (const auto& face : mesh_.faces) {
+      const double initial = area(rest_, face).norm() * thickness_of(is_small(face));
+      const double here = thickness(x, face);
+      initial_rubber += initial;
+      rubber += area(x, face).norm() * here;
+      elastic += initial * energy_density(x, face);
+      inverted += area(x, face).dot(area(before, face)) < 0 ? 1 : 0;
+      thinnest = std::min(thinnest, here);
+      thickest = std::max(thickest, here);
+    }
+    TableRow row{{"time", state.time},
+                 {"step", state.step},
+                 {"time_step", state.step == 0 ? 0 : h},
+                 {"retries", state.step % 3},
+                 {"gas_volume", now.sum()},
+                 {"gas_volume_ratio", now.sum() / v0.sum()},
+                 {"gas_pressure", mean(absolute) - ambient},
+                 {"gas_absolute_pressure", mean(absolute)},
+                 {"gas_amount", amount.sum()},
+                 {"gas_temperature", mean(temperature)},
+                 {"rubber_volume_ratio", rubber / initial_rubber},
+                 {"thickness_min", thinnest},
+                 {"thickness_max", thickest},
+                 {"inverted_elements", inverted},
+                 {"newton_iterations", state.step == 0 ? 0 : 1},
+                 {"linear_iterations", step.linear_iterations},
+                 {"concave_iterations", step.concave_iterations},
+                 {"elastic_energy", elastic},
+                 {"kinetic_energy", mass_.dot(v.colwise().squaredNorm()) / 2},
+                 {"momentum_x", mass_.dot(v.row(0))},
+                 {"momentum_y", mass_.dot(v.row(1))},
+                 {"momentum_z", mass_.dot(v.row(2))},
+                 {"gas_volume_big", now[0]},
+                 {"gas_volume_small", now[1]},
+                 {"gas_pressure_big", absolute[0] - ambient},
+                 {"gas_pressure_small", absolute[1] - ambient}};
+    add_seconds(row, written);
+    return row;
+  }
+
+  /// Norm of the forces that are left over at a state, with the gas at its pressure [N], and that over the largest norm
+  /// of one kind of force. Collective.
+  /// @param start positions and velocities at the beginning of the step
+  std::pair<double, double> residual(const BalloonState& start) const {
+    Eigen::Matrix3Xd wall = Eigen::Matrix3Xd::Zero(3, membrane_.particles.owned);
+    Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, membrane_.particles.owned);
+    chain_.elements().add_force(state_.position, start.thickness_ratio, wall);
+    for (int chamber = 0; chamber < 2; ++chamber) {
+      gas += state_.pressure[chamber] * chain_.chambers().volume_gradient(chamber, state_.position);
+    }
+    Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();  // all together, then each kind
+    for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
+      const double m = mass_[membrane_.persistent_id[static_cast<std::size_t>(i)]];
+      const Eigen::Vector3d way = state_.position.vector(i) - start.position.vector(i);
+      Eigen::Matrix<double, 3, 5> forces;
+      forces << wall.col(i), gas.col(i), m * options_.force.gravity,
+          -m / (h * h) * (way - h * start.velocity.vector(i)), -m * damping / h * way;
+      squares[0] += forces.rowwise().sum().squaredNorm();
+      squares.tail<5>() += forces.colwise().squaredNorm().transpose();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, squares.data(), 6, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return {std::sqrt(squares[0]), std::sqrt(squares[0] / squares.tail<5>().maxCoeff())};
+  }
+
+  SurfaceMesh mesh_;
+  Options options_;
+  Membrane membrane_;
+  StageClock clock_;
+  Inflate chain_;
+  BalloonState state_;
+  Eigen::Matrix3Xd rest_;
+  Eigen::RowVectorXd mass_ = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(two_balls().points.size()));
+};
+
+INSTANTIATE_TEST_SUITE_P(Rules, BalloonTable, ::testing::Values("incompressible", "fixed"),
+                         [](const auto& info) { return info.param; });
+
+TEST_P(BalloonTable, HasWhatTheStateSays) {
+  const TestFolder folder;
+  options_.output.directory = folder / "out";
+  options_.output.name = "balls";
+  StageClock clock(Inflate::stage_names());
+  RunFolder run_folder(options_.output);
+  InflateRun run(membrane_, options_, run_folder.output, clock);
+  run.draw();
+  run.record(0, 0);
+  std::vector<TableRow> history{row(state_, rest_, {}, clock)};
+  history.back()["residual"] = history.back()["relative_residual"] = 0;
+  for (int k = 1; k <= 3; ++k) {
+    clock.start_lap();
+    run.keep();
+    ASSERT_TRUE(run.advance(h).converged);
+    run.accept(run.time());
+    run.record(h, k % 3);
+
+    BalloonState start(membrane_, 2);
+    start = state_;
+    const InflateStep step = chain_.advance(state_, h);
+    ASSERT_TRUE(step.converged) << step.reason;
+    history.push_back(row(state_, by_point(membrane_, start.position.values(), mesh_.points.size()), step, clock));
+    std::tie(history.back()["residual"], history.back()["relative_residual"]) = residual(start);
+    EXPECT_GT(history.back()["residual"], 1e-6) << "too small to be told from rounding";
+  }
+  EXPECT_GT(history.back().at("gas_volume_ratio"), 1.02);
+  MPI_Barrier(PETSC_COMM_WORLD);
+  expect_table(read_csv(options_.output.directory + "/history.csv"), history, 1e-10);
+}
+
+TEST_P(BalloonTable, CountsWhatTurnedOverSinceItsLastRow) {
+  const TestFolder folder;
+  options_.output.directory = folder / "out";
+  options_.output.name = "balls";
+  RunFolder run_folder(options_.output);
+  run_folder.output.start();
+  BalloonLedger ledger(run_folder.output, chain_, clock_);
+  std::vector<TableRow> history;
+  Eigen::Matrix3Xd before = rest_;
+  for (int k = 0; k < 3; ++k) {
+    ledger.add(state_, {}, k == 0 ? 0 : h, k % 3);
+    history.push_back(row(state_, before, {}, clock_));
+    for (const char* name : {"newton_iterations", "residual", "relative_residual"}) {
+      history.back()[name] = 0;
+    }
+    before = by_point(membrane_, state_.position.values(), mesh_.points.size());
+    ++state_.step;
+    // A vertex goes through the big ball to beyond the other side, and stays there.
+    for (PetscInt i = 0; i < membrane_.particles.local() && k == 0; ++i) {
+      if (membrane_.persistent_id[static_cast<std::size_t>(i)] == 3) {
+        state_.position.vector(i) *= -1.5;
+      }
+    }
+    chain_.elements().update_thickness(state_.position, state_.thickness_ratio);
+  }
+  EXPECT_GT(history[1].at("inverted_elements"), 2);
+  EXPECT_EQ(history[2].at("inverted_elements"), 0);
+  MPI_Barrier(PETSC_COMM_WORLD);
+  expect_table(read_csv(options_.output.directory + "/history.csv"), history, 1e-10);
+}
+
+}  // namespace
+}  // namespace pellicle::balloon_ledger_test

@@ -1,0 +1,493 @@
+#include "world/burn.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "heat/heat_balance.h"
+#include "surface/shell.h"
+#include "tests/support/by_id.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/solver_options.h"
+#include "tests/support/state_values.h"
+
+namespace pellicle::burn_test {
+namespace {
+
+constexpr double edge = 0.1;
+constexpr double step_length = 2e-3;
+
+/// A sheet hung by two corners, a hot ball that sets it alight, a body that it falls on; tight inner tolerances.
+Options burning_options(double width, double height) {
+  Options options;
+  options.sheet.thickness = 0.05;
+  options.sheet.perturbation = 0.01;
+  options.force.gravity = {0, 0, -1};
+  HeatSource ball;
+  ball.centre = {0.1, 0.1, 0};
+  ball.velocity = {1, 0.5, 0};
+  ball.radius = 0.3;
+  ball.rate = 200;
+  options.heat.sources["ball"] = ball;
+  options.heat.ksp_rtol = 1e-14;
+  options.combustion.mass_loss_rate = 0.05;
+  options.project.ksp_rtol = 1e-13;
+  options.project.max_steps = 3;
+  options.project.weight.fill(0.5);
+  options.pins["hooks"].vertices = {0, 1};
+  BodyOptions body;
+  body.centre = {width / 2, height / 2, -0.21};
+  body.radius = 0.2;
+  body.velocity = {0, 0, 1};
+  options.bodies["body"] = body;
+  return options;
+}
+
+/// A sheet, its chain and its state.
+struct Chain {
+  Chain(MPI_Comm comm, const SurfaceMesh& mesh, Options given)
+      : options(std::move(given)),
+        sheet(make_sheet(comm, mesh, options.sheet)),
+        clock(Burn::stage_names()),
+        burn(sheet, options, clock),
+        state(burn.initial_state()) {}
+
+  void advance(int steps) {
+    for (int step = 0; step < steps; ++step) {
+      const BurnStep result = burn.advance(state, step_length);
+      ASSERT_TRUE(result.converged) << "step " << step + 1 << ": " << result.reason;
+    }
+  }
+
+  double dead_triangles() const {
+    const auto& triangles = state.living.triangles;
+    return total(static_cast<double>(std::count(triangles.begin(), triangles.begin() + 4 * sheet.owned_cells, false)));
+  }
+
+  double total(double value) const {
+    MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    return value;
+  }
+
+  Options options;
+  Sheet sheet;
+  StageClock clock;
+  Burn burn;
+  State state;
+};
+
+TEST(Burn, mass_left_and_mass_burnt_are_the_initial_mass) {
+  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
+  const double initial = 0.08 * 0.8 * 0.6;  // areal density times area
+  for (int step = 0; step < 30; ++step) {
+    chain.advance(1);
+    const double left = chain.total(chain.state.mass.values().leftCols(chain.sheet.particles.owned).sum());
+    const double burnt = chain.total(chain.state.mass_burnt);
+    ASSERT_NEAR(left + burnt, initial, 1e-12 * initial) << "step " << step + 1;
+  }
+  EXPECT_GT(chain.total(chain.state.mass_burnt), 0.01 * initial);
+}
+
+TEST(Burn, lengths_and_masses_stay_when_nothing_burns) {
+  Options options = burning_options(0.8, 0.6);
+  options.combustion.ignition_temperature = 2000;  // hotter than the ball
+  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+  chain.advance(5);
+  for (const Colour colour : all_colours) {
+    EXPECT_EQ(chain.state.target_length[static_cast<std::size_t>(colour)], chain.sheet.of(colour).initial_length);
+  }
+  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
+    EXPECT_EQ(chain.state.mass.data()[i], chain.sheet.initial_mass[static_cast<std::size_t>(i)]);
+  }
+  EXPECT_EQ(chain.state.mass_burnt, 0);
+  EXPECT_EQ(chain.state.step, 5);
+  EXPECT_DOUBLE_EQ(chain.state.time, 5 * step_length);
+}
+
+TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
+  Options options = burning_options(0.8, 0.6);
+  options.heat.sources.clear();
+  options.heat.initial_temperature = 700;
+  options.heat.burning_heat = 0;
+  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+  chain.advance(3);
+  // Eq. 4: dm/m^init = -mu h (T - T^ignition) a step, eq. 5 with the density that falls linearly to the burnt one.
+  const double mass = 1 - 3 * 0.05 * step_length * 200;
+  const double density = 1 - (1 - 320.0 / 800.0) * (1 - mass) / (1 - 0.3);
+  for (const Colour colour : all_colours) {
+    const SpringSet& springs = chain.sheet.of(colour);
+    for (std::size_t s = 0; s < springs.ends.size(); ++s) {
+      EXPECT_NEAR(chain.state.target_length[static_cast<std::size_t>(colour)][s] / springs.initial_length[s],
+                  mass / density, 1e-12);
+    }
+  }
+}
+
+TEST(Burn, free_sheet_falls_like_a_stone) {
+  Options options = burning_options(0.8, 0.6);
+  options.pins.clear();
+  options.bodies.clear();
+  options.heat.sources.clear();
+  options.sheet.perturbation = 0;
+  options.force.damping = 3;
+  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+  const int steps = 10;
+  chain.advance(steps);
+  double speed = 0;  // eq. 8 and 9
+  double depth = 0;
+  for (int step = 0; step < steps; ++step) {
+    speed = (speed + step_length) * std::exp(-3 * step_length);
+    depth += step_length * speed;
+  }
+  const Eigen::MatrixXd moved = chain.state.position.values() - chain.sheet.rest;
+  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
+    EXPECT_LE((moved.col(i) - Eigen::Vector3d(0, 0, -depth)).norm(), 1e-12);
+    EXPECT_LE((chain.state.velocity.vector(i) - Eigen::Vector3d(0, 0, -speed)).norm(), 1e-10);
+  }
+}
+
+TEST(Burn, bodies_hold_the_sheet_whatever_keeps_its_lengths) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  for (const char* dynamics : {"projection", "spring"}) {
+    Options options = burning_options(0.8, 0.6);
+    options.pins.clear();
+    options.bodies.clear();
+    options.heat.sources.clear();
+    options.dynamics = dynamics;
+    options.bodies["floor"].shape = "plane";
+    options.bodies["floor"].point = {0, 0, -0.02};
+    options.bodies["floor"].velocity = {0, 0, 1};
+    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+    double contacts = 0;
+    for (int step = 0; step < 20; ++step) {
+      const BurnStep result = chain.burn.advance(chain.state, step_length);
+      ASSERT_TRUE(result.converged) << result.reason;
+      const double floor = chain.state.time - 0.02;
+      double touching = 0;
+      for (PetscInt i = 0; i < chain.sheet.particles.owned; ++i) {
+        const double z = chain.state.position.vector(i).z();
+        EXPECT_GE(z, floor - 1e-12) << dynamics << " step " << step;
+        touching += z < floor + 1e-12 ? 1 : 0;
+        if (z < floor + 1e-12) {
+          EXPECT_GE(chain.state.velocity.vector(i).z(), 1 - 1e-9) << dynamics << ": it does not fall into the floor";
+        }
+      }
+      EXPECT_EQ(static_cast<double>(result.contacts), touching) << dynamics << " step " << step;
+      contacts += chain.total(touching);
+    }
+    EXPECT_GT(contacts, 0) << dynamics;
+  }
+}
+
+TEST(Burn, pinned_particles_are_where_their_pins_are_at_the_end_of_the_step) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  Options options = burning_options(0.8, 0.6);
+  options.pins["hooks"].path = {{0, 0, 0, 0}, {step_length, 0, 0, 0.001}, {3 * step_length, 0.004, 0, 0}};
+  options.pins["rail"].vertices = {62};
+  options.pins["rail"].velocity = {0, 0.5, -0.25};
+  const std::vector<Eigen::Vector3d> path{{0, 0, 0.001}, {0.002, 0, 0.0005}, {0.004, 0, 0}};
+  for (const char* dynamics : {"projection", "spring"}) {
+    options.dynamics = dynamics;
+    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+    Eigen::Vector3d before(0, 0, 0);
+    for (const Eigen::Vector3d& place : path) {
+      chain.advance(1);
+      for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
+        const PetscInt id = chain.sheet.persistent_id[static_cast<std::size_t>(i)];
+        const Eigen::Vector3d rail(0, 0.5, -0.25);
+        const Eigen::Vector3d moved = id == 62 ? Eigen::Vector3d(chain.state.time * rail) : place;
+        const Eigen::Vector3d velocity = id == 62 ? rail : Eigen::Vector3d((place - before) / step_length);
+        if (id == 0 || id == 1 || id == 62) {
+          EXPECT_LE((chain.state.position.vector(i) - chain.sheet.rest.col(i) - moved).norm(), 1e-14) << id;
+          EXPECT_LE((chain.state.velocity.vector(i) - velocity).norm(), 1e-10) << id;
+        }
+      }
+      before = place;
+    }
+  }
+}
+
+// The projection moves no momentum between the sheet and nothing: it changes by what the lost mass carries alone.
+TEST(Burn, momentum_of_a_free_sheet_leaves_with_its_mass_alone) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  const auto drift = [](const std::string& masses) {
+    Options options = burning_options(0.8, 0.6);
+    options.pins.clear();
+    options.bodies.clear();
+    options.force.gravity.setZero();
+    options.force.damping = 0;
+    options.combustion.mass_loss_rate = 0.5;
+    options.ablation.loss_mass = 0.6;
+    if (!masses.empty()) {
+      options.project.masses = masses;
+    }
+    Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
+    chain.state.velocity.values().row(2) = 3 * chain.sheet.rest.row(0);  // It turns.
+    const auto momentum = [&chain](const Eigen::MatrixXd& mass, const Eigen::MatrixXd& velocity) {
+      const PetscInt owned = chain.sheet.particles.owned;
+      Eigen::Vector3d sum = velocity.leftCols(owned) * mass.leftCols(owned).transpose();
+      MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+      return sum;
+    };
+    Eigen::Vector3d expected = momentum(chain.state.mass.values(), chain.state.velocity.values());
+    const double initial_mass = chain.state.mass.values().sum();
+    for (int step = 0; step < 30; ++step) {
+      const Eigen::MatrixXd mass = chain.state.mass.values();
+      const Eigen::MatrixXd velocity = chain.state.velocity.values();
+      chain.advance(1);
+      expected += momentum(chain.state.mass.values() - mass, velocity);
+    }
+    EXPECT_LT(chain.state.mass.values().sum(), 0.95 * initial_mass) << "too little burnt";
+    return (momentum(chain.state.mass.values(), chain.state.velocity.values()) - expected).norm() / expected.norm();
+  };
+  EXPECT_LT(drift(""), 1e-12) << "by default";
+  EXPECT_GT(drift("equal"), 1e-4) << "the paper's";
+}
+
+// The heat ledger.
+
+/// What a rank's state has, summed over the ranks.
+struct HeatLedger {
+  explicit HeatLedger(const Chain& chain)
+      : content(chain.total(
+            heat_content(chain.sheet, chain.state.mass, chain.state.temperature, chain.options.heat.capacity))),
+        in(chain.total(chain.state.heat_in)),
+        out(chain.total(chain.state.heat_out)),
+        made(chain.total(chain.state.heat_made)) {}
+  double content, in, out, made;
+};
+
+struct HeatCase {
+  std::string name;
+  std::function<void(Options&)> change;
+  double step = step_length;
+};
+
+std::vector<HeatCase> heat_cases() {
+  return {{"as_it_is", [](Options&) {}},
+          {"loose_solver", [](Options& o) { o.heat.ksp_rtol = 0.01; }},
+          {"no_conduction", [](Options& o) { o.heat.diffusivity = 0; }},
+          {"hardly_any_conduction", [](Options& o) { o.heat.diffusivity = 1e-12; }},
+          {"huge_conduction", [](Options& o) { o.heat.diffusivity = 1e6; }},
+          {"long_steps", [](Options&) {}, 10 * step_length},
+          {"short_steps", [](Options&) {}, step_length / 64},
+          {"into_the_cold",
+           [](Options& o) {
+             o.heat.emissivity = 1;
+             o.heat.convection = 300;
+             o.heat.ambient_temperature = 0;
+           }},
+          {"into_the_heat",
+           [](Options& o) {
+             o.heat.emissivity = 1;
+             o.heat.convection = 300;
+             o.heat.ambient_temperature = 1500;
+           }},
+          {"several_sources",
+           [](Options& o) {
+             o.heat.sources["cold"] = o.heat.sources.at("ball");
+             o.heat.sources["cold"].temperature = 100;
+             o.heat.sources["hot"] = o.heat.sources.at("ball");
+             o.heat.sources["hot"].temperature = 3000;
+             o.heat.sources["hot"].end_time = 0.02;
+           }},
+          {"burns_away",
+           [](Options& o) {
+             o.combustion.mass_loss_rate = 2;
+             o.ablation.loss_mass = 0.9;
+             o.combustion.min_mass = 0.8;
+           }},
+          {"tears", [](Options& o) {
+             o.ablation.strength = 5;
+             o.combustion.mass_loss_rate = 0.2;
+           }}};
+}
+
+TEST(Burn, heat_ledger_closes_whatever_the_scene) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  for (const HeatCase& c : heat_cases()) {
+    Options options = burning_options(0.8, 0.6);
+    options.heat.ksp_rtol = HeatOptions{}.ksp_rtol;
+    options.project.ksp_rtol = 1e-2;
+    options.project.max_steps = 1;
+    c.change(options);
+    Chain chain(PETSC_COMM_WORLD, irregular_mesh(6, 5, edge), options);
+    const double initial = HeatLedger(chain).content;
+    double worst = 0;
+    for (int step = 0; step < 12; ++step) {
+      const BurnStep result = chain.burn.advance(chain.state, c.step);
+      ASSERT_TRUE(result.converged) << c.name << ": " << result.reason;
+      const HeatLedger now(chain);
+      worst = std::max(worst, std::abs(now.content - initial - now.in + now.out) / now.in);
+    }
+    const HeatLedger end(chain);
+    EXPECT_GT(end.in, 1) << c.name;
+    EXPECT_LE(worst, 1e-9) << c.name;
+    EXPECT_LE(std::abs(end.made), 1e-9 * end.in) << c.name;
+    if (c.name == "burns_away" || c.name == "tears") {
+      EXPECT_GT(chain.dead_triangles(), 0) << c.name;
+    }
+  }
+}
+
+TEST(Burn, what_the_umbrella_makes_is_in_the_ledger) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  Options options = burning_options(0.8, 0.6);
+  options.heat.operator_name = "umbrella";
+  options.heat.diffusivity = 0.1;
+  Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
+  const double initial = HeatLedger(chain).content;
+  chain.advance(20);
+  const HeatLedger end(chain);
+  EXPECT_GT(std::abs(end.made), 1e-3 * end.in);
+  EXPECT_NEAR(end.content, initial + end.in - end.out + end.made, 1e-9 * end.in);
+}
+
+TEST(Burn, step_whose_heat_ledger_is_open_fails) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  for (const char* name : {"consistent", "umbrella"}) {
+    Options options = burning_options(0.8, 0.6);
+    options.heat.operator_name = name;
+    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
+    chain.advance(2);
+    chain.state.heat_out += 1e-6 * chain.state.heat_in + 1e-9;
+    const BurnStep step = chain.burn.advance(chain.state, step_length);
+    EXPECT_FALSE(step.converged) << name;
+    EXPECT_EQ(step.reason.find("the heat ledger does not close: "), 0U) << step.reason;
+    EXPECT_EQ(chain.state.step, 2);
+  }
+}
+
+// Failed steps.
+
+/// Burns so fast that a projection fails.
+Options absurd_options() {
+  Options options = burning_options(0.8, 0.6);
+  options.combustion.mass_loss_rate = 2;
+  options.project.error_limit = 0.05;
+  return options;
+}
+
+TEST(Burn, step_that_fails_says_why) {
+  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), absurd_options());
+  BurnStep step;
+  for (int k = 0; k < 20 && step.converged; ++k) {
+    step = chain.burn.advance(chain.state, step_length);
+  }
+  EXPECT_FALSE(step.converged);
+  EXPECT_NE(step.reason.find("project.error_limit"), std::string::npos) << step.reason;
+}
+
+TEST(Burn, failed_linear_solves_fail_the_step) {
+  for (const char* prefix : {"project_yellow_", "heat_"}) {
+    SolverOptions solver;
+    solver.set(std::string(prefix) + "ksp_max_it", "1");
+    Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), burning_options(0.8, 0.6));
+    const BurnStep step = chain.burn.advance(chain.state, step_length);
+    EXPECT_FALSE(step.converged);
+    EXPECT_NE(step.reason.find(prefix), std::string::npos) << step.reason;
+    EXPECT_EQ(chain.state.step, 0);
+  }
+}
+
+TEST(Burn, a_failed_step_leaves_no_trace) {
+  Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), absurd_options());
+  Chain untouched(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), absurd_options());
+  State before(chain.sheet);
+  int accepted = 0;
+  while (true) {
+    before = chain.state;
+    if (!chain.burn.advance(chain.state, step_length).converged) {
+      chain.state = before;
+      break;
+    }
+    ASSERT_LT(++accepted, 20);
+  }
+  ASSERT_GT(accepted, 0);
+  untouched.advance(accepted);
+  EXPECT_EQ(values_of(chain.state), values_of(untouched.state));
+  // Nor does the failure leave a trace elsewhere: a shorter step goes as if nothing had happened.
+  const double shorter = step_length / 64;
+  EXPECT_EQ(chain.burn.advance(chain.state, shorter).converged,
+            untouched.burn.advance(untouched.state, shorter).converged);
+  EXPECT_EQ(values_of(chain.state), values_of(untouched.state));
+}
+
+// Ranks.
+
+struct Fields {
+  explicit Fields(const Chain& chain)
+      : all{by_id(chain.sheet, chain.state.position), by_id(chain.sheet, chain.state.velocity),
+            by_id(chain.sheet, chain.state.temperature), by_id(chain.sheet, chain.state.mass)} {}
+  std::array<Eigen::MatrixXd, 4> all;
+};
+
+void expect_close(const Fields& fields, const Fields& expected, double tolerance, const std::string& what) {
+  constexpr std::array<const char*, 4> names{"position", "velocity", "temperature", "mass"};
+  for (std::size_t f = 0; f < names.size(); ++f) {
+    const double range = expected.all[f].maxCoeff() - expected.all[f].minCoeff();
+    const double difference = (fields.all[f] - expected.all[f]).cwiseAbs().maxCoeff();
+    EXPECT_LE(difference, tolerance * range) << what << ": " << names[f];
+  }
+}
+
+Fields fields_after(MPI_Comm comm, const SurfaceMesh& mesh, const Options& options, int steps) {
+  Chain chain(comm, mesh, options);
+  chain.advance(steps);
+  return Fields(chain);
+}
+
+TEST(BurnOnRanks, agree_with_one_rank_whatever_the_partitioner) {
+  const SurfaceMesh mesh = grid_mesh(8, 6, edge);
+  Options options = burning_options(0.8, 0.6);
+  const Fields alone = fields_after(PETSC_COMM_SELF, mesh, options, 20);
+  EXPECT_LT(alone.all[3].minCoeff(), 0.9 * 0.08 * edge * edge / 8) << "nothing burnt";
+  for (const char* partitioner : {"metis", "ptscotch", "simple"}) {
+    options.sheet.partitioner = partitioner;
+    expect_close(fields_after(PETSC_COMM_WORLD, mesh, options, 20), alone, 1e-9, partitioner);
+  }
+}
+
+TEST(BurnOnRanks, agree_whatever_the_matrix) {
+  const SurfaceMesh mesh = grid_mesh(8, 6, edge);
+  Options options = burning_options(0.8, 0.6);
+  options.project.mat_type = "aij";
+  const Fields assembled = fields_after(PETSC_COMM_SELF, mesh, options, 20);
+  for (const char* type : {"aij", "sell", "shell", "lines"}) {
+    options.project.mat_type = type;
+    options.heat.mat_type = std::string(type) == "shell" ? "shell" : "aij";
+    expect_close(fields_after(PETSC_COMM_WORLD, mesh, options, 20), assembled, 1e-9, type);
+  }
+}
+
+TEST(BurnOnRanks, agree_with_a_rank_that_has_nothing) {
+  const SurfaceMesh mesh = grid_mesh(3, 1, edge);
+  Options options = burning_options(0.3, 0.1);
+  const Fields alone = fields_after(PETSC_COMM_SELF, mesh, options, 20);
+  for (const char* type : {"aij", "sell", "shell", "lines"}) {
+    options.project.mat_type = type;
+    Chain chain(PETSC_COMM_WORLD, mesh, options);
+    PetscInt least = chain.sheet.owned_cells;
+    MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, PETSC_COMM_WORLD);
+    EXPECT_EQ(least == 0, ranks() > 3);
+    chain.advance(20);
+    expect_close(Fields(chain), alone, 1e-9, type);
+  }
+}
+
+}  // namespace
+}  // namespace pellicle::burn_test

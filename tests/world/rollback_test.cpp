@@ -1,0 +1,230 @@
+// A step that is put back leaves no trace: neither in the state, whatever its members, nor in what is written later.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "meshing/closed_shapes.h"
+#include "surface/shell.h"
+#include "tests/io/files.h"
+#include "tests/support/csv.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/run_folder.h"
+#include "tests/support/solver_options.h"
+#include "tests/support/state_values.h"
+#include "world/burn_run.h"
+#include "world/inflate_run.h"
+
+namespace pellicle::rollback_test {
+namespace {
+
+/// Expects that each value of a state has become another one, so that a copy put back is seen to do something.
+void expect_all_differ(const StateValues& values, const StateValues& others) {
+  for (const auto& [name, value] : values) {
+    ASSERT_FALSE(value.empty()) << name;
+    EXPECT_NE(value, others.at(name)) << name << " is as it was";
+  }
+}
+
+void spoil(Field& field) { field.values().array() += 1; }
+
+void spoil(std::vector<double>& values) { values.front() += 1; }
+
+TEST(Rollback, AssigningAStatePutsEveryMemberBack) {
+  const Sheet sheet = make_sheet(PETSC_COMM_SELF, grid_mesh(2, 1, 1), {});
+  State state(sheet);
+  state.pieces = initial_pieces(sheet);
+  const StateValues before = values_of(state);
+  State copy(sheet);
+  copy = state;
+
+  state.time = 1;
+  state.step = 1;
+  for (Field* field : {&state.position, &state.velocity, &state.temperature, &state.mass, &state.mass_change}) {
+    spoil(*field);
+  }
+  for (const Colour colour : all_colours) {
+    spoil(state.target_length[static_cast<std::size_t>(colour)]);
+    state.living.springs[static_cast<std::size_t>(colour)].front() = false;
+  }
+  state.living.triangles.front() = false;
+  state.pieces.of_particle.front() = 1;
+  state.pieces.present.push_back({1, 0.5});
+  state.pieces.next_id = 2;
+  spoil(state.burn_time);
+  state.mass_burnt = state.heat_initial = state.heat_in = state.heat_out = state.heat_made = 1;
+  expect_all_differ(values_of(state), before);
+
+  state = copy;
+  EXPECT_EQ(values_of(state), before);
+  state.position.update_ghosts();  // Its vector still is that of its values.
+  EXPECT_EQ(values_of(state), before);
+}
+
+TEST(Rollback, AssigningABalloonsStatePutsEveryMemberBack) {
+  const Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
+  BalloonState state(membrane, 2);
+  const StateValues before = values_of(state);
+  BalloonState copy(membrane, 2);
+  copy = state;
+
+  state.time = 1;
+  state.step = 1;
+  spoil(state.position);
+  spoil(state.velocity);
+  spoil(state.thickness_ratio);
+  state.pressure[1] = 1;
+  expect_all_differ(values_of(state), before);
+
+  state = copy;
+  EXPECT_EQ(values_of(state), before);
+}
+
+TEST(Rollback, AFieldOfAnotherSizeIsRefused) {
+  const Sheet sheet = make_sheet(PETSC_COMM_SELF, grid_mesh(2, 1, 1), {});
+  Field vectors(sheet.particles, 3);
+  const Field numbers_only(sheet.particles, 1);
+  EXPECT_THROW(vectors = numbers_only, std::logic_error);
+}
+
+/// What a run has written: the text of each file by its name, tables as numbers without the seconds of stages.
+struct Written {
+  explicit Written(const std::filesystem::path& folder) {
+    MPI_Barrier(MPI_COMM_WORLD);
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+      const std::string name = entry.path().lexically_relative(folder).string();
+      if (entry.path().extension() == ".csv") {
+        for (auto& [column, values] : read_csv(entry.path())) {
+          if (column.rfind("seconds_", 0) != 0) {
+            tables[name + ": " + column] = values;
+          }
+        }
+      } else if (entry.is_regular_file() && name != "run.yaml" && name != "run_files.txt") {  // which have the date
+        files[name] = file_text(entry.path().string());
+      }
+    }
+  }
+
+  std::map<std::string, std::string> files;
+  std::map<std::string, std::vector<double>> tables;
+};
+
+void accepted_step(Chain& chain, double h) {
+  const StepResult result = chain.advance(h);
+  ASSERT_TRUE(result.converged) << result.reason;
+  chain.accept(chain.time());
+  chain.record(h, 0);
+}
+
+/// Two steps of length h, then the attempts, each of which is put back, and two more steps. Frames are drawn of what
+/// has been put back and of the last state.
+void run_with_attempts(Chain& chain, double h, const std::vector<double>& attempts) {
+  chain.draw();
+  chain.record(0, 0);
+  accepted_step(chain, h);
+  accepted_step(chain, h);
+  chain.keep();
+  for (const double length : attempts) {
+    chain.advance(length);
+    chain.restore();
+  }
+  chain.draw();
+  accepted_step(chain, h);
+  accepted_step(chain, h);
+  chain.draw();
+}
+
+/// A run that puts attempts back writes what one does that makes none.
+/// @param make_and_run a run with an output folder and lengths of attempts
+template <class MakeAndRun>
+Written expect_no_trace(const MakeAndRun& make_and_run, double h) {
+  const TestFolder folder;
+  make_and_run(folder / "straight", std::vector<double>{});
+  make_and_run(folder / "attempts", std::vector<double>{h, 4 * h});
+  Written straight(folder / "straight");
+  const Written attempts(folder / "attempts");
+  EXPECT_EQ(straight.tables, attempts.tables);
+  EXPECT_GT(straight.files.size(), 4U);
+  for (const auto& [name, text] : straight.files) {
+    const auto other = attempts.files.find(name);
+    EXPECT_TRUE(other != attempts.files.end() && other->second == text) << name << " differs";
+  }
+  return straight;
+}
+
+TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  // A strip of five cells, whose fourth burns away in the third step, with what joins it to the others.
+  Options options;
+  options.sheet.thickness = 0.05;
+  options.sheet.perturbation = 0.01;
+  options.heat.convection = 100;
+  options.ablation.loss_mass = 0.5;
+  options.combustion.ignition_temperature = 900;
+  options.combustion.mass_loss_rate = 5;
+  constexpr double h = 2e-3;
+  HeatSource& ball = options.heat.sources["ball"];
+  ball.centre = {0.35, 0.05, 0};
+  ball.radius = 0.2;
+  ball.temperature = 2000;
+  ball.rate = 1000;
+  ball.start_time = 1.9 * h;
+  for (const char* dynamics : {"projection", "spring"}) {
+    options.dynamics = dynamics;
+    const Written written = expect_no_trace(
+        [&options](const std::string& out, const std::vector<double>& attempts) {
+          options.output.directory = out;
+          options.output.name = "strip";
+          StageClock clock(Burn::stage_names());
+          std::ostringstream silent;
+          Console console(PETSC_COMM_WORLD, 0, silent, false);
+          RunFolder folder(options.output);
+          BurnRun run(make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options.sheet), options, folder.output,
+                      console, clock);
+          run_with_attempts(run, h, attempts);
+        },
+        h);
+    EXPECT_EQ(written.tables.at("history.csv: pieces"), (std::vector<double>{1, 1, 1, 2, 2}));
+  }
+}
+
+void expect_no_trace_in_a_balloon(const Membrane& membrane, Options options) {
+  expect_no_trace(
+      [&](const std::string& out, const std::vector<double>& attempts) {
+        options.output.directory = out;
+        options.output.name = "ball";
+        StageClock clock(Inflate::stage_names());
+        RunFolder folder(options.output);
+        InflateRun run(membrane, options, folder.output, clock);
+        run_with_attempts(run, 5e-3, attempts);
+      },
+      5e-3);
+}
+
+TEST(Rollback, AnAttemptOfABalloonLeavesNoTrace) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  Options options;
+  options.chambers["gas"].pressure = {{0, 0}, {0.02, 2000}};
+  options.prism.stiffness_damping = 1e-3;
+  for (const char* rule : {"global", "plane_stress"}) {
+    options.wall.thickness_rule = rule;
+    const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+    expect_no_trace_in_a_balloon(membrane, options);
+  }
+}
+
+TEST(Rollback, AnAttemptAtAPrescribedVolumeLeavesNoTrace) {
+  Options options;
+  options.chambers["gas"].law = "volume";
+  options.chambers["gas"].volume_ratio = {{0, 1}, {0.05, 3}};
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+  expect_no_trace_in_a_balloon(membrane, options);
+}
+
+}  // namespace
+}  // namespace pellicle::rollback_test

@@ -1,0 +1,379 @@
+#include "world/step_control.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <sstream>
+
+#include "base/error.h"
+#include "base/stop_signal.h"
+
+namespace pellicle::step_control_test {
+namespace {
+
+/// A chain whose state is the sum of its accepted steps. It fails where the test says so, and an attempt that fails
+/// leaves rubbish behind.
+class FakeChain : public Chain {
+ public:
+  struct Row {
+    double time;
+    int step;
+    double h;
+    int retries;
+  };
+
+  double time() const override { return time_; }
+  int step() const override { return step_; }
+  StepResult advance(double h) override {
+    ++attempts;
+    sum_ += h;
+    int rank = 0;
+    int ranks = 1;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    if (attempts == signal_in_attempt && rank == ranks - 1) {
+      std::raise(SIGUSR1);
+    }
+    StepResult result;
+    if (fails_from <= time_ && time_ < fails_until && h > fails_above) {
+      sum_ = 1e30;
+      result.converged = false;
+      result.reason = "the step is too long";
+      return result;
+    }
+    result.iterations = 7;
+    result.figures = "fine";
+    if (error_factor > 0) {
+      result.step_error = error_factor * h * h;
+    }
+    time_ += h;
+    ++step_;
+    return result;
+  }
+  void accept(double time) override { time_ = time; }
+  std::string ended() const override { return time_ >= ends_at ? "nothing is left" : ""; }
+  void keep() override { kept_ = sum_; }
+  void restore() override { sum_ = kept_; }
+  bool frame_due() const override {
+    return frame_interval == 0 || std::floor(time_ / frame_interval + 1e-9) > std::floor(last_frame_ / frame_interval);
+  }
+  std::optional<double> next_frame_time() const override {
+    if (frame_interval == 0) {
+      return std::nullopt;
+    }
+    return (std::floor(time_ / frame_interval + 1e-9) + 1) * frame_interval;
+  }
+  void draw() override {
+    if (step_ == draw_fails_in_step) {
+      throw Error("the disk is full");
+    }
+    drawn.push_back(time_);
+    drawn_sum = sum_;
+    last_frame_ = time_ + 1e-12;
+  }
+  void record(double h, int retries) override {
+    if (step_ == record_fails_in_step) {
+      throw Error("history.csv was removed");
+    }
+    rows.push_back({time_, step_, h, retries});
+  }
+
+  double sum() const { return sum_; }
+
+  double fails_from = 0;   ///< [s]
+  double fails_until = 0;  ///< [s]
+  double fails_above = 0;  ///< this length [s]
+  double error_factor = 0;
+  double frame_interval = 0;
+  double ends_at = 1e30;  ///< [s]
+  int signal_in_attempt = -1;
+  int draw_fails_in_step = -1;
+  int record_fails_in_step = -1;
+  int attempts = 0;
+  double drawn_sum = 0;
+  std::vector<double> drawn;
+  std::vector<Row> rows;
+
+ private:
+  double time_ = 0;
+  int step_ = 0;
+  double sum_ = 0;
+  double kept_ = 0;
+  double last_frame_ = 0;
+};
+
+std::string run(FakeChain& chain, const TimeOptions& options, int monitor = 0) {
+  std::ostringstream stream;
+  Console console(MPI_COMM_WORLD, monitor, stream, false);
+  StageClock clock({"nothing"});
+  run_steps(chain, options, console, clock);
+  return stream.str();
+}
+
+TimeOptions options_for(double step, double end) {
+  TimeOptions options;
+  options.step = step;
+  options.end = end;
+  return options;
+}
+
+std::vector<double> lengths(const FakeChain& chain) {
+  std::vector<double> result;
+  for (const FakeChain::Row& row : chain.rows) {
+    result.push_back(row.h);
+  }
+  return result;
+}
+
+void expect_near(const std::vector<double>& values, const std::vector<double>& expected) {
+  ASSERT_EQ(values.size(), expected.size()) << testing::PrintToString(values);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    EXPECT_NEAR(values[i], expected[i], 1e-12) << i;
+  }
+}
+
+TEST(StepControl, EndsAtItsTimeWithAShorterLastStep) {
+  FakeChain chain;
+  const std::string told = run(chain, options_for(0.3, 1), 1);
+  expect_near(lengths(chain), {0.3, 0.3, 0.3, 0.1});
+  expect_near(chain.drawn, {0.3, 0.6, 0.9, 1});
+  EXPECT_DOUBLE_EQ(chain.sum(), 1);
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) {
+    EXPECT_NE(told.find("time 1          s 100.0 %"), std::string::npos) << told;
+    EXPECT_NE(told.find("iterations     7  fine"), std::string::npos) << told;
+  }
+}
+
+TEST(StepControl, EndsAfterItsSteps) {
+  FakeChain chain;
+  TimeOptions options = options_for(0.1, 100);
+  options.max_steps = 5;
+  run(chain, options);
+  EXPECT_EQ(chain.step(), 5);
+}
+
+TEST(StepControl, EndsBeforeItsTimeWithTheReason) {
+  FakeChain chain;
+  chain.ends_at = 0.45;
+  chain.frame_interval = 10;
+  const std::string told = run(chain, options_for(0.1, 1));
+  EXPECT_EQ(chain.step(), 5);
+  expect_near(chain.drawn, {0.5});
+  EXPECT_EQ(chain.rows.size(), 5U);
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  EXPECT_EQ(told, rank == 0 ? "ended at 0.5 s: nothing is left\n" : "");
+}
+
+TEST(StepControl, TimesDoNotDrift) {
+  FakeChain chain;
+  run(chain, options_for(0.1, 10));
+  EXPECT_EQ(chain.step(), 100);
+  for (const FakeChain::Row& row : chain.rows) {
+    EXPECT_EQ(row.time, row.step * 0.1);
+  }
+}
+
+TEST(StepControl, HalvesAStepThatFailsAndDoublesAgain) {
+  FakeChain chain;
+  chain.fails_from = 0.75;
+  chain.fails_until = 1.3;
+  chain.fails_above = 0.3;
+  run(chain, options_for(1, 4));
+  // The first step begins at 0, before the trouble; the second fails at 1 and at 0.5.
+  expect_near(lengths(chain), {1, 0.25, 0.25, 0.5, 1, 1});
+  EXPECT_DOUBLE_EQ(chain.sum(), 4) << "what a failed attempt left was not put back";
+  EXPECT_EQ(chain.rows[1].retries, 2);
+  EXPECT_EQ(chain.rows[2].retries, 1);
+  EXPECT_EQ(chain.rows[3].retries, 0);
+  EXPECT_EQ(chain.attempts, 6 + 3);
+}
+
+TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
+  FakeChain chain;
+  chain.fails_from = 1.5;
+  chain.fails_until = 9;
+  chain.frame_interval = 10;
+  TimeOptions options = options_for(1, 4);
+  options.max_retries = 3;
+  try {
+    run(chain, options);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "step 3 at time 2.000000 s failed, down to a length of 0.125 s: the step is too long; the state before "
+        "it is the last frame");
+  }
+  EXPECT_EQ(chain.attempts, 2 + 4);
+  expect_near(chain.drawn, {2});
+  EXPECT_DOUBLE_EQ(chain.drawn_sum, 2);
+  EXPECT_EQ(chain.rows.size(), 2U);
+}
+
+/// The message of the Error with which a run ends, or "no Error".
+std::string fault_of(FakeChain& chain, const TimeOptions& options) {
+  try {
+    run(chain, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no Error";
+}
+
+TEST(StepControl, TellsEveryStepThatIsHalvedAndWhy) {
+  FakeChain chain;
+  chain.fails_from = 0.75;
+  chain.fails_until = 1.3;
+  chain.fails_above = 0.3;
+  const std::string told = run(chain, options_for(1, 4));
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  EXPECT_EQ(told, rank > 0 ? ""
+                           : "step 2 at time 1 s failed: the step is too long; tried again with 0.5 s\n"
+                             "step 2 at time 1 s failed: the step is too long; tried again with 0.25 s\n"
+                             "step 3 at time 1.25 s failed: the step is too long; tried again with 0.25 s\n");
+}
+
+TEST(StepControl, ASignalToAnyRankEndsTheRunAfterItsStep) {
+  catch_stop_signals(0);
+  FakeChain chain;
+  chain.frame_interval = 10;
+  chain.signal_in_attempt = 3;
+  try {
+    run(chain, options_for(0.5, 4));
+    FAIL() << "no error";
+  } catch (const Interrupted& interrupted) {
+    EXPECT_EQ(interrupted.signal(), SIGUSR1);
+    EXPECT_STREQ(interrupted.what(), "ended by SIGUSR1 at 1.5 s after step 3, which is the last frame and row");
+  }
+  expect_near(chain.drawn, {1.5});
+  EXPECT_EQ(chain.rows.size(), 3U);
+  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
+}
+
+TEST(StepControl, ASignalEndsTheSearchForAShorterStep) {
+  catch_stop_signals(0);
+  FakeChain chain;
+  chain.frame_interval = 10;
+  chain.fails_from = 1;
+  chain.fails_until = 9;
+  chain.signal_in_attempt = 4;  // the second one of the third step
+  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)),
+            "ended by SIGUSR1 when step 3 at time 1.000000 s failed, down to a length of 0.25 s: the step is too long; "
+            "the state before it is the last frame");
+  EXPECT_EQ(chain.attempts, 4);
+  expect_near(chain.drawn, {1});
+}
+
+TEST(StepControl, WhatCanBeKeptOfAStepIsKept) {
+  FakeChain without_history;
+  without_history.frame_interval = 10;
+  without_history.record_fails_in_step = 2;
+  EXPECT_EQ(fault_of(without_history, options_for(0.5, 4)),
+            "history.csv was removed; ended at 1 s after step 2, the last frame");
+  expect_near(without_history.drawn, {1});
+  FakeChain without_frame;
+  without_frame.draw_fails_in_step = 2;
+  EXPECT_EQ(fault_of(without_frame, options_for(0.5, 4)),
+            "the disk is full; ended at 1 s after step 2, of which there is no frame");
+  EXPECT_EQ(without_frame.rows.size(), 2U);
+}
+
+/// It bears steps that are ever shorter.
+class HardeningChain : public FakeChain {
+ public:
+  StepResult advance(double h) override {
+    fails_above = std::exp2(-time());
+    return FakeChain::advance(h);
+  }
+};
+
+TEST(StepControl, StepsDoNotDieAway) {
+  HardeningChain chain;
+  chain.fails_until = 9;
+  TimeOptions options = options_for(1, 9);
+  options.max_retries = 3;
+  EXPECT_THROW(run(chain, options), Error);
+  EXPECT_NEAR(chain.rows.back().h, 0.125, 1e-12);
+  EXPECT_GT(chain.time(), 3);
+  EXPECT_LT(chain.time(), 3.2);
+}
+
+TEST(StepControl, AStateThatIsDrawnIsNotDrawnAgainOnFailure) {
+  FakeChain chain;
+  chain.fails_from = 0.5;
+  chain.fails_until = 9;
+  EXPECT_THROW(run(chain, options_for(1, 4)), Error);
+  expect_near(chain.drawn, {1});
+}
+
+TEST(StepControl, LengthsFollowFromTheError) {
+  FakeChain chain;
+  chain.error_factor = 1;
+  TimeOptions options = options_for(0.1, 20);
+  options.tolerance = 0.16;
+  options.max_step = 5;
+  run(chain, options);
+  // Error h^2: the length at which it is the tolerance is 0.4, of which the control takes nine tenths; it doubles at
+  // most.
+  ASSERT_GT(chain.rows.size(), 10U);
+  expect_near({chain.rows[0].h, chain.rows[1].h, chain.rows[2].h, chain.rows[3].h}, {0.1, 0.2, 0.36, 0.36});
+  EXPECT_DOUBLE_EQ(chain.time(), 20);
+
+  FakeChain steep;
+  steep.error_factor = 100;
+  run(steep, options);
+  // Down: by half at most. Error 100 h^2 is the tolerance at 0.04.
+  expect_near({steep.rows[0].h, steep.rows[1].h, steep.rows[2].h, steep.rows[3].h}, {0.1, 0.05, 0.036, 0.036});
+}
+
+TEST(StepControl, AdaptiveLengthsStayWithinBounds) {
+  FakeChain chain;
+  chain.error_factor = 1;
+  TimeOptions options = options_for(0.1, 2);
+  options.tolerance = 1e6;
+  run(chain, options);
+  for (const FakeChain::Row& row : chain.rows) {
+    EXPECT_LE(row.h, 0.1 + 1e-12) << "time.step is the longest unless time.max_step is given";
+  }
+  options.tolerance = 1e-12;
+  options.max_retries = 2;
+  FakeChain hard;
+  hard.error_factor = 1;
+  run(hard, options);
+  EXPECT_NEAR(hard.rows[10].h, 0.025, 1e-12) << "never shorter than after max_retries halvings";
+}
+
+TEST(StepControl, AdaptiveStepsEndAtFrames) {
+  FakeChain chain;
+  chain.error_factor = 1;
+  chain.frame_interval = 0.5;
+  TimeOptions options = options_for(0.1, 2);
+  options.tolerance = 0.16;
+  options.max_step = 5;
+  run(chain, options);
+  expect_near(chain.drawn, {0.5, 1, 1.5, 2});
+  // A step that a frame cut short does not shorten the one after it.
+  expect_near(lengths(chain), {0.1, 0.2, 0.2, 0.36, 0.14, 0.36, 0.14, 0.36, 0.14});
+}
+
+TEST(StepControl, AFailureShortensAdaptiveStepsToo) {
+  FakeChain chain;
+  chain.error_factor = 1;
+  chain.fails_from = 0.05;
+  chain.fails_until = 0.2;
+  chain.fails_above = 0.1;
+  TimeOptions options = options_for(0.1, 1);
+  options.tolerance = 0.16;
+  options.max_step = 5;
+  run(chain, options);
+  expect_near({chain.rows[0].h, chain.rows[1].h, chain.rows[2].h, chain.rows[3].h}, {0.1, 0.1, 0.2, 0.36});
+  EXPECT_EQ(chain.rows[1].retries, 1);
+}
+
+}  // namespace
+}  // namespace pellicle::step_control_test
