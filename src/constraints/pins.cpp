@@ -47,7 +47,7 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
     together(points.comm(), [&] {
       for (const PetscInt i : pin.particles) {
         if (pinned_[static_cast<std::size_t>(i)]) {
-          refuse_second_pin(key, pins_[static_cast<std::size_t>(number(i))].name,
+          refuse_second_pin(key, pins_[static_cast<std::size_t>(numbers()[static_cast<std::size_t>(i)])].name,
                             points.persistent_id[static_cast<std::size_t>(i)]);
         }
         pinned_[static_cast<std::size_t>(i)] = true;
@@ -57,7 +57,7 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
   }
 }
 
-Pins::Pins(const Pins& other, const PointSet& points, const std::vector<int>& numbers)
+Pins::Pins(const Pins& other, const PointSet& points, const std::vector<PetscInt>& numbers)
     : points_(&points), pins_(other.pins_), pinned_(numbers.size(), false) {
   for (Pin& pin : pins_) {
     pin.particles.clear();
@@ -70,12 +70,14 @@ Pins::Pins(const Pins& other, const PointSet& points, const std::vector<int>& nu
   }
 }
 
-int Pins::number(PetscInt particle) const {
-  const auto holds = [particle](const Pin& pin) {
-    return std::binary_search(pin.particles.begin(), pin.particles.end(), particle);
-  };
-  const auto pin = std::find_if(pins_.begin(), pins_.end(), holds);
-  return pin == pins_.end() ? -1 : static_cast<int>(pin - pins_.begin());
+std::vector<PetscInt> Pins::numbers() const {
+  std::vector<PetscInt> result(pinned_.size(), -1);
+  for (std::size_t pin = 0; pin < pins_.size(); ++pin) {
+    for (const PetscInt i : pins_[pin].particles) {
+      result[static_cast<std::size_t>(i)] = static_cast<PetscInt>(pin);
+    }
+  }
+  return result;
 }
 
 void Pins::impose(Field& positions, double time) const {

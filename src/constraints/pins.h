@@ -28,11 +28,11 @@ class Pins {
   Pins(const PointSet& points, const std::map<std::string, PinOptions>& options);
 
   /// The same pins on other points, such as what is left of a sheet. The points must outlive the pins. Not collective.
-  /// @param numbers pin of each local particle of `points`, see number
-  Pins(const Pins& other, const PointSet& points, const std::vector<int>& numbers);
+  /// @param numbers pin of each local particle of `points`, see numbers
+  Pins(const Pins& other, const PointSet& points, const std::vector<PetscInt>& numbers);
 
-  /// Number of the pin that holds a local particle, -1 where none does.
-  int number(PetscInt particle) const;
+  /// Number of the pin that holds each local particle, -1 where none does.
+  std::vector<PetscInt> numbers() const;
 
   /// Of each local particle, ghosts included.
   const std::vector<bool>& pinned() const { return pinned_; }

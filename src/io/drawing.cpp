@@ -127,6 +127,20 @@ vtkSmartPointer<vtkDoubleArray> at_points(const Drawing& drawing, const DrawnFie
 
 }  // namespace
 
+std::vector<DrawnField> drawn_fields(const FieldRegistry& state, Item item) {
+  std::vector<DrawnField> fields;
+  for (const FieldRegistry::Entry& entry : state.entries()) {
+    const FieldDeclaration& declaration = entry.declaration;
+    if (declaration.item != item || declaration.drawn == Drawn::no) {
+      continue;
+    }
+    const auto* const* field = std::get_if<Field*>(&entry.storage);
+    const double* values = field != nullptr ? (*field)->data() : std::get<std::vector<double>*>(entry.storage)->data();
+    fields.push_back({declaration.name, entry.components, values, declaration.drawn == Drawn::of_both_layers});
+  }
+  return fields;
+}
+
 Drawing drawing_of(const Sheet& sheet, const DrawnSurface& surface) {
   Drawing drawing;
   drawing.points = surface.points;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "state/field_registry.h"
 #include "surface/drawn_surface.h"
 #include "surface/living.h"
 #include "surface/membrane.h"
@@ -21,6 +22,9 @@ struct DrawnField {
   /// At the virtual centre of a cell a particle field has the lattice particle's value instead of the corners' mean.
   bool is_of_both_layers = false;
 };
+
+/// The fields of a state that frames show, on its particles or its cells.
+std::vector<DrawnField> drawn_fields(const FieldRegistry& state, Item item);
 
 /// What a rank draws of a sheet or membrane, and from which of its items each drawn point and cell has its values.
 struct Drawing {

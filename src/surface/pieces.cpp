@@ -112,9 +112,7 @@ PartSizes part_sizes(const Sheet& sheet, const std::vector<PetscInt>& parts, con
 }  // namespace
 
 std::size_t Pieces::place_of(PetscInt id) const {
-  const auto piece = std::lower_bound(present.begin(), present.end(), id,
-                                      [](const Piece& one, PetscInt wanted) { return one.id < wanted; });
-  return static_cast<std::size_t>(piece - present.begin());
+  return static_cast<std::size_t>(std::lower_bound(present.begin(), present.end(), id) - present.begin());
 }
 
 Pieces initial_pieces(const Sheet& sheet) {
@@ -126,7 +124,8 @@ Pieces initial_pieces(const Sheet& sheet) {
   for (const auto& [whole, parts] : sizes) {
     for (const auto& part : parts) {
       id_of_part[part.first] = pieces.next_id;
-      pieces.present.push_back({pieces.next_id++, 0});
+      pieces.present.push_back(pieces.next_id++);
+      pieces.birth_time.push_back(0);
     }
   }
   for (PetscInt& id : pieces.of_particle) {
@@ -138,22 +137,27 @@ Pieces initial_pieces(const Sheet& sheet) {
 void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, double time) {
   const std::vector<PetscInt> parts = connected_parts(sheet, living);
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
-  std::vector<Piece> present;
-  std::vector<Piece> born;
+  std::vector<PetscInt> present;
+  std::vector<double> birth_time;
+  const PetscInt first_born = pieces.next_id;
   for (const auto& [id, sizes] : part_sizes(sheet, parts, pieces.of_particle)) {
     const auto largest =
         std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     for (auto part = sizes.begin(); part != sizes.end(); ++part) {
       if (part != largest) {
-        id_of_part[part->first] = pieces.next_id;
-        born.push_back({pieces.next_id++, time});
+        id_of_part[part->first] = pieces.next_id++;
       }
     }
     id_of_part[largest->first] = id;
-    present.push_back(pieces.present[pieces.place_of(id)]);
+    present.push_back(id);
+    birth_time.push_back(pieces.birth_time[pieces.place_of(id)]);
   }
-  present.insert(present.end(), born.begin(), born.end());
+  for (PetscInt id = first_born; id < pieces.next_id; ++id) {
+    present.push_back(id);
+    birth_time.push_back(time);
+  }
   pieces.present = std::move(present);
+  pieces.birth_time = std::move(birth_time);
   std::transform(parts.begin(), parts.end(), pieces.of_particle.begin(),
                  [&id_of_part](PetscInt part) { return id_of_part.at(part); });
 }

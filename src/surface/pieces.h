@@ -8,16 +8,11 @@
 
 namespace pellicle {
 
-/// A part of the sheet that no living spring joins to the rest.
-struct Piece {
-  PetscInt id = 0;
-  double birth_time = 0;  ///< when it separated [s]; 0 for what the sheet begins with
-};
-
-/// The pieces of a sheet.
+/// The pieces of a sheet: its parts that no living spring joins to the rest.
 struct Pieces {
   std::vector<PetscInt> of_particle;  ///< id of the piece of each local particle, -1 where no spring lives
-  std::vector<Piece> present;         ///< in the order of their ids, the same on all ranks
+  std::vector<PetscInt> present;      ///< ids of those that are there, rising; the same on all ranks
+  std::vector<double> birth_time;     ///< when each of these separated [s]; 0 for what the sheet begins with
   PetscInt next_id = 0;
 
   /// Place in `present` of the piece of this id, which is there.

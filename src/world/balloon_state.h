@@ -3,29 +3,34 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "parallel/field.h"
+#include "state/field_registry.h"
 #include "surface/membrane.h"
 
 namespace pellicle {
 
 /// All that changes of a balloon from step to step. Ghosts are up to date between steps. A step that fails is put back
-/// by assigning a copy: whatever is a member here is put back with it.
-struct BalloonState {
-  /// At rest in the undeformed shape.
+/// by assigning a copy.
+struct BalloonState : FieldRegistry {
+  /// At rest in the undeformed shape. The membrane must outlive the state. Collective.
   BalloonState(const Membrane& membrane, int chambers)
-      : position(membrane.particles, 3),
-        velocity(membrane.particles, 3),
-        thickness_ratio(static_cast<std::size_t>(membrane.elements.local()), 1.0),
-        pressure(Eigen::VectorXd::Zero(chambers)) {
+      : FieldRegistry(membrane.particles, {membrane.elements.owned, membrane.elements.local()}),
+        pressure(add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, chambers)) {
     position.values() = membrane.rest;
+    thickness_ratio.assign(thickness_ratio.size(), 1.0);
+  }
+  BalloonState(BalloonState&&) = default;
+  BalloonState& operator=(const BalloonState& other) {
+    FieldRegistry::operator=(other);
+    return *this;
   }
 
-  double time = 0;                      ///< [s]
-  int step = 0;                         ///< accepted steps
-  Field position;                       ///< x [m]
-  Field velocity;                       ///< v [m/s]
-  std::vector<double> thickness_ratio;  ///< h/h0 of the local elements
-  Eigen::VectorXd pressure;             ///< across the wall, of each chamber, the same on every rank [Pa]
+  double& time = add<double>({"time", "s", Item::object});
+  PetscInt& step = add<PetscInt>({"step", "", Item::object});  ///< accepted steps
+  Field& position = add<Field>({"position", "m", Item::particle}, 3);
+  Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
+  /// h/h0 of the local elements.
+  std::vector<double>& thickness_ratio = add<std::vector<double>>({"thickness_ratio", "", Item::cell, Drawn::yes});
+  Eigen::VectorXd& pressure;  ///< across the wall, of each chamber, the same on every rank
 };
 
 }  // namespace pellicle

@@ -43,7 +43,7 @@ const std::vector<std::string>& Burn::stage_names() {
 Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock)
     : Burn(sheet, options, clock, Pins(sheet, options.pins), Textures(sheet.comm())) {}
 
-Burn::Burn(const Sheet& compacted, Burn&& before, const std::vector<int>& pin_numbers)
+Burn::Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers)
     : Burn(compacted, before.options_, before.clock_, Pins(before.pins_, compacted, pin_numbers),
            std::move(before.textures_)) {}
 
@@ -97,9 +97,15 @@ State Burn::initial_state() const {
   state.position.values() = perturbed_positions(sheet_, options_.sheet);
   pins_.impose(state.position, 0);
   state.pieces = initial_pieces(sheet_);
+  state.pin = pins_.numbers();
   state.temperature.values().setConstant(options_.heat.initial_temperature);
   state.heat_initial = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
   return state;
+}
+
+void Burn::follow(State& state) {
+  set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
+  ablation_.follow_triangles(state.living);
 }
 
 BurnStep Burn::advance(State& state, double h) {

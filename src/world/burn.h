@@ -42,17 +42,18 @@ class Burn {
   Burn(const Sheet& sheet, const Options& options, StageClock& clock);
 
   /// The same chain for what is left of the sheet, which must outlive it; the old chain is used up. Collective.
-  /// @param pin_numbers of the local particles, see Pins
-  Burn(const Sheet& compacted, Burn&& before, const std::vector<int>& pin_numbers);
+  /// @param pin_numbers of the local particles, see State::pin
+  Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers);
 
   /// The state at time 0. Collective.
   State initial_state() const;
 
+  /// Makes what follows from the other fields: target lengths from masses, living springs from living triangles.
+  /// Collective.
+  void follow(State& state);
+
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
   BurnStep advance(State& state, double h);
-
-  const Pins& pins() const { return pins_; }
-  Ablation& ablation() { return ablation_; }
 
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names();

@@ -100,7 +100,7 @@ PieceFields derive(const Sheet& sheet, const Pieces& pieces, const std::vector<d
     const bool is_present = id >= 0;
     fields.id.push_back(static_cast<double>(id));
     fields.mass.push_back(is_present ? masses[pieces.place_of(id)] : 0);
-    fields.birth_time.push_back(is_present ? pieces.present[pieces.place_of(id)].birth_time : 0);
+    fields.birth_time.push_back(is_present ? pieces.birth_time[pieces.place_of(id)] : 0);
   }
   return fields;
 }
@@ -209,62 +209,28 @@ void BurnRun::accept(double time) {
 }
 
 void BurnRun::compact(const std::vector<bool>& kept) {
-  // Rows of what moves with a particle and with a cell.
-  enum ParticleRow { position = 0, velocity = 3, temperature = 6, mass, mass_change, piece, pin, particle_rows };
-  enum CellRow { burn_time = 0, triangles, cell_rows = triangles + 4 };
-  const PetscInt owned = sheet_->particles.owned;
-  Eigen::MatrixXd particle_data(particle_rows, owned);
-  particle_data.middleRows<3>(position) = state_->position.values().leftCols(owned);
-  particle_data.middleRows<3>(velocity) = state_->velocity.values().leftCols(owned);
-  particle_data.row(temperature) = state_->temperature.values().leftCols(owned);
-  particle_data.row(mass) = state_->mass.values().leftCols(owned);
-  particle_data.row(mass_change) = state_->mass_change.values().leftCols(owned);
-  for (PetscInt i = 0; i < owned; ++i) {
-    particle_data(piece, i) = state_->pieces.of_particle[static_cast<std::size_t>(i)];
-    particle_data(pin, i) = burn_->pins().number(i);
-  }
-  Eigen::MatrixXd cell_data(cell_rows, sheet_->owned_cells);
-  for (PetscInt c = 0; c < sheet_->owned_cells; ++c) {
-    cell_data(burn_time, c) = state_->burn_time[static_cast<std::size_t>(c)];
-    for (PetscInt k = 0; k < 4; ++k) {
-      cell_data(triangles + k, c) = state_->living.triangles[static_cast<std::size_t>(4 * c + k)] ? 1 : 0;
+  const auto rows = [this](Item item) { return static_cast<Eigen::Index>((state_->record_size(item) + 7) / 8); };
+  const auto packed = [&](Item item, PetscInt owned) {
+    Eigen::MatrixXd records(rows(item), owned);
+    for (PetscInt i = 0; i < owned; ++i) {
+      state_->pack(item, i, reinterpret_cast<std::byte*>(records.col(i).data()));
     }
-  }
-  CompactedSheet compacted = pellicle::compact(*sheet_, kept, particle_data, cell_data, options_.sheet);
-
-  const Eigen::MatrixXd& of_particles = compacted.particle_data;
-  std::vector<int> pin_numbers;
-  for (const double number : of_particles.row(pin)) {
-    pin_numbers.push_back(static_cast<int>(number));
-  }
-  auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
-  auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), pin_numbers);
+    return records;
+  };
+  const CompactedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
+                                                     packed(Item::cell, sheet_->owned_cells), options_.sheet);
+  auto sheet = std::make_unique<Sheet>(compacted.sheet);
   auto state = std::make_unique<State>(*sheet);
-  state->time = state_->time;
-  state->step = state_->step;
-  state->position.values() = of_particles.middleRows<3>(position);
-  state->velocity.values() = of_particles.middleRows<3>(velocity);
-  state->temperature.values() = of_particles.row(temperature);
-  state->mass.values() = of_particles.row(mass);
-  state->mass_change.values() = of_particles.row(mass_change);
-  set_target_lengths(state->target_length, *sheet, state->mass, options_.combustion);
-  for (std::size_t t = 0; t < state->living.triangles.size(); ++t) {
-    state->living.triangles[t] =
-        compacted.cell_data(static_cast<Eigen::Index>(triangles + t % 4), static_cast<Eigen::Index>(t / 4)) > 0;
-  }
-  burn->ablation().follow_triangles(state->living);
-  state->pieces = state_->pieces;
-  state->pieces.of_particle.clear();
-  for (const double id : of_particles.row(piece)) {
-    state->pieces.of_particle.push_back(static_cast<PetscInt>(id));
-  }
-  const auto times = compacted.cell_data.row(burn_time);
-  state->burn_time.assign(times.begin(), times.end());
-  state->mass_burnt = state_->mass_burnt;
-  state->heat_initial = state_->heat_initial;
-  state->heat_in = state_->heat_in;
-  state->heat_out = state_->heat_out;
-  state->heat_made = state_->heat_made;
+  state->take_over(*state_);
+  const auto unpack = [&state](Item item, const Eigen::MatrixXd& records) {
+    for (Eigen::Index i = 0; i < records.cols(); ++i) {
+      state->unpack(item, static_cast<PetscInt>(i), reinterpret_cast<const std::byte*>(records.col(i).data()));
+    }
+  };
+  unpack(Item::particle, compacted.particle_data);
+  unpack(Item::cell, compacted.cell_data);
+  auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), state->pin);
+  burn->follow(*state);
 
   kept_ = nullptr;
   state_ = std::move(state);
@@ -293,13 +259,18 @@ void BurnRun::draw() {
   frame.surface = &surface;
   frame.positions = state_->position.data();
   // The surface is drawn where the corners are and moves with them; temperature and mass are of both layers.
-  frame.particle_fields = {{"temperature", 1, state_->temperature.data(), true},
-                           {"mass_ratio", 1, fields.mass_ratio_of_layers.data(), true},
-                           {"velocity", 3, state_->velocity.data()},
-                           {"strain", 1, fields.strain.data()}};
-  frame.cell_fields = {{"areal_density", 1, areal_density.data()}, {"heat_density", 1, heat_density.data()},
-                       {"burn_time", 1, state_->burn_time.data()}, {"piece", 1, pieces.id.data()},
-                       {"piece_mass", 1, pieces.mass.data()},      {"piece_birth_time", 1, pieces.birth_time.data()}};
+  const auto with = [this](Item item, const std::vector<DrawnField>& derived) {
+    std::vector<DrawnField> all = drawn_fields(*state_, item);
+    all.insert(all.end(), derived.begin(), derived.end());
+    return all;
+  };
+  frame.particle_fields = with(Item::particle, {{"mass_ratio", 1, fields.mass_ratio_of_layers.data(), true},
+                                                {"strain", 1, fields.strain.data()}});
+  frame.cell_fields = with(Item::cell, {{"areal_density", 1, areal_density.data()},
+                                        {"heat_density", 1, heat_density.data()},
+                                        {"piece", 1, pieces.id.data()},
+                                        {"piece_mass", 1, pieces.mass.data()},
+                                        {"piece_birth_time", 1, pieces.birth_time.data()}});
   std::optional<Drawing> springs;
   SpringFields spring_fields;
   if (options_.output.springs) {

@@ -68,11 +68,11 @@ void InflateRun::draw() {
   frame.step = state_.step;
   frame.surface = &surface_;
   frame.positions = state_.position.data();
-  frame.particle_fields = {{"velocity", 3, state_.velocity.data()}};
-  frame.cell_fields = {{"thickness", 1, thickness.data()},
-                       {"thickness_ratio", 1, state_.thickness_ratio.data()},
-                       {"stretch", 2, stretch.data()},
-                       {"stress", 2, stress.data()}};
+  frame.particle_fields = drawn_fields(state_, Item::particle);
+  frame.cell_fields = drawn_fields(state_, Item::cell);
+  frame.cell_fields.insert(
+      frame.cell_fields.end(),
+      {{"thickness", 1, thickness.data()}, {"stretch", 2, stretch.data()}, {"stress", 2, stress.data()}});
   writer_.write(frame);
 }
 

@@ -149,8 +149,8 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
 
 void Ledger::add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
   for (std::size_t i = 0; i < masses.size(); ++i) {
-    const Piece& piece = pieces.present[i];
-    pieces_->add({time, static_cast<double>(step), static_cast<double>(piece.id), piece.birth_time, masses[i]});
+    pieces_->add(
+        {time, static_cast<double>(step), static_cast<double>(pieces.present[i]), pieces.birth_time[i], masses[i]});
   }
 }
 

@@ -1,22 +1,32 @@
 #include "world/state.h"
 
+#include <algorithm>
+#include <string>
+
 namespace pellicle {
 
 State::State(const Sheet& sheet)
-    : position(sheet.particles, 3),
-      velocity(sheet.particles, 3),
-      temperature(sheet.particles, 1),
-      mass(sheet.particles, 1),
-      mass_change(sheet.particles, 1),
-      living(sheet),
-      burn_time(sheet.cells.size(), -1) {
-  position.values() = sheet.rest;
-  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    mass.values()(0, i) = sheet.initial_mass[static_cast<std::size_t>(i)];
-  }
+    : FieldRegistry(sheet.particles, {sheet.owned_cells, static_cast<PetscInt>(sheet.cells.size())}),
+      pieces(own<Pieces>()),
+      living(own<Living>(sheet)),
+      target_length(own<TargetLengths>()) {
+  declare({"piece", "", Item::particle}, pieces.of_particle);
+  declare({"pieces_present", "", Item::object}, pieces.present);
+  declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);
+  declare({"pieces_next_id", "", Item::object}, pieces.next_id);
+  declare({"living_triangles", "", Item::cell}, living.triangles, 4);
   for (const Colour colour : all_colours) {
-    target_length[static_cast<std::size_t>(colour)] = sheet.of(colour).initial_length;
+    const auto index = static_cast<std::size_t>(colour);
+    target_length[index] = sheet.of(colour).initial_length;
+    const std::string name = colour_names[index];
+    declare({"living_springs_" + name, "", Item::spring, Drawn::no, true}, living.springs[index]);
+    declare({"target_length_" + name, "m", Item::spring, Drawn::no, true}, target_length[index]);
   }
+  position.values() = sheet.rest;
+  mass.values() = Eigen::Map<const Eigen::RowVectorXd>(sheet.initial_mass.data(), mass.values().cols());
+  pieces.of_particle.assign(static_cast<std::size_t>(sheet.particles.local()), -1);
+  std::fill(pin.begin(), pin.end(), -1);
+  std::fill(burn_time.begin(), burn_time.end(), -1);
 }
 
 }  // namespace pellicle

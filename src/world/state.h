@@ -1,36 +1,46 @@
 #pragma once
 
 #include "combustion/combustion.h"
-#include "parallel/field.h"
+#include "state/field_registry.h"
 #include "surface/living.h"
 #include "surface/pieces.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
 
-/// All that changes from step to step. Fields live on the sheet's particles, ghosts up to date between steps. A step
-/// that fails is put back by assigning a copy: whatever is a member here is put back with it.
-struct State {
-  /// Everything lives and is at rest; the pieces are yet to be found. Collective.
+/// All that changes of a sheet from step to step. Ghosts are up to date between steps. A step that fails is put back by
+/// assigning a copy.
+struct State : FieldRegistry {
+  /// Everything lives and is at rest; the pieces are yet to be found, nothing is pinned. The sheet must outlive the
+  /// state. Collective.
   explicit State(const Sheet& sheet);
+  State(State&&) = default;
+  State& operator=(const State& other) {
+    FieldRegistry::operator=(other);
+    return *this;
+  }
 
-  double time = 0;    ///< [s]
-  int step = 0;       ///< accepted steps
-  Field position;     ///< x [m]
-  Field velocity;     ///< v [m/s]
-  Field temperature;  ///< T [K]
-  Field mass;         ///< m [kg]; 0: the particle has left the sheet
-  Field mass_change;  ///< of the last step, at most 0 [kg]
-  TargetLengths target_length;
-  Living living;
-  Pieces pieces;
-  std::vector<double> burn_time;  ///< when each local cell began to burn away or to tear [s]; -1: not yet
-  double mass_burnt = 0;  ///< since the beginning, by the owned particles, with what was left when they left [kg]
+  double& time = add<double>({"time", "s", Item::object});
+  PetscInt& step = add<PetscInt>({"step", "", Item::object});  ///< accepted steps
+  Field& position = add<Field>({"position", "m", Item::particle}, 3);
+  Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
+  Field& temperature = add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers});
+  Field& mass = add<Field>({"mass", "kg", Item::particle});                ///< 0: the particle has left the sheet
+  Field& mass_change = add<Field>({"mass_change", "kg", Item::particle});  ///< of the last step, at most 0
+  /// Number of the pin that holds each local particle, -1: none (Pins).
+  std::vector<PetscInt>& pin = add<std::vector<PetscInt>>({"pin", "", Item::particle});
+  Pieces& pieces;
+  /// When each local cell began to burn away or to tear; -1: not yet.
+  std::vector<double>& burn_time = add<std::vector<double>>({"burn_time", "s", Item::cell, Drawn::yes});
+  Living& living;
+  TargetLengths& target_length;  ///< [m]
+  /// Since the beginning, by the owned particles, with what was left when they left.
+  double& mass_burnt = add<double>({"mass_burnt", "kg", Item::sum});
   // Heat ledger, of the owned particles: the content is initial + in - out + made.
-  double heat_initial = 0;  ///< at the beginning, by the particles that this rank owned then [J]
-  double heat_in = 0;       ///< from sources, burning and warmer surroundings since the beginning [J]
-  double heat_out = 0;      ///< to cooler surroundings and with the mass that burnt, likewise [J]
-  double heat_made = 0;     ///< by an operator of conduction that does not conserve it, likewise [J]
+  double& heat_initial = add<double>({"heat_initial", "J", Item::sum});  ///< by the particles owned at the beginning
+  double& heat_in = add<double>({"heat_in", "J", Item::sum});      ///< from sources, burning and warmer surroundings
+  double& heat_out = add<double>({"heat_out", "J", Item::sum});    ///< to cooler surroundings and with what burnt
+  double& heat_made = add<double>({"heat_made", "J", Item::sum});  ///< by conduction that does not conserve it
 };
 
 }  // namespace pellicle

@@ -58,8 +58,8 @@ class BurningRows {
   /// Expects these pieces, ids and times of birth.
   void expect_present(const std::vector<std::pair<PetscInt, double>>& expected) const {
     std::vector<std::pair<PetscInt, double>> present;
-    for (const Piece& piece : pieces_.present) {
-      present.emplace_back(piece.id, piece.birth_time);
+    for (std::size_t k = 0; k < pieces_.present.size(); ++k) {
+      present.emplace_back(pieces_.present[k], pieces_.birth_time[k]);
     }
     EXPECT_EQ(present, expected);
   }
@@ -227,8 +227,8 @@ void expect_same_pieces(const ScatteredFire& fire, const ScatteredFire& alone) {
   }
   ASSERT_EQ(fire.pieces().present.size(), alone.pieces().present.size());
   for (std::size_t k = 0; k < fire.pieces().present.size(); ++k) {
-    EXPECT_EQ(fire.pieces().present[k].id, alone.pieces().present[k].id);
-    EXPECT_EQ(fire.pieces().present[k].birth_time, alone.pieces().present[k].birth_time);
+    EXPECT_EQ(fire.pieces().present[k], alone.pieces().present[k]);
+    EXPECT_EQ(fire.pieces().birth_time[k], alone.pieces().birth_time[k]);
   }
   EXPECT_EQ(fire.pieces().next_id, alone.pieces().next_id);
   for (const Colour colour : all_colours) {

@@ -16,7 +16,8 @@ MAY_INCLUDE = {
     "solvers": {"base"},
     "meshing": {"base", "geometry"},
     "surface": FLOOR | {"meshing"},
-    "io": FLOOR,
+    "state": FLOOR,
+    "io": FLOOR | {"state"},
     "heat": FLOOR | {"solvers"},
     "combustion": FLOOR,
     "ablation": FLOOR,
@@ -25,8 +26,8 @@ MAY_INCLUDE = {
     "gas": FLOOR,
     "contact": FLOOR,
     "constraints": FLOOR | {"contact"},
-    "world": FLOOR | {"meshing", "solvers", "io", "heat", "combustion", "ablation", "projection", "prism", "gas",
-                      "contact", "constraints"},
+    "world": FLOOR | {"meshing", "solvers", "state", "io", "heat", "combustion", "ablation", "projection", "prism",
+                      "gas", "contact", "constraints"},
     "main.cpp": {"world", "base", "io"},
 }
 GENERATED = {"revision_text.h"}

@@ -2,65 +2,60 @@
 
 #include <map>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
-#include "world/balloon_state.h"
-#include "world/state.h"
+#include "state/field_registry.h"
 
 namespace pellicle {
 
-/// Every member of a state as numbers, by its name. The structured bindings name all members: one that is added later
-/// does not compile here before it is added here, too.
+/// Every field of a state as numbers, by its name.
 using StateValues = std::map<std::string, std::vector<double>>;
 
-inline std::vector<double> numbers(const Field& field) { return {field.data(), field.data() + field.values().size()}; }
-
-template <class Range>
-std::vector<double> numbers(const Range& range) {
-  return {range.begin(), range.end()};
+inline StateValues values_of(const FieldRegistry& state) {
+  StateValues result;
+  for (const FieldRegistry::Entry& entry : state.entries()) {
+    result[entry.declaration.name] = std::visit(
+        [](const auto* values) -> std::vector<double> {
+          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+          if constexpr (std::is_same_v<Values, Field>) {
+            return {values->data(), values->data() + values->values().size()};
+          } else if constexpr (std::is_arithmetic_v<Values>) {
+            return {static_cast<double>(*values)};
+          } else {
+            return {values->begin(), values->end()};
+          }
+        },
+        entry.storage);
+  }
+  return result;
 }
 
-inline StateValues values_of(const State& state) {
-  const auto& [time, step, position, velocity, temperature, mass, mass_change, target_length, living, pieces, burn_time,
-               mass_burnt, heat_initial, heat_in, heat_out, heat_made] = state;
-  StateValues values{{"time", {time}},
-                     {"step", {static_cast<double>(step)}},
-                     {"position", numbers(position)},
-                     {"velocity", numbers(velocity)},
-                     {"temperature", numbers(temperature)},
-                     {"mass", numbers(mass)},
-                     {"mass_change", numbers(mass_change)},
-                     {"burn_time", burn_time},
-                     {"mass_burnt", {mass_burnt}},
-                     {"heat_initial", {heat_initial}},
-                     {"heat_in", {heat_in}},
-                     {"heat_out", {heat_out}},
-                     {"heat_made", {heat_made}}};
-  const auto& [springs, triangles] = living;
-  for (std::size_t colour = 0; colour < 4; ++colour) {
-    values[std::string("target_length ") + colour_names[colour]] = target_length[colour];
-    values[std::string("living springs ") + colour_names[colour]] = numbers(springs[colour]);
+/// Makes every field another one; of what the object has a list of, one longer.
+inline void spoil(const FieldRegistry& state) {
+  for (const FieldRegistry::Entry& entry : state.entries()) {
+    std::visit(
+        [&entry](auto* values) {
+          using Values = std::remove_pointer_t<decltype(values)>;
+          if constexpr (std::is_same_v<Values, Field>) {
+            values->values().array() += 1;
+          } else if constexpr (std::is_arithmetic_v<Values>) {
+            *values += 1;
+          } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+            values->array() += 1;
+          } else if constexpr (std::is_same_v<Values, std::vector<bool>>) {
+            values->flip();
+          } else if (entry.declaration.item == Item::object) {
+            values->push_back(7);
+          } else {
+            for (auto& value : *values) {
+              value += 1;
+            }
+          }
+        },
+        entry.storage);
   }
-  values["living triangles"] = numbers(triangles);
-  const auto& [of_particle, present, next_id] = pieces;
-  values["pieces of_particle"] = numbers(of_particle);
-  values["pieces next_id"] = {static_cast<double>(next_id)};
-  std::vector<double>& list = values["pieces present"];
-  for (const auto& [id, birth_time] : present) {
-    list.push_back(static_cast<double>(id));
-    list.push_back(birth_time);
-  }
-  return values;
-}
-
-inline StateValues values_of(const BalloonState& state) {
-  const auto& [time, step, position, velocity, thickness_ratio, pressure] = state;
-  return {{"time", {time}},
-          {"step", {static_cast<double>(step)}},
-          {"position", numbers(position)},
-          {"velocity", numbers(velocity)},
-          {"thickness_ratio", thickness_ratio},
-          {"pressure", numbers(pressure)}};
 }
 
 }  // namespace pellicle

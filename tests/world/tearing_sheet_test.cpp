@@ -190,7 +190,7 @@ void expect_torn_in_the_middle(const Strip& strip) {
   ASSERT_EQ(pieces.present.size(), 2U);
   const std::vector<double> masses = strip.masses_of_pieces();
   EXPECT_NEAR(masses[0] + masses[1] + strip.lost(), Strip::all_mass, 1e-15);
-  std::array<std::array<double, 2>, 2> extents{strip.extent(pieces.present[0].id), strip.extent(pieces.present[1].id)};
+  std::array<std::array<double, 2>, 2> extents{strip.extent(pieces.present[0]), strip.extent(pieces.present[1])};
   if (extents[0][0] > extents[1][0]) {
     std::swap(extents[0], extents[1]);
   }
@@ -237,7 +237,7 @@ std::pair<double, double> first_tear(double strength) {
     }
   }
   EXPECT_EQ(strip.pieces().present.size(), 1U) << "nothing but pinned points stays";
-  return {share, strip.extent(strip.pieces().present.front().id)[0]};
+  return {share, strip.extent(strip.pieces().present.front())[0]};
 }
 
 TEST_F(TearingSheet, hangs_until_its_weight_exceeds_its_strength) {

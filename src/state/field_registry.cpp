@@ -1,0 +1,168 @@
+#include "state/field_registry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+namespace pellicle {
+
+namespace {
+
+template <class Values>
+constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
+                             std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
+
+template <class Values>
+struct NumberOf {
+  using Type = typename Values::value_type;
+};
+template <>
+struct NumberOf<Field> {
+  using Type = double;
+};
+
+/// What a number of these values is in a record: a flag is a byte.
+template <class Values>
+using Kept =
+    std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char, typename NumberOf<Values>::Type>;
+
+template <class Values>
+decltype(auto) number(Values& values, std::size_t place) {
+  if constexpr (std::is_same_v<std::remove_const_t<Values>, Field>) {
+    return (values.data()[place]);
+  } else {
+    return values[place];
+  }
+}
+
+[[noreturn]] void refuse_other_fields() { throw std::logic_error("two states have different fields"); }
+
+/// Calls `visit(entry, values)` for the fields of an item's record.
+template <class Visit>
+void for_each_in_record(const std::vector<FieldRegistry::Entry>& entries, Item item, const Visit& visit) {
+  for (const FieldRegistry::Entry& entry : entries) {
+    if (entry.declaration.item == item && !entry.declaration.follows) {
+      std::visit(
+          [&](auto* values) {
+            using Values = std::remove_pointer_t<decltype(values)>;
+            if constexpr (is_on_items<Values>) {
+              visit(entry, *values);
+            }
+          },
+          entry.storage);
+    }
+  }
+}
+
+/// All numbers of a field as doubles.
+std::vector<double> numbers(const FieldRegistry::Entry& entry) {
+  return std::visit(
+      [](const auto* values) -> std::vector<double> {
+        using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+        if constexpr (std::is_same_v<Values, Field>) {
+          return {values->data(), values->data() + values->values().size()};
+        } else if constexpr (std::is_arithmetic_v<Values>) {
+          return {static_cast<double>(*values)};
+        } else {
+          return {values->begin(), values->end()};
+        }
+      },
+      entry.storage);
+}
+
+}  // namespace
+
+FieldRegistry& FieldRegistry::operator=(const FieldRegistry& other) {
+  if (entries_.size() != other.entries_.size()) {
+    refuse_other_fields();
+  }
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    const Entry& from = other.entries_[k];
+    if (from.declaration.name != entries_[k].declaration.name) {
+      refuse_other_fields();
+    }
+    std::visit([&from](auto* values) { *values = *std::get<decltype(values)>(from.storage); }, entries_[k].storage);
+  }
+  return *this;
+}
+
+void FieldRegistry::take_over(const FieldRegistry& other) {
+  for (const Entry& entry : other.entries_) {
+    const bool is_of_object = entry.declaration.item == Item::object || entry.declaration.item == Item::sum;
+    std::visit(
+        [&](const auto* values) {
+          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+          const Entry* own = find(entry.declaration.name);
+          Values& taken =
+              own == nullptr ? add<Values>(entry.declaration, entry.components) : *std::get<Values*>(own->storage);
+          if (is_of_object) {
+            taken = *values;
+          }
+        },
+        entry.storage);
+  }
+}
+
+const FieldRegistry::Entry* FieldRegistry::find(const std::string& name) const {
+  const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                  [&name](const Entry& entry) { return entry.declaration.name == name; });
+  return found == entries_.end() ? nullptr : &*found;
+}
+
+std::size_t FieldRegistry::record_size(Item item) const {
+  std::size_t size = 0;
+  for_each_in_record(entries_, item, [&size](const Entry& entry, const auto& values) {
+    size += static_cast<std::size_t>(entry.components) * sizeof(Kept<std::decay_t<decltype(values)>>);
+  });
+  return size;
+}
+
+void FieldRegistry::pack(Item item, PetscInt local, std::byte* record) const {
+  for_each_in_record(entries_, item, [&](const Entry& entry, const auto& values) {
+    for (int k = 0; k < entry.components; ++k) {
+      const Kept<std::decay_t<decltype(values)>> kept =
+          number(values, static_cast<std::size_t>(local * entry.components + k));
+      std::memcpy(record, &kept, sizeof kept);
+      record += sizeof kept;
+    }
+  });
+}
+
+void FieldRegistry::unpack(Item item, PetscInt local, const std::byte* record) {
+  for_each_in_record(entries_, item, [&](const Entry& entry, auto& values) {
+    for (int k = 0; k < entry.components; ++k) {
+      Kept<std::decay_t<decltype(values)>> kept{};
+      std::memcpy(&kept, record, sizeof kept);
+      record += sizeof kept;
+      number(values, static_cast<std::size_t>(local * entry.components + k)) = kept;
+    }
+  });
+}
+
+void FieldRegistry::make_room(Field& values, Item, int components) const { values = Field(*particles_, components); }
+
+std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other) {
+  std::vector<std::pair<std::string, double>> result;
+  for (const FieldRegistry::Entry& entry : one.entries()) {
+    const FieldRegistry::Entry* counterpart = other.find(entry.declaration.name);
+    if (counterpart == nullptr) {
+      refuse_other_fields();
+    }
+    const std::vector<double> a = numbers(entry);
+    const std::vector<double> b = numbers(*counterpart);
+    double difference = a.size() == b.size() ? 0 : 1;
+    double largest = 0;
+    for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
+      // Also where one is not a number and the other is.
+      const double distance = a[k] == b[k] || (std::isnan(a[k]) && std::isnan(b[k])) ? 0 : std::abs(a[k] - b[k]);
+      difference = distance <= difference ? difference : distance;
+      largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});
+    }
+    result.emplace_back(entry.declaration.name, difference == 0 ? 0 : difference / std::max(largest, 1e-300));
+  }
+  return result;
+}
+
+}  // namespace pellicle

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "parallel/field.h"
+
+namespace pellicle {
+
+/// Where a field lives: on each particle, cell (element of a membrane) or spring, or once on the object: the same on
+/// every rank, or a sum of which every rank has a part.
+enum class Item { particle, cell, spring, object, sum };
+
+/// Whether frames show a field: as it is, or as the mean of a particle and what lies round it in the other layer.
+enum class Drawn { no, yes, of_both_layers };
+
+/// What a field is and what it takes part in. All fields are put back when a step fails and compared.
+struct FieldDeclaration {
+  std::string name;
+  std::string unit;  ///< SI; empty for a pure number
+  Item item = Item::particle;
+  Drawn drawn = Drawn::no;
+  /// It follows from other fields whenever items have moved or have been read: it is neither moved nor kept in a
+  /// checkpoint.
+  bool follows = false;
+};
+
+/// All that changes of an object from step to step, each field declared once. Rollback, compaction, checkpoints, frames
+/// and comparison go through the declarations: whatever is declared here takes part in them.
+///
+/// Doubles with ghosts on particles are Fields; other values on local items are vectors, item after item; what an
+/// object has once is a number or a vector. Addresses stay when the registry is moved.
+class FieldRegistry {
+ public:
+  using Storage = std::variant<Field*, std::vector<double>*, std::vector<PetscInt>*, std::vector<bool>*,
+                               Eigen::VectorXd*, double*, PetscInt*>;
+  struct Entry {
+    FieldDeclaration declaration;
+    int components = 1;  ///< of an item
+    Storage storage;
+  };
+  /// How many items this rank has.
+  struct Extent {
+    PetscInt owned = 0;
+    PetscInt local = 0;
+  };
+
+  /// @param particles must outlive the registry
+  FieldRegistry(const Layout& particles, Extent cells) : particles_(&particles), cells_(cells) {}
+  FieldRegistry(FieldRegistry&&) = default;
+  FieldRegistry(const FieldRegistry&) = delete;
+  /// Copies all values, ghosts included. Not collective.
+  /// @throws std::logic_error unless the other has the same fields, of the same sizes
+  FieldRegistry& operator=(const FieldRegistry& other);
+
+  /// Declares a field and makes room for it: zeros, or false. Collective for a Field.
+  /// @param components of an item; of a vector on the object its size
+  template <class Values>
+  Values& add(FieldDeclaration declaration, int components = 1) {
+    Values& values = own<Values>();
+    make_room(values, declaration.item, components);
+    declare(std::move(declaration), values, components);
+    return values;
+  }
+  /// Declares a field that is a part of something owned.
+  template <class Values>
+  void declare(FieldDeclaration declaration, Values& values, int components = 1) {
+    entries_.push_back({std::move(declaration), components, &values});
+  }
+  /// Holds what is not of one field alone; its parts must be declared.
+  template <class Value, class... Arguments>
+  Value& own(Arguments&&... arguments) {
+    auto value = std::make_shared<Value>(std::forward<Arguments>(arguments)...);
+    owned_.push_back(value);
+    return *value;
+  }
+  /// Takes over from the registry of the same object on other items: declares what that has and this one has not, and
+  /// copies what the object has once. Collective.
+  void take_over(const FieldRegistry& other);
+
+  const std::vector<Entry>& entries() const { return entries_; }
+  /// The field of this name, or null.
+  const Entry* find(const std::string& name) const;
+
+  // What moves with an item, or is kept: one record an item, of all its fields that do not follow from others.
+
+  /// Bytes of the record of a particle or cell.
+  std::size_t record_size(Item item) const;
+  /// Writes the record of a local item. @param record (record_size)
+  void pack(Item item, PetscInt local, std::byte* record) const;
+  /// Reads it.
+  void unpack(Item item, PetscInt local, const std::byte* record);
+
+ private:
+  void make_room(Field& values, Item item, int components) const;
+  template <class Number>
+  void make_room(std::vector<Number>& values, Item item, int components) const {
+    const PetscInt items = item == Item::particle ? particles_->local() : item == Item::cell ? cells_.local : 1;
+    values.assign(static_cast<std::size_t>(items * components), Number{});
+  }
+  void make_room(Eigen::VectorXd& values, Item, int components) const { values.setZero(components); }
+  void make_room(double& value, Item, int) const { value = 0; }
+  void make_room(PetscInt& value, Item, int) const { value = 0; }
+
+  const Layout* particles_;
+  Extent cells_;
+  std::vector<Entry> entries_;
+  std::vector<std::shared_ptr<void>> owned_;
+};
+
+/// The largest difference of two numbers of a field, by the largest number of the field in either; a field of whole
+/// numbers or flags has 1 as soon as one differs. 0 for equal ones, and for none.
+/// @throws std::logic_error if the registries have other fields. Not collective.
+std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
+
+}  // namespace pellicle
