@@ -122,20 +122,15 @@ BurnStep Burn::advance(State& state, double h) {
   }
   combustion(state, h);
   step.died = ablation(state, h);
-  const StageResult moved = dynamics(state, h, step);
+  const DynamicsResult moved = dynamics(state, h);
   step.dynamics_iterations = moved.iterations;
   step.constraint_error = moved.error;
+  step.contacts = moved.contacts;
   if (failed(moved)) {
     return step;
   }
-  if (tearing_) {
-    step.died = tear(state, h) || step.died;
-  }
-  if (failed(heat_ledger(state))) {
-    return step;
-  }
-  state.time += h;
-  ++state.step;
+  step.died = tear(state, h) || step.died;
+  failed(end_step(state, h));
   return step;
 }
 
@@ -181,6 +176,15 @@ StageResult Burn::heat_ledger(const State& state) const {
   return result;
 }
 
+StageResult Burn::end_step(State& state, double h) {
+  const StageResult result = heat_ledger(state);
+  if (result.converged) {
+    state.time += h;
+    ++state.step;
+  }
+  return result;
+}
+
 void Burn::combustion(State& state, double h) {
   const auto timer = clock_.time("combustion");
   state.mass_burnt +=
@@ -207,6 +211,9 @@ bool Burn::ablation(State& state, double h) {
 }
 
 bool Burn::tear(State& state, double h) {
+  if (!tearing_) {
+    return false;
+  }
   const auto timer = clock_.time("ablation");
   const TearingInput input{
       state.living, pull_, state.position, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
@@ -236,7 +243,7 @@ void Burn::take_out(State& state, double time) {
   update_pieces(state.pieces, sheet_, state.living, time);
 }
 
-StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
+DynamicsResult Burn::dynamics(State& state, double h) {
   Eigen::MatrixXd& x = state.position.values();
   Eigen::MatrixXd& v = state.velocity.values();
   start_.values() = x;
@@ -257,11 +264,12 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
   const Eigen::MatrixXd unconstrained = x;
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   const std::vector<double> mass(state.mass.data(), state.mass.data() + sheet_.particles.local());
+  PetscInt contacts = 0;
   const ProjectionInput input{state.target_length,
                               mass,
                               held_,
                               state.living,
-                              [&](Field& positions) { step.contacts = bodies_.correct_positions(positions, contact); },
+                              [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); },
                               tearing_ ? &pull_ : nullptr};
   StageResult result;
   {
@@ -282,7 +290,7 @@ StageResult Burn::dynamics(State& state, double h, BurnStep& step) {
     }
   }
   bodies_.correct_velocities(state.velocity, state.position, contact);
-  return result;
+  return {result, contacts};
 }
 
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "ablation/ablation.h"
 #include "ablation/tearing.h"
 #include "base/stage_clock.h"
+#include "base/stage_result.h"
 #include "constraints/pins.h"
 #include "contact/bodies.h"
 #include "heat/conduction.h"
@@ -32,8 +33,14 @@ struct BurnStep {
   bool died = false;            ///< whether a part of the sheet burnt away or tore, on any rank
 };
 
+/// What the stage that moves the sheet says. Its error is ||C|| at the end [m].
+struct DynamicsResult : StageResult {
+  PetscInt contacts = 0;  ///< particles of this rank held by a body at the end
+};
+
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
-/// (section 4); then springs tear, if they can.
+/// (section 4); then springs tear, if they can. `advance` runs them all; a program that has stages of its own calls
+/// those of this class itself, and its own between them (tests/external).
 class Burn {
  public:
   /// Reads textures, builds operators. Sheet, options and clock must outlive it. Collective.
@@ -55,6 +62,24 @@ class Burn {
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
   BurnStep advance(State& state, double h);
 
+  // The stages of a step of length h [s], in the order in which `advance` runs them. They read and leave fields with
+  // ghosts up to date. After one that has not converged the state may be anything. Collective.
+
+  /// Sources, burning, surroundings and conduction change the temperatures.
+  StageResult heat(State& state, double h);
+  /// What is hot enough loses mass, and its springs shrink.
+  void combustion(State& state, double h);
+  /// What has burnt leaves the sheet. @returns whether any has, on any rank
+  bool ablation(State& state, double h);
+  /// Velocities change by gravity and damping, positions by the velocities; projection and contact correct both. A
+  /// force F of one's own adds h F/m to the velocities before.
+  DynamicsResult dynamics(State& state, double h);
+  /// What `dynamics` has pulled too hard tears, if anything can. @returns whether any has, on any rank
+  bool tear(State& state, double h);
+  /// Moves the clock, unless heat is unaccounted for: a stage that heats or cools by itself adds what the particles of
+  /// this rank got or gave to `state.heat_in` or `state.heat_out`.
+  StageResult end_step(State& state, double h);
+
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names();
 
@@ -65,12 +90,7 @@ class Burn {
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures);
 
   std::vector<double> sample(const std::string& key, const std::string& file, double black, double white);
-  StageResult heat(State& state, double h);
-  void combustion(State& state, double h);
-  bool ablation(State& state, double h);
-  bool tear(State& state, double h);
   void take_out(State& state, double time);
-  StageResult dynamics(State& state, double h, BurnStep& step);
   StageResult heat_ledger(const State& state) const;
 
   const Sheet& sheet_;

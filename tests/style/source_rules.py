@@ -31,7 +31,7 @@ MAY_INCLUDE = {
     "main.cpp": {"world", "base", "io"},
 }
 GENERATED = {"revision_text.h"}
-OWN_TESTS = {"program", "fuzz", "reference", "style", "benchmark", "support"}  # they mirror none of src/
+OWN_TESTS = {"program", "external", "fuzz", "reference", "style", "benchmark", "support"}  # they mirror none of src/
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 

@@ -1,0 +1,24 @@
+# What pellicle links: looked up when it is built and, by the installed package, for those who link it.
+include(CMakeFindDependencyMacro)
+find_dependency(MPI COMPONENTS C CXX)
+find_dependency(PkgConfig)
+find_dependency(Eigen3 3.4 NO_MODULE)
+find_dependency(yaml-cpp)
+find_dependency(VTK 9.1 COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc FiltersCore IOXML IOParallelXML
+                IOGeometry IOPLY IOLegacy IOImage ParallelCore ParallelMPI FiltersVerdict)
+find_dependency(PNG)
+
+# These have no CMake packages.
+pkg_check_modules(PETSC QUIET IMPORTED_TARGET PETSc)
+find_library(METIS_LIBRARY metis)
+foreach(found PETSC_FOUND METIS_LIBRARY)
+  if(NOT ${found})
+    set(pellicle_FOUND FALSE)
+    set(pellicle_NOT_FOUND_MESSAGE "pellicle needs PETSc, with its file for pkg-config, and METIS; missing: ${found}")
+    return()
+  endif()
+endforeach()
+if(NOT TARGET METIS::METIS)
+  add_library(METIS::METIS UNKNOWN IMPORTED)
+  set_target_properties(METIS::METIS PROPERTIES IMPORTED_LOCATION "${METIS_LIBRARY}")
+endif()

@@ -1,0 +1,17 @@
+# Installs the headers of SOURCES below include/pellicle. There they include each other as "pellicle/FOLDER/FILE.h", so that
+# a program which is built against them needs no folder with names such as base or io on its include path.
+file(GLOB_RECURSE headers RELATIVE ${SOURCES} ${SOURCES}/*.h)
+foreach(header ${headers})
+  file(READ ${SOURCES}/${header} text)
+  string(REGEX REPLACE "(^|\n)#include \"" "\\1#include \"pellicle/" text "${text}")
+  set(target "${CMAKE_INSTALL_PREFIX}/${INCLUDES}/pellicle/${header}")
+  list(APPEND CMAKE_INSTALL_MANIFEST_FILES "${target}")
+  set(present "")
+  if(EXISTS "$ENV{DESTDIR}${target}")
+    file(READ "$ENV{DESTDIR}${target}" present)
+  endif()
+  if(NOT present STREQUAL text)
+    file(WRITE "$ENV{DESTDIR}${target}" "${text}")
+    file(CHMOD "$ENV{DESTDIR}${target}" PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  endif()
+endforeach()
