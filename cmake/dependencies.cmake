@@ -7,14 +7,16 @@ find_dependency(yaml-cpp)
 find_dependency(VTK 9.1 COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc FiltersCore IOXML IOParallelXML
                 IOGeometry IOPLY IOLegacy IOImage ParallelCore ParallelMPI FiltersVerdict)
 find_dependency(PNG)
+find_dependency(ZLIB)
 
 # These have no CMake packages.
 pkg_check_modules(PETSC QUIET IMPORTED_TARGET PETSc)
+pkg_check_modules(HDF5 QUIET IMPORTED_TARGET hdf5-openmpi)  # PETSc's; CMake's own module finds the serial one
 find_library(METIS_LIBRARY metis)
-foreach(found PETSC_FOUND METIS_LIBRARY)
+foreach(found PETSC_FOUND HDF5_FOUND METIS_LIBRARY)
   if(NOT ${found})
     set(pellicle_FOUND FALSE)
-    set(pellicle_NOT_FOUND_MESSAGE "pellicle needs PETSc, with its file for pkg-config, and METIS; missing: ${found}")
+    set(pellicle_NOT_FOUND_MESSAGE "pellicle needs PETSc and parallel HDF5 (Open MPI), with their files for pkg-config, and METIS; missing: ${found}")
     return()
   endif()
 endforeach()

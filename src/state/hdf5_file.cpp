@@ -1,0 +1,328 @@
+#include "state/hdf5_file.h"
+
+#include <fcntl.h>
+#include <hdf5.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#include "base/error.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+
+namespace {
+
+static_assert(sizeof(long long) == sizeof(hid_t));
+
+/// An identifier of HDF5 that is closed with its scope.
+class Id {
+ public:
+  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Id() {
+    if (id_ >= 0) {
+      close_(id_);
+    }
+  }
+  Id(const Id&) = delete;
+  Id& operator=(const Id&) = delete;
+  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor)
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+template <class Number>
+hid_t type_of();
+template <>
+hid_t type_of<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+hid_t type_of<int>() {
+  return H5T_NATIVE_INT;
+}
+template <>
+hid_t type_of<unsigned char>() {
+  return H5T_NATIVE_UCHAR;
+}
+
+/// Check sums of parts, and how long each is, become that of the whole. Collective.
+unsigned long combined(MPI_Comm comm, unsigned long own, long long bytes) {
+  struct Part {
+    unsigned long sum;
+    long long bytes;
+  };
+  unsigned long whole = crc32(0, nullptr, 0);
+  for (const Part& part : of_all_ranks(comm, std::vector<Part>{{own, bytes}})) {
+    whole = crc32_combine(whole, part.sum, static_cast<z_off_t>(part.bytes));
+  }
+  return whole;
+}
+
+unsigned long sum_of(unsigned long sum, const void* data, std::size_t bytes) {
+  return crc32_z(sum, static_cast<const unsigned char*>(data), bytes);
+}
+
+/// Rows [first, first + own) of a table, of which a rank may have none.
+void select_rows(hid_t space, long long first, long long own, int columns) {
+  const std::array<hsize_t, 2> start{static_cast<hsize_t>(first), 0};
+  const std::array<hsize_t, 2> count{static_cast<hsize_t>(own), static_cast<hsize_t>(columns)};
+  if (own > 0) {
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
+  } else {
+    H5Sselect_none(space);
+  }
+}
+
+hid_t memory_space(long long own, int columns) {
+  const std::array<hsize_t, 2> size{static_cast<hsize_t>(std::max(own, 1LL)), static_cast<hsize_t>(columns)};
+  const hid_t space = H5Screate_simple(2, size.data(), nullptr);
+  if (own == 0) {
+    H5Sselect_none(space);
+  }
+  return space;
+}
+
+hid_t collective_transfer() {
+  const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
+  H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
+  return transfer;
+}
+
+}  // namespace
+
+Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)), mode_(mode) {
+  MPI_Comm_rank(comm_, &rank_);
+  MPI_Comm_size(comm_, &ranks_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // What fails becomes an Error.
+  const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL);
+  H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
+  file_ = mode_ == Mode::create ? H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access)
+                                : H5Fopen(path_.c_str(), H5F_ACC_RDONLY, access);
+  agree(file_ >= 0, mode_ == Mode::create ? "cannot be made" : "is no whole file of HDF5");
+}
+
+Hdf5File::~Hdf5File() {
+  if (file_ >= 0) {
+    H5Fclose(file_);
+  }
+}
+
+void Hdf5File::close() {
+  const bool flushed = mode_ == Mode::read || H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0;
+  const bool closed = H5Fclose(std::exchange(file_, -1)) >= 0;
+  bool kept = true;
+  if (mode_ == Mode::create) {
+    const int file = open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+    kept = file >= 0 && fsync(file) == 0;
+    if (file >= 0) {
+      ::close(file);
+    }
+  }
+  agree(flushed && closed && kept, "cannot be written");
+}
+
+/// @throws Error, on all ranks, unless all have succeeded. Collective.
+void Hdf5File::agree(bool succeeded, const std::string& what) const {
+  if (on_any_rank(comm_, !succeeded)) {
+    throw Error(path_ + ": " + what);
+  }
+}
+
+void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
+                           std::size_t number_size) {
+  long long first = 0;
+  long long all = 0;
+  MPI_Exscan(&own_rows, &first, 1, MPI_LONG_LONG, MPI_SUM, comm_);
+  first = rank_ == 0 ? 0 : first;
+  MPI_Allreduce(&own_rows, &all, 1, MPI_LONG_LONG, MPI_SUM, comm_);
+  const std::array<hsize_t, 2> size{static_cast<hsize_t>(all), static_cast<hsize_t>(columns)};
+  const Id space(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
+  const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(links, 1);
+  const Id table(H5Dcreate2(file_, name.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  bool succeeded = table >= 0;
+  if (succeeded && all * columns > 0) {
+    select_rows(space, first, own_rows, columns);
+    const Id memory(memory_space(own_rows, columns), H5Sclose);
+    const Id transfer(collective_transfer(), H5Pclose);
+    succeeded = H5Dwrite(table, type, memory, space, transfer, rows) >= 0;
+  }
+  const long long bytes = own_rows * columns * static_cast<long long>(number_size);
+  const auto sum = static_cast<unsigned int>(
+      combined(comm_, sum_of(crc32(0, nullptr, 0), rows, static_cast<std::size_t>(bytes)), bytes));
+  const Id scalar(H5Screate(H5S_SCALAR), H5Sclose);
+  const Id attribute(H5Acreate2(table, "crc32", H5T_STD_U32LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  succeeded = succeeded && attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_UINT, &sum) >= 0;
+  agree(succeeded, "cannot be written");
+}
+
+template <class Number>
+void Hdf5File::write(const std::string& name, const std::vector<Number>& rows, int columns) {
+  write_bytes(name, type_of<Number>(), rows.data(), static_cast<long long>(rows.size()) / columns, columns,
+              sizeof(Number));
+}
+
+template <class Number>
+void Hdf5File::write_once(const std::string& name, const std::vector<Number>& rows) {
+  write(name, rank_ == 0 ? rows : std::vector<Number>{});
+}
+
+void Hdf5File::write_text(const std::string& name, const std::string& text) {
+  write_once(name, std::vector<unsigned char>(text.begin(), text.end()));
+}
+
+bool Hdf5File::has(const std::string& name) const {
+  for (std::size_t end = name.find('/'); end != std::string::npos; end = name.find('/', end + 1)) {
+    if (H5Lexists(file_, name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) {
+      return false;
+    }
+  }
+  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> Hdf5File::names(const std::string& group) const {
+  std::vector<std::string> result;
+  if (!has(group)) {
+    return result;
+  }
+  const Id opened(H5Gopen2(file_, group.c_str(), H5P_DEFAULT), H5Gclose);
+  const auto collect = [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return 0;
+  };
+  H5Literate(opened, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &result);
+  return result;
+}
+
+/// @returns an identifier to close. @throws Error where there is no such table, which all ranks find
+long long Hdf5File::open_table(const std::string& name) const {
+  const hid_t table = has(name) ? H5Dopen2(file_, name.c_str(), H5P_DEFAULT) : -1;
+  if (table < 0) {
+    throw Error(path_ + ": has no table " + name);
+  }
+  return table;
+}
+
+long long Hdf5File::rows(const std::string& name) const {
+  const Id table(open_table(name), H5Dclose);
+  const Id space(H5Dget_space(table), H5Sclose);
+  std::array<hsize_t, 2> size{};
+  H5Sget_simple_extent_dims(space, size.data(), nullptr);
+  return static_cast<long long>(size[0]);
+}
+
+int Hdf5File::columns(const std::string& name) const {
+  const Id table(open_table(name), H5Dclose);
+  const Id space(H5Dget_space(table), H5Sclose);
+  std::array<hsize_t, 2> size{};
+  H5Sget_simple_extent_dims(space, size.data(), nullptr);
+  return static_cast<int>(size[1]);
+}
+
+void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows,
+                          int columns, std::size_t number_size, bool is_share) const {
+  if (this->columns(name) != columns) {
+    throw Error(path_ + ": table " + name + " has " + std::to_string(this->columns(name)) + " columns; expected " +
+                std::to_string(columns));
+  }
+  const Id table(open_table(name), H5Dclose);
+  const Id stored(H5Dget_type(table), H5Tclose);
+  if (H5Tequal(stored, type) <= 0) {
+    throw Error(path_ + ": table " + name + " has numbers of another type");
+  }
+  const Id space(H5Dget_space(table), H5Sclose);
+  bool succeeded = true;
+  if (this->rows(name) * columns > 0) {
+    select_rows(space, first, own_rows, columns);
+    const Id memory(memory_space(own_rows, columns), H5Sclose);
+    const Id transfer(collective_transfer(), H5Pclose);
+    succeeded = H5Dread(table, type, memory, space, transfer, rows) >= 0;
+  }
+  unsigned int kept = 0;
+  const Id attribute(H5Aopen(table, "crc32", H5P_DEFAULT), H5Aclose);
+  succeeded = succeeded && attribute >= 0 && H5Aread(attribute, H5T_NATIVE_UINT, &kept) >= 0;
+  agree(succeeded, "table " + name + " cannot be read");
+  const long long bytes = own_rows * columns * static_cast<long long>(number_size);
+  const unsigned long own = sum_of(crc32(0, nullptr, 0), rows, static_cast<std::size_t>(bytes));
+  agree((is_share ? combined(comm_, own, bytes) : own) == kept, "table " + name + " is damaged");
+}
+
+template <class Number>
+std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
+  const long long all = rows(name);
+  const long long first = first_of_share(all, rank_, ranks_);
+  const long long own = first_of_share(all, rank_ + 1, ranks_) - first;
+  std::vector<Number> result(static_cast<std::size_t>(own * columns));
+  read_bytes(name, type_of<Number>(), result.data(), first, own, columns, sizeof(Number), true);
+  return result;
+}
+
+template <class Number>
+std::vector<Number> Hdf5File::read_all(const std::string& name) const {
+  const long long all = rows(name);
+  std::vector<Number> result(static_cast<std::size_t>(all));
+  read_bytes(name, type_of<Number>(), result.data(), 0, all, 1, sizeof(Number), false);
+  return result;
+}
+
+std::string Hdf5File::read_text(const std::string& name) const {
+  const std::vector<unsigned char> text = read_all<unsigned char>(name);
+  return {text.begin(), text.end()};
+}
+
+template void Hdf5File::write(const std::string&, const std::vector<double>&, int);
+template void Hdf5File::write_once(const std::string&, const std::vector<double>&);
+template std::vector<double> Hdf5File::read(const std::string&, int) const;
+template std::vector<double> Hdf5File::read_all(const std::string&) const;
+template void Hdf5File::write(const std::string&, const std::vector<int>&, int);
+template void Hdf5File::write_once(const std::string&, const std::vector<int>&);
+template std::vector<int> Hdf5File::read(const std::string&, int) const;
+template std::vector<int> Hdf5File::read_all(const std::string&) const;
+template void Hdf5File::write(const std::string&, const std::vector<unsigned char>&, int);
+template void Hdf5File::write_once(const std::string&, const std::vector<unsigned char>&);
+template std::vector<unsigned char> Hdf5File::read(const std::string&, int) const;
+template std::vector<unsigned char> Hdf5File::read_all(const std::string&) const;
+
+unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes) {
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  const long long first = Hdf5File::first_of_share(bytes, rank, ranks);
+  const long long end = Hdf5File::first_of_share(bytes, rank + 1, ranks);
+  unsigned long sum = crc32(0, nullptr, 0);
+  together(comm, [&] {
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) {
+      throw Error(path + ": cannot be opened: " + std::strerror(errno));
+    }
+    std::vector<unsigned char> part(1 << 20);
+    long long place = first;
+    while (place < end) {
+      const auto wanted = static_cast<std::size_t>(std::min<long long>(end - place, 1 << 20));
+      const ssize_t count = pread(file, part.data(), wanted, static_cast<off_t>(place));
+      if (count <= 0) {
+        break;
+      }
+      sum = sum_of(sum, part.data(), static_cast<std::size_t>(count));
+      place += count;
+    }
+    ::close(file);
+    if (place < end) {
+      throw Error(path + ": is shorter than it says, expected " + std::to_string(bytes) + " bytes");
+    }
+  });
+  return combined(comm, sum, end - first);
+}
+
+}  // namespace pellicle

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace pellicle {
+
+/// A file of HDF5 that all ranks write, or read, together: tables of numbers, the rows of rank 0 first, then those of
+/// rank 1, and so on. A rank may have no rows. Each table keeps its check sum (CRC-32) as the attribute `crc32`.
+/// Parallel HDF5 over MPI-IO, whose handles stay in here: VTK links another HDF5.
+class Hdf5File {
+ public:
+  enum class Mode { create, read };
+
+  /// Collective. @throws Error, on all ranks, when the file cannot be made or is no such file
+  Hdf5File(MPI_Comm comm, std::string path, Mode mode);
+  /// Closes the file, if it has not been closed, whatever becomes of what was written. Collective.
+  ~Hdf5File();
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+
+  /// Closes the file and sees that it is on the disk. Collective. @throws Error, on all ranks, when it cannot be
+  /// written
+  void close();
+
+  MPI_Comm comm() const { return comm_; }
+  const std::string& path() const { return path_; }
+
+  /// Writes a table. Number is double, int or unsigned char. Collective.
+  /// @param name with its groups, "objects/sheet/cells/id"; the groups are made
+  /// @param rows of this rank, row after row
+  /// @throws Error, on all ranks
+  template <class Number>
+  void write(const std::string& name, const std::vector<Number>& rows, int columns = 1);
+  /// Writes a table of which rank 0 has all rows: what is the same on every rank. Collective.
+  template <class Number>
+  void write_once(const std::string& name, const std::vector<Number>& rows);
+  /// Collective.
+  void write_text(const std::string& name, const std::string& text);
+
+  bool has(const std::string& name) const;
+  /// Names of what a group has, in their order.
+  std::vector<std::string> names(const std::string& group) const;
+  /// Rows of a table, of all ranks.
+  long long rows(const std::string& name) const;
+  int columns(const std::string& name) const;
+
+  /// Reads this rank's share of a table: the rows, in their order, are dealt to the ranks in equal parts. Collective.
+  /// @throws Error, on all ranks, when the table is not there, has other columns or numbers, or is damaged
+  template <class Number>
+  std::vector<Number> read(const std::string& name, int columns = 1) const;
+  /// Reads all of a table on every rank. Collective.
+  template <class Number>
+  std::vector<Number> read_all(const std::string& name) const;
+  std::string read_text(const std::string& name) const;
+
+  /// First row of a rank's share, of so many rows in all.
+  static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }
+
+ private:
+  void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
+                   std::size_t number_size);
+  void read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows, int columns,
+                  std::size_t number_size, bool is_share) const;
+  long long open_table(const std::string& name) const;
+  void agree(bool succeeded, const std::string& what) const;
+
+  MPI_Comm comm_;
+  std::string path_;
+  Mode mode_;
+  int rank_ = 0;
+  int ranks_ = 1;
+  long long file_ = -1;
+};
+
+/// CRC-32 of a file's first bytes, read by all ranks together. Collective. @throws Error, on all ranks
+unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes);
+
+}  // namespace pellicle
