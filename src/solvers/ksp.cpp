@@ -202,6 +202,19 @@ std::string words_of(KSPConvergedReason reason, KSP ksp) {
   }
 }
 
+Solved failure_of(KSPConvergedReason reason) {
+  switch (reason) {
+    case KSP_DIVERGED_INDEFINITE_MAT:
+    case KSP_CONVERGED_CG_NEG_CURVE:
+      return Solved::concave;
+    case KSP_DIVERGED_INDEFINITE_PC:
+    case KSP_DIVERGED_PC_FAILED:
+      return Solved::bad_preconditioner;
+    default:
+      return Solved::no;
+  }
+}
+
 std::string prefix_of(KSP ksp) {
   const char* prefix = nullptr;
   check(KSPGetOptionsPrefix(ksp, &prefix));
@@ -326,8 +339,9 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   // The latter two end the search in a trust region; they are no solutions.
   result.converged = reason > 0 && reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_CONVERGED_CG_CONSTRAINED;
   if (!result.converged) {
-    result.reason = "the linear solver " + prefix + " did not converge (" + KSPConvergedReasons[reason] + " after " +
-                    std::to_string(iterations) + " iterations" + words_of(reason, ksp) + ")";
+    result.refuse(failure_of(reason), "the linear solver " + prefix + " did not converge (" +
+                                          KSPConvergedReasons[reason] + " after " + std::to_string(iterations) +
+                                          " iterations" + words_of(reason, ksp) + ")");
   } else if (reason == KSP_CONVERGED_ITS) {  // It has tested nothing: the preconditioner alone, or no norm.
     Mat matrix = nullptr;
     Mat preconditioning = nullptr;
@@ -337,8 +351,9 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
     check(KSPGetType(ksp, &type));
     check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
     const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, rtol);
-    result.converged = fault.empty();
-    result.reason = fault.empty() ? "" : "the linear solver " + prefix + " (" + type + ") does not solve: " + fault;
+    if (!fault.empty()) {
+      result.refuse(Solved::no, "the linear solver " + prefix + " (" + type + ") does not solve: " + fault);
+    }
   }
   return result;
 }

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 
 #include "base/handle.h"
 #include "base/stage_result.h"
@@ -30,9 +31,21 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
 /// cannot do as they say
 void run_solver(const std::string& prefix, const std::function<void()>& calls);
 
+/// What became of a symmetric system that should be positive definite. no: for another reason than the two that follow,
+/// a preconditioner that is not positive definite or could not be made, and a matrix that is not positive definite.
+enum class Solved { yes, no, bad_preconditioner, concave };
+
 /// How a linear solve went.
 struct LinearResult : StageResult {
   KSPConvergedReason ended = KSP_CONVERGED_ITERATING;  ///< PETSc's name for it
+  Solved solved = Solved::yes;
+
+  /// Takes back that it converged.
+  void refuse(Solved why, std::string words) {
+    converged = false;
+    solved = why;
+    reason = std::move(words);
+  }
 };
 
 /// Solves and says how it went; divergence is a result. Where the solver tests no residual itself (preonly, no norm),

@@ -52,7 +52,8 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   start_.values() = state.position.values();
   {
     const auto timer = clock_.time("implicit step");
-    static_cast<ImplicitResult&>(step) = implicit_.advance(state, h);
+    static_cast<ImplicitResult&>(step) =
+        implicit_.advance(state.position, state.pressure, {state.velocity, state.thickness_ratio, state.time, h});
     if (!step.converged) {
       return step;
     }

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "base/stage_clock.h"
+#include "equilibrium/implicit_step.h"
 #include "prism/volume_preservation.h"
-#include "world/implicit_step.h"
+#include "world/balloon_state.h"
 #include "world/options.h"
 
 namespace pellicle {

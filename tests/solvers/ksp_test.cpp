@@ -3,31 +3,17 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "tests/solvers/chain_matrix.h"
 #include "tests/support/solver_options.h"
 
 namespace pellicle {
 namespace {
 
-/// 2 on the diagonal and -1 beside it, or -2, which leaves it indefinite, with a right-hand side of ones.
+/// A chain with a right-hand side of ones.
 struct Chain {
   static constexpr PetscInt size = 40;
 
-  explicit Chain(double beside = -1) {
-    check(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, size, size, 3, nullptr, 2, nullptr,
-                       matrix.create()));
-    PetscInt first = 0;
-    PetscInt end = 0;
-    check(MatGetOwnershipRange(matrix, &first, &end));
-    for (PetscInt i = first; i < end; ++i) {
-      check(MatSetValue(matrix, i, i, 2, INSERT_VALUES));
-      for (const PetscInt j : {i - 1, i + 1}) {
-        if (j >= 0 && j < size) {
-          check(MatSetValue(matrix, i, j, beside, INSERT_VALUES));
-        }
-      }
-    }
-    check(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
-    check(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+  explicit Chain(double beside = -1) : matrix(chain_matrix(size, beside)) {
     check(MatCreateVecs(matrix, x.create(), b.create()));
     check(VecSet(b, 1));
   }

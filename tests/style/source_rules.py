@@ -26,8 +26,9 @@ MAY_INCLUDE = {
     "gas": FLOOR,
     "contact": FLOOR,
     "constraints": FLOOR | {"contact"},
+    "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints"},
     "world": FLOOR | {"meshing", "solvers", "state", "io", "heat", "combustion", "ablation", "projection", "prism",
-                      "gas", "contact", "constraints"},
+                      "gas", "contact", "constraints", "equilibrium"},
     "main.cpp": {"world", "base", "io"},
 }
 GENERATED = {"revision_text.h"}

@@ -1,0 +1,235 @@
+#include "equilibrium/implicit_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "base/error.h"
+#include "solvers/backtracking.h"
+
+namespace pellicle {
+
+namespace {
+
+/// What a residual is compared with at least, over the potential's force scale: a balloon at rest has no forces.
+constexpr double negligible_force = 1e-6;
+
+KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes) {
+  KspDefaults defaults;
+  // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
+  // motions are all but free, and beyond a limit point only the volume that is prescribed holds it.
+  if (options.mat_type == "sbaij") {
+    defaults.preconditioner = PCBJACOBI;
+  } else if (options.mat_type == "shell" || !options.inertia || prescribes_volumes) {
+    defaults.preconditioner = PCPBJACOBI;
+  } else {
+    defaults.preconditioner = PCMG;
+  }
+  defaults.rtol = options.ksp_rtol;
+  defaults.max_iterations = 10000;
+  return defaults;
+}
+
+}  // namespace
+
+ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options)
+    : options_(options),
+      potential_(model, options),
+      system_(potential_.tangent_matrix(), model.chambers.count(), "prism_",
+              solver_defaults(options, !potential_.prescribed().empty())),
+      patches_(RigidPatches::of(system_.solver(), potential_.tangent_matrix(), model.elements.membrane(),
+                                model.constraints.projectors(), options.patch_size)) {
+  if (!potential_.prescribed().empty()) {
+    bordered_.emplace(system_, potential_.prescribed(), potential_.pressure_scales());
+  }
+  Mat matrix = bordered_ ? bordered_->matrix() : system_.matrix();
+  check(MatCreateVecs(matrix, unknowns_.create(), residual_.create()));
+  // Rounding of positions alone leaves some 3 to 4 epsilon times this: it does not shrink with the elements, since
+  // their stiffness does not either. A balloon at rest ends its steps here.
+  const double vertices = static_cast<double>(model.elements.membrane().particles.global);
+  rounding_ = 20 * std::numeric_limits<double>::epsilon() * potential_.force_scale() * std::sqrt(vertices);
+  NewtonDefaults defaults;
+  defaults.atol = rounding_;
+  defaults.rtol = options.snes_rtol;
+  defaults.ksp_rtol = options.ksp_rtol;
+  defaults.max_iterations = options.max_iterations;
+  defaults.own_tangent = "prism.tangent or prism.mat_type shell";
+  NewtonProblem problem;
+  problem.residual = [this](Vec position, Vec residual) {
+    potential_.move_to(position);
+    potential_.compute_residual(residual);
+  };
+  problem.update_jacobian = [this](Vec position) {
+    potential_.move_to(position);
+    update_jacobian();
+  };
+  problem.solve = [this](Vec residual, Vec descent, const NewtonRequest& request) {
+    check(KSPSetTolerances(system_.solver(), request.rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+    check(KSPSetReusePreconditioner(system_.solver(), request.reuses_preconditioner));
+    return solve(residual, descent);
+  };
+  if (options.line_search) {
+    problem.search = [this](const NewtonStep& step) { return search(step); };
+  }
+  newton_.emplace(matrix, "prism_", std::move(problem), defaults);
+}
+
+ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start) {
+  potential_.begin_step(position, pressure, start);
+  potential_.write_to(unknowns_);
+  concave_iterations_ = 0;
+  const NewtonResult newton = newton_->solve(unknowns_);
+
+  ImplicitResult result;
+  result.newton_iterations = newton.iterations;
+  result.linear_iterations = newton.linear_iterations;
+  result.concave_iterations = concave_iterations_;
+  result.converged = newton.ended > 0 || (options_.newton == "fixed" && newton.ended == SNES_DIVERGED_MAX_IT);
+  if (!result.converged) {
+    result.reason = words_of_failure(newton);
+    return result;
+  }
+  judge(newton, result);
+  if (!result.converged) {
+    return result;
+  }
+  position.values() = potential_.position().values();
+  pressure(potential_.prescribed()) = potential_.multiplier();
+  return result;
+}
+
+/// What is left of the forces where SNES has ended, which it took for an end: whether it is one.
+void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
+  potential_.move_to(unknowns_);
+  potential_.compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
+  check(VecNorm(residual_, NORM_2, &result.residual));
+  const auto norms = potential_.force_norms();
+  const double largest = *std::max_element(norms.begin(), norms.end());
+  result.relative_residual = result.residual / std::max(largest, negligible_force * potential_.force_scale());
+  result.is_above_tolerance = result.residual > rounding_ && result.relative_residual > options_.residual_tolerance;
+  char text[200] = "";
+  if (!(result.residual <= std::max(newton.start_residual, rounding_))) {
+    std::snprintf(text, sizeof text, "Newton's iterations made the residual grow, from %.2e N to %.2e N",
+                  newton.start_residual, result.residual);
+  } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && options_.newton == "converged" &&
+             result.is_above_tolerance) {
+    std::snprintf(text, sizeof text, "Newton's method goes no further at a residual of %.2e N, %.1e of the forces",
+                  result.residual, result.relative_residual);
+  }
+  result.converged = text[0] == '\0';
+  result.reason = text;
+}
+
+std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
+  if (!newton.linear_failure.empty()) {
+    return newton.linear_failure;
+  }
+  char text[200];
+  std::string words;
+  switch (newton.ended) {
+    case SNES_DIVERGED_LINE_SEARCH:
+      words = "no part of Newton's step lowers the potential without turning elements over";
+      break;
+    case SNES_DIVERGED_FNORM_NAN:
+    case SNES_DIVERGED_FUNCTION_DOMAIN:
+      words = "the forces are not finite: an element has collapsed, or a chamber has no volume left";
+      break;
+    case SNES_DIVERGED_MAX_IT:
+      std::snprintf(text, sizeof text,
+                    "Newton's method did not converge in %d iterations (residual %.2e N): no equilibrium near, or the "
+                    "step is too long",
+                    newton.iterations, newton.residual);
+      words = text;
+      break;
+    default:
+      words = std::string("Newton's method did not converge (") + SNESConvergedReasons[newton.ended] + ")";
+  }
+  if (concave_iterations_ > 0) {
+    words +=
+        "; the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
+        "that the balloon can hold (to go there prescribe its volume or its amount of gas), or the step is too long";
+  }
+  return words;
+}
+
+void ImplicitStep::update_jacobian() {
+  const bool renews_patches = patches_ && patches_->due();
+  if (renews_patches || positive_ != nullptr) {
+    potential_.update_tangent(StepPotential::Tangent::positive, system_);
+    if (renews_patches) {
+      patches_->renew();
+    }
+    if (positive_ != nullptr) {
+      check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));
+    }
+  }
+  potential_.update_tangent(StepPotential::Tangent::exact, system_);
+}
+
+/// The step of Newton's method, J y = r, or of the positive tangent in J's place (see the class).
+LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
+  LinearResult result = solve_once(right_hand_side, solution);
+  const auto again = [&] {
+    const int iterations = result.iterations;
+    result = solve_once(right_hand_side, solution);
+    result.iterations += iterations;
+  };
+  if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && system_.allows_other_preconditioning() &&
+      options_.mat_type != "shell") {
+    // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
+    check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
+    system_.precondition_from(positive_);
+    update_jacobian();
+    again();
+  }
+  if (result.solved == Solved::concave) {
+    ++concave_iterations_;
+    potential_.update_tangent(StepPotential::Tangent::positive, system_);
+    again();
+  }
+  return result;
+}
+
+LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
+  if (bordered_) {
+    return bordered_->solve(right_hand_side, solution);
+  }
+  LinearResult result = system_.solve(right_hand_side, solution);
+  double curvature = 0;  // y.A y
+  check(VecDot(right_hand_side, solution, &curvature));
+  if (result.converged && curvature < 0) {
+    result.refuse(Solved::concave, "the tangent is not positive definite");
+  }
+  return result;
+}
+
+/// Steps back from Newton's step until no element turns over and the potential falls; with prescribed volumes the
+/// potential and what the multipliers make of the volumes' errors.
+std::optional<double> ImplicitStep::search(const NewtonStep& step) {
+  double weight = 0;  // of the volumes' errors: more than any multiplier makes them an exact penalty
+  double slope = 0;
+  const auto merit = [&] {
+    const double value = potential_.value();
+    return value + weight * potential_.excess_volume().cwiseAbs().sum();
+  };
+  check(VecDot(step.residual, step.descent, &slope));
+  if (bordered_) {
+    check(VecWAXPY(step.trial, -1, step.descent, step.position));
+    potential_.move_to(step.trial);
+    weight = 2 * potential_.multiplier().cwiseAbs().maxCoeff();
+    slope = 0;  // only a decrease is asked for
+  }
+  potential_.move_to(step.position);
+  const double before = merit();
+  const double rounding = 1e-13 * (std::abs(before) + potential_.force_scale() * potential_.length_scale());
+  return backtrack(
+      [&](double share) -> std::optional<double> {
+        check(VecWAXPY(step.trial, -share, step.descent, step.position));
+        potential_.move_to(step.trial);
+        return potential_.inverted() > 0 ? std::nullopt : std::optional(merit());
+      },
+      before, slope, rounding);
+}
+
+}  // namespace pellicle

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "equilibrium/step_potential.h"
+#include "prism/rigid_patches.h"
+#include "solvers/bordered_system.h"
+#include "solvers/newton.h"
+
+namespace pellicle {
+
+/// How an implicit step went.
+struct ImplicitResult {
+  bool converged = true;
+  std::string reason;  ///< of a failure, in words
+  int newton_iterations = 0;
+  int linear_iterations = 0;
+  int concave_iterations = 0;       ///< Newton iterations in which the tangent was not positive definite
+  double residual = 0;              ///< norm of what is left of all forces together at the end [N]
+  double relative_residual = 0;     ///< over the largest norm of one kind of force: of the wall, the gas, inertia, ...
+  bool is_above_tolerance = false;  ///< whether that is more than PrismOptions::residual_tolerance, and not rounding
+};
+
+/// Implicit Euler for the wall and its gas (balloon paper, eq. 18 to 23), by SNES and KSP with prefix `prism_`: makes
+/// StepPotential stationary.
+///
+/// Newton's steps are halved until no element has turned over since x^n and Pi falls (README: readings). The gas's
+/// rank-one part stays low-rank beside the assembled or matrix-free part.
+///
+/// Where the tangent is not positive definite, Pi has no minimum near and may have several further off. Whether it is
+/// so the linear solver finds out: conjugate gradients meet a direction of negative curvature, or the solution is one.
+/// What they have reached by then depends on preconditioner, ranks and rounding, and is not used: the iteration is
+/// solved again with a tangent that is positive definite by construction (TangentInput::positive). So the steps are the
+/// same everywhere, and near a minimum the tangent is exact.
+///
+/// Chambers of prescribed volume add their pressures as unknowns: a bordered system.
+class ImplicitStep {
+ public:
+  /// Collective. @throws Error on solver options that PETSc does not know
+  ImplicitStep(const BalloonModel& model, const PrismOptions& options);
+
+  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step;
+  /// velocities, thickness, other pressures and time are the caller's. Both stay as they were when the result has not
+  /// converged. Collective.
+  ImplicitResult advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start);
+
+  /// Square root of the wall's undeformed area, the same on every rank [m].
+  double length_scale() const { return potential_.length_scale(); }
+
+ private:
+  void update_jacobian();
+  LinearResult solve(Vec right_hand_side, Vec solution);
+  LinearResult solve_once(Vec right_hand_side, Vec solution);
+  std::optional<double> search(const NewtonStep& step);
+  void judge(const NewtonResult& newton, ImplicitResult& result);
+  std::string words_of_failure(const NewtonResult& newton) const;
+
+  PrismOptions options_;
+  StepPotential potential_;
+  MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed
+  LowRankSystem system_;  ///< of the positions
+  std::optional<RigidPatches> patches_;     ///< of its preconditioner, if it is multigrid
+  std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
+  double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
+  int concave_iterations_ = 0;              ///< of the step in progress
+  VecHandle unknowns_;
+  VecHandle residual_;
+  std::optional<Newton> newton_;
+};
+
+}  // namespace pellicle

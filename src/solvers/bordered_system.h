@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "solvers/low_rank_system.h"
+
+namespace pellicle {
+
+/// [T', -G S; -S G^T, 0] [x; z] = [r; q]: some of the columns of a LowRankSystem border it, G, with scales S; T' is its
+/// T with what its other columns add. Solved by block elimination. In place of T' stands the system's own A, with
+/// rho g g^T of the bordering columns and r changed accordingly, for S G^T x = -q: the solution is the same, and A
+/// stays positive definite where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
+///
+/// A vector of such a system has the rows of T, and the border's at the end of rank 0's.
+class BorderedSystem {
+ public:
+  /// Collective. @param part must outlive the system @param columns of it that border, at least one
+  BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales);
+  BorderedSystem(const BorderedSystem&) = delete;  // The matrix points to this object.
+  BorderedSystem& operator=(const BorderedSystem&) = delete;
+
+  /// The system's matrix, which can be multiplied with.
+  Mat matrix() const { return matrix_; }
+
+  /// A solution along which the matrix A has a negative curvature is none, as conjugate gradients would have found.
+  /// Collective.
+  LinearResult solve(Vec right_hand_side, Vec solution);
+
+  /// The border's entries of a vector, on every rank. Collective.
+  Eigen::VectorXd border_values(Vec vector) const;
+
+ private:
+  void multiply(Vec x, Vec y);
+  int size() const { return static_cast<int>(columns_.size()); }
+
+  LowRankSystem& part_;
+  std::vector<int> columns_;
+  Eigen::VectorXd scales_;
+  int rank_ = 0;
+  MatHandle matrix_;
+  VecHandle part_right_hand_side_;
+  VecHandle part_solution_;
+  std::vector<VecHandle> influence_;  ///< A^-1 g of the bordering columns
+};
+
+}  // namespace pellicle

@@ -1,0 +1,111 @@
+#include "solvers/low_rank_system.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+
+namespace pellicle {
+
+LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
+    : sparse_(sparse), rtol_(defaults.rtol) {
+  PetscInt rows = 0;
+  check(MatGetLocalSize(sparse, &rows, nullptr));
+  columns_.setZero(rows, columns);
+  coefficients_.setZero(columns);
+  if (columns > 0) {
+    const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(sparse));
+    check(VecCreateSeq(PETSC_COMM_SELF, columns, petsc_coefficients_.create()));
+    check(MatCreateDense(comm, rows, PETSC_DECIDE, PETSC_DETERMINE, columns, columns_.data(), petsc_columns_.create()));
+    check(MatCreateLRC(sparse, petsc_columns_, petsc_coefficients_, nullptr, low_rank_.create()));
+  }
+  solver_ = make_ksp(matrix(), sparse, prefix, defaults);
+  PetscBool is_direct = PETSC_FALSE;
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(KSP(solver_)), KSPPREONLY, &is_direct));
+  solves_sparse_alone_ = columns > 0 && is_direct == PETSC_TRUE;
+  if (solves_sparse_alone_) {
+    check(KSPSetOperators(solver_, sparse, sparse));
+  }
+}
+
+void LowRankSystem::update(const Eigen::MatrixXd& columns, const Eigen::VectorXd& coefficients) {
+  influence_.clear();
+  if (count() == 0) {
+    return;
+  }
+  columns_ = columns;
+  coefficients_ = coefficients;
+  double* values = nullptr;
+  check(VecGetArrayWrite(petsc_coefficients_, &values));
+  std::copy(coefficients.begin(), coefficients.end(), values);
+  check(VecRestoreArrayWrite(petsc_coefficients_, &values));
+  check(MatAssemblyBegin(petsc_columns_, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(petsc_columns_, MAT_FINAL_ASSEMBLY));
+}
+
+void LowRankSystem::precondition_from(Mat matrix) {
+  Mat system = nullptr;
+  check(KSPGetOperators(solver_, &system, nullptr));
+  check(KSPSetOperators(solver_, system, matrix));
+}
+
+LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution) {
+  return solves_sparse_alone_ ? solve_by_woodbury(right_hand_side, solution)
+                              : pellicle::solve(solver_, right_hand_side, solution);
+}
+
+/// With Z = T^-1 G: A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.
+LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution) {
+  int iterations = 0;
+  while (static_cast<int>(influence_.size()) < count()) {
+    const auto number = static_cast<PetscInt>(influence_.size());
+    VecHandle influence;
+    Vec column = nullptr;
+    check(VecDuplicate(right_hand_side, influence.create()));
+    check(MatDenseGetColumnVecRead(petsc_columns_, number, &column));
+    LinearResult result = pellicle::solve(solver_, column, influence);
+    check(MatDenseRestoreColumnVecRead(petsc_columns_, number, &column));
+    iterations += result.iterations;
+    result.iterations = iterations;
+    if (!result.converged) {
+      return result;
+    }
+    influence_.push_back(std::move(influence));
+  }
+  LinearResult result = pellicle::solve(solver_, right_hand_side, solution);
+  result.iterations += iterations;
+  if (!result.converged) {
+    return result;
+  }
+  std::vector<Vec> vectors(influence_.begin(), influence_.end());
+  vectors.push_back(solution);
+  const Eigen::MatrixXd scaled = coefficients_.asDiagonal() * column_products(vectors);
+  const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(count(), count()) + scaled.leftCols(count());
+  const Eigen::VectorXd weights = -system.partialPivLu().solve(scaled.col(count()));
+  check(VecMAXPY(solution, count(), weights.data(), vectors.data()));
+  const std::string fault = fault_of_solution(low_rank_, sparse_, right_hand_side, solution, rtol_);
+  if (!fault.empty()) {
+    const char* prefix = nullptr;
+    check(KSPGetOptionsPrefix(solver_, &prefix));
+    result.refuse(Solved::no,
+                  std::string("the linear solver ") + prefix + " with the low-rank part does not solve: " + fault);
+  }
+  return result;
+}
+
+Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) const {
+  Eigen::MatrixXd products(columns_.cols(), vectors.size());
+  for (std::size_t column = 0; column < vectors.size(); ++column) {
+    const double* values = nullptr;
+    check(VecGetArrayRead(vectors[column], &values));
+    products.col(static_cast<Eigen::Index>(column)) =
+        columns_.transpose() * Eigen::Map<const Eigen::VectorXd>(values, columns_.rows());
+    check(VecRestoreArrayRead(vectors[column], &values));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
+                PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
+  return products;
+}
+
+}  // namespace pellicle

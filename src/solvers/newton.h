@@ -1,0 +1,91 @@
+#pragma once
+
+#include <petscsnes.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/handle.h"
+#include "solvers/ksp.h"
+
+namespace pellicle {
+
+using SnesHandle = Handle<SNES, SNESDestroy>;
+
+/// What SNES sets for one linear solve of Newton's method: Eisenstat and Walker's tolerance, a lagged preconditioner.
+struct NewtonRequest {
+  double rtol = 0;
+  PetscBool reuses_preconditioner = PETSC_FALSE;
+};
+
+/// Newton's step as the line search finds it. The search may overwrite `trial`.
+struct NewtonStep {
+  Vec position;  ///< x
+  Vec residual;  ///< f(x)
+  Vec descent;   ///< y, of which x - y is the whole step
+  Vec trial;
+};
+
+/// f(x) = 0, f the gradient of a potential, as Newton's method asks for it. All collective.
+struct NewtonProblem {
+  std::function<void(Vec position, Vec residual)> residual;
+  /// Sets the Jacobian, in whatever form `solve` wants it.
+  std::function<void(Vec position)> update_jacobian;
+  /// J y = f at the position of the last Jacobian. A failure is the last result's reason.
+  std::function<LinearResult(Vec residual, Vec descent, const NewtonRequest& request)> solve;
+  /// Share of the step to go; nothing: none would do. Empty function: the whole step always.
+  std::function<std::optional<double>(const NewtonStep& step)> search;
+};
+
+/// What Newton's method is before the user's options are read.
+struct NewtonDefaults {
+  double atol = 0;
+  double rtol = 1e-8;
+  double stol = 1e-13;
+  double ksp_rtol = 1e-6;
+  int max_iterations = 50;
+  std::string own_tangent;  ///< the options that choose the Jacobian, for a message
+};
+
+/// How Newton's method ended.
+struct NewtonResult {
+  SNESConvergedReason ended = SNES_CONVERGED_ITERATING;
+  int iterations = 0;
+  int linear_iterations = 0;
+  double residual = 0;         ///< norm where it ended, as SNES has it
+  double start_residual = 0;   ///< norm where it began
+  std::string linear_failure;  ///< of the last linear solve, in words
+};
+
+/// Newton's method by SNES, whose linear solver is the problem's own: SNES sees a KSP of prefix `<prefix>newton_` that
+/// hands everything on.
+class Newton {
+ public:
+  /// Collective. @param system matrix of the Jacobian, for SNES alone @param prefix such as "prism_"
+  /// @throws Error on nonlinear solvers and Jacobians that would pass the problem's own by, or that PETSc does not know
+  Newton(Mat system, const std::string& prefix, NewtonProblem problem, const NewtonDefaults& defaults);
+  Newton(const Newton&) = delete;  // PETSc's callbacks point to this object.
+  Newton& operator=(const Newton&) = delete;
+
+  /// Moves `position` to where the method ends, a solution or not. Collective. @throws Error that names the options
+  /// when PETSc cannot do as they say
+  NewtonResult solve(Vec position);
+
+ private:
+  static PetscErrorCode residual_callback(SNES snes, Vec position, Vec residual, void* context);
+  static PetscErrorCode jacobian_callback(SNES snes, Vec position, Mat amat, Mat pmat, void* context);
+  static PetscErrorCode solve_callback(PC pc, Vec residual, Vec descent);
+  static PetscErrorCode search_callback(SNESLineSearch search, void* context);
+  bool search(SNESLineSearch search);
+
+  std::string prefix_;
+  NewtonProblem problem_;
+  NewtonResult result_;      ///< of the solve in progress
+  bool has_begun_ = false;   ///< it has a first residual
+  std::string bad_options_;  ///< why the linear solver cannot work as the options say, found in a callback
+  VecHandle residual_;
+  SnesHandle snes_;
+};
+
+}  // namespace pellicle
