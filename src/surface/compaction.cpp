@@ -138,10 +138,22 @@ Remainder join(const Eigen::MatrixXd& cells, const Eigen::MatrixXd& corners, Pet
   return rest;
 }
 
+/// Records as columns of numbers that are copied and never looked at.
+Eigen::MatrixXd columns_of(const Records& records) {
+  const auto rows = static_cast<Eigen::Index>((records.bytes() + sizeof(double) - 1) / sizeof(double));
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, records.count());
+  for (PetscInt item = 0; item < records.count(); ++item) {
+    std::copy_n(records.at(item), records.bytes(), reinterpret_cast<std::byte*>(columns.col(item).data()));
+  }
+  return columns;
+}
+
 }  // namespace
 
-CompactedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Eigen::MatrixXd& particle_data,
-                       const Eigen::MatrixXd& cell_data, const SheetOptions& options) {
+CompactedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles,
+                       const Records& cell_records, const SheetOptions& options) {
+  const Eigen::MatrixXd particle_data = columns_of(particles);
+  const Eigen::MatrixXd cell_data = columns_of(cell_records);
   MPI_Comm comm = sheet.comm();
   int rank = 0;
   int ranks = 1;
@@ -180,16 +192,20 @@ CompactedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const 
   compacted.sheet = std::move(shell.sheet);
   compacted.sheet.first_lattice_id = sheet.first_lattice_id;
   compacted.sheet.id_end = sheet.id_end;
-  compacted.particle_data.resize(particle_data.rows(), static_cast<Eigen::Index>(shell.points.size()));
-  for (Eigen::Index i = 0; i < compacted.particle_data.cols(); ++i) {
-    const PetscInt point = shell.points[static_cast<std::size_t>(i)];
-    compacted.particle_data.col(i) = distribution.extra(point).segment(1, particle_data.rows());
+  const auto set = [](Records& records, PetscInt item, const auto& column) {
+    const Eigen::VectorXd numbers = column;
+    std::copy_n(reinterpret_cast<const std::byte*>(numbers.data()), records.bytes(), records.at(item));
+  };
+  compacted.particles = Records(particles.bytes(), static_cast<PetscInt>(shell.points.size()));
+  for (PetscInt i = 0; i < compacted.particles.count(); ++i) {
+    set(compacted.particles, i,
+        distribution.extra(shell.points[static_cast<std::size_t>(i)]).segment(1, particle_data.rows()));
   }
-  compacted.cell_data.resize(cell_data.rows(), static_cast<Eigen::Index>(compacted.sheet.cells.size()));
-  for (Eigen::Index cell = 0; cell < compacted.cell_data.cols(); ++cell) {
-    const PetscInt particle = compacted.sheet.lattice[static_cast<std::size_t>(cell)];
-    const PetscInt point = shell.points[static_cast<std::size_t>(particle)];
-    compacted.cell_data.col(cell) = distribution.extra(point).tail(cell_data.rows());
+  const std::vector<PetscInt>& lattice = compacted.sheet.lattice;
+  compacted.cells = Records(cell_records.bytes(), static_cast<PetscInt>(lattice.size()));
+  for (PetscInt cell = 0; cell < compacted.cells.count(); ++cell) {
+    const auto particle = static_cast<std::size_t>(lattice[static_cast<std::size_t>(cell)]);
+    set(compacted.cells, cell, distribution.extra(shell.points[particle]).tail(cell_data.rows()));
   }
   return compacted;
 }

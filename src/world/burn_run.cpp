@@ -209,26 +209,25 @@ void BurnRun::accept(double time) {
 }
 
 void BurnRun::compact(const std::vector<bool>& kept) {
-  const auto rows = [this](Item item) { return static_cast<Eigen::Index>((state_->record_size(item) + 7) / 8); };
   const auto packed = [&](Item item, PetscInt owned) {
-    Eigen::MatrixXd records(rows(item), owned);
+    Records records(state_->record_size(item), owned);
     for (PetscInt i = 0; i < owned; ++i) {
-      state_->pack(item, i, reinterpret_cast<std::byte*>(records.col(i).data()));
+      state_->pack(item, i, records.at(i));
     }
     return records;
   };
-  const CompactedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
-                                                     packed(Item::cell, sheet_->owned_cells), options_.sheet);
-  auto sheet = std::make_unique<Sheet>(compacted.sheet);
+  CompactedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
+                                               packed(Item::cell, sheet_->owned_cells), options_.sheet);
+  auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
   auto state = std::make_unique<State>(*sheet);
   state->take_over(*state_);
-  const auto unpack = [&state](Item item, const Eigen::MatrixXd& records) {
-    for (Eigen::Index i = 0; i < records.cols(); ++i) {
-      state->unpack(item, static_cast<PetscInt>(i), reinterpret_cast<const std::byte*>(records.col(i).data()));
+  const auto unpack = [&state](Item item, const Records& records) {
+    for (PetscInt i = 0; i < records.count(); ++i) {
+      state->unpack(item, i, records.at(i));
     }
   };
-  unpack(Item::particle, compacted.particle_data);
-  unpack(Item::cell, compacted.cell_data);
+  unpack(Item::particle, compacted.particles);
+  unpack(Item::cell, compacted.cells);
   auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), state->pin);
   burn->follow(*state);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <random>
@@ -178,19 +179,25 @@ class ScatteredFire {
   void remove_empty_cells() {
     std::vector<bool> kept = empty_cells(*sheet_, living_);
     kept.flip();
-    Eigen::MatrixXd piece(1, sheet_->particles.owned);
-    std::copy_n(pieces_.of_particle.begin(), piece.size(), piece.data());
-    Eigen::MatrixXd triangles(4, sheet_->owned_cells);
-    std::copy_n(living_.triangles.begin(), triangles.size(), triangles.data());
+    using Triangles = std::array<bool, 4>;
+    std::vector<PetscInt> piece(pieces_.of_particle);
+    piece.resize(static_cast<std::size_t>(sheet_->particles.owned));
+    std::vector<Triangles> triangles(static_cast<std::size_t>(sheet_->owned_cells));
+    auto lives = living_.triangles.cbegin();
+    for (Triangles& of_cell : triangles) {
+      std::copy_n(lives, 4, of_cell.begin());
+      lives += 4;
+    }
     SheetOptions options;
     options.imbalance_limit = 1;
-    CompactedSheet compacted = compact(*sheet_, kept, piece, triangles, options);
+    CompactedSheet compacted = compact(*sheet_, kept, Records::of(piece), Records::of(triangles), options);
     sheet_ = std::make_unique<Sheet>(std::move(compacted.sheet));
-    pieces_.of_particle.assign(compacted.particle_data.data(),
-                               compacted.particle_data.data() + compacted.particle_data.size());
+    pieces_.of_particle = compacted.particles.as<PetscInt>();
     living_ = Living(*sheet_);
-    std::transform(compacted.cell_data.data(), compacted.cell_data.data() + compacted.cell_data.size(),
-                   living_.triangles.begin(), [](double lives) { return lives > 0; });
+    living_.triangles.clear();
+    for (const Triangles& of_cell : compacted.cells.as<Triangles>()) {
+      living_.triangles.insert(living_.triangles.end(), of_cell.begin(), of_cell.end());
+    }
     Ablation(*sheet_).follow_triangles(living_);
   }
 

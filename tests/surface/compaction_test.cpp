@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <set>
@@ -58,20 +60,30 @@ class Compaction : public ::testing::Test {
     return result;
   }
 
-  /// What a particle's data are in the tests, computed from its id.
-  static Eigen::Vector3d datum(PetscInt id) { return {1.0 * id, std::sin(id), 1.0 / (1 + id)}; }
+  /// What moves with a particle in the tests, computed from its id.
+  struct ParticleDatum {
+    double sine;
+    std::int64_t id;  // leaves no gap, whose bytes would be any
+  };
+  static ParticleDatum datum(PetscInt id) { return {std::sin(id), id}; }
+
+  /// What moves with a cell: bytes that fill no whole number.
+  using CellDatum = std::array<char, 3>;
+  static CellDatum cell_datum(PetscInt id) {
+    return {static_cast<char>(id), static_cast<char>(id / 100), static_cast<char>(id / 10000)};
+  }
 
   static CompactedSheet compact_with_data(const Sheet& sheet, const Keep& keep, const SheetOptions& options) {
-    Eigen::MatrixXd particles(3, sheet.particles.owned);
-    Eigen::MatrixXd cells(2, sheet.owned_cells);
+    std::vector<ParticleDatum> particles;
+    std::vector<CellDatum> cells;
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-      particles.col(i) = datum(sheet.persistent_id[static_cast<std::size_t>(i)]);
+      particles.push_back(datum(sheet.persistent_id[static_cast<std::size_t>(i)]));
     }
     for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
       const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(cell)];
-      cells.col(cell) = 2 * datum(sheet.persistent_id[static_cast<std::size_t>(lattice)]).tail<2>();
+      cells.push_back(cell_datum(sheet.persistent_id[static_cast<std::size_t>(lattice)]));
     }
-    return compact(sheet, kept(sheet, keep), particles, cells, options);
+    return compact(sheet, kept(sheet, keep), Records::of(particles), Records::of(cells), options);
   }
 
   static SpringKey key(const Sheet& sheet, Colour colour, PetscInt s) {
@@ -114,7 +126,8 @@ class Compaction : public ::testing::Test {
     EXPECT_EQ(sum(sheet.particles.owned), static_cast<int>(particles.size()));
     EXPECT_EQ(sum(sheet.owned_cells), static_cast<int>(corners.size()));
 
-    ASSERT_EQ(compacted.particle_data.cols(), sheet.particles.local());
+    const auto particle_data = compacted.particles.as<ParticleDatum>();
+    ASSERT_EQ(static_cast<PetscInt>(particle_data.size()), sheet.particles.local());
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(i)];
       ASSERT_EQ(particles.count(id), 1u);
@@ -123,15 +136,17 @@ class Compaction : public ::testing::Test {
       EXPECT_EQ(sheet.uv.col(i), whole.uv.col(from));
       EXPECT_EQ(sheet.initial_mass[static_cast<std::size_t>(i)], whole.initial_mass[static_cast<std::size_t>(from)]);
       EXPECT_EQ(sheet.is_lattice[static_cast<std::size_t>(i)], id >= whole.first_lattice_id);
-      EXPECT_EQ(compacted.particle_data.col(i), datum(id));
+      EXPECT_EQ(particle_data[static_cast<std::size_t>(i)].id, id);
+      EXPECT_EQ(particle_data[static_cast<std::size_t>(i)].sine, std::sin(id));
       if (i < sheet.particles.owned) {
         EXPECT_EQ(sheet.cell_count[static_cast<std::size_t>(i)], cell_count[static_cast<std::size_t>(from)]);
       }
     }
-    ASSERT_EQ(compacted.cell_data.cols(), static_cast<Eigen::Index>(sheet.cells.size()));
+    const auto cell_data = compacted.cells.as<CellDatum>();
+    ASSERT_EQ(cell_data.size(), sheet.cells.size());
     for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
       const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[cell])];
-      EXPECT_EQ(compacted.cell_data.col(static_cast<Eigen::Index>(cell)), 2 * datum(id).tail<2>());
+      EXPECT_EQ(cell_data[cell], cell_datum(id));
       for (std::size_t k = 0; k < 4; ++k) {
         EXPECT_EQ(sheet.persistent_id[static_cast<std::size_t>(sheet.cells[cell][k])], corners.at(id)[k]);
       }
@@ -255,8 +270,8 @@ TEST_F(Compaction, twice_is_the_same_as_once) {
   EXPECT_EQ(twice.sheet.initial_mass, once.sheet.initial_mass);
   EXPECT_EQ(twice.sheet.cells, once.sheet.cells);
   EXPECT_EQ(twice.sheet.owned_cells, once.sheet.owned_cells);
-  EXPECT_EQ(twice.particle_data, once.particle_data);
-  EXPECT_EQ(twice.cell_data, once.cell_data);
+  EXPECT_EQ(twice.particles.data(), once.particles.data());
+  EXPECT_EQ(twice.cells.data(), once.cells.data());
   for (const Colour colour : all_colours) {
     EXPECT_EQ(twice.sheet.of(colour).ends, once.sheet.of(colour).ends);
     EXPECT_EQ(twice.sheet.of(colour).triangles, once.sheet.of(colour).triangles);
