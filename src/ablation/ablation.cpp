@@ -6,6 +6,13 @@
 
 namespace pellicle {
 
+namespace {
+
+/// A flag for each triangle of a cell, kept at the cell's lattice particle.
+using TriangleFlags = std::array<bool, 4>;
+
+}  // namespace
+
 std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass) {
   std::vector<double> level(static_cast<std::size_t>(sheet.particles.local()));
   for (std::size_t i = 0; i < level.size(); ++i) {
@@ -19,12 +26,6 @@ SpringState spring_state(double level_0, double level_1) {
     return SpringState::shrunk;
   }
   return level_0 < 0 && level_1 < 0 ? SpringState::burnt : SpringState::partly_burnt;
-}
-
-Ablation::Ablation(const Sheet& sheet) : sheet_(sheet), of_triangles_(sheet.particles, 4) {
-  for (const Colour colour : all_colours) {
-    of_springs_[static_cast<std::size_t>(colour)] = Field(sheet.of(colour).layout, 1);
-  }
 }
 
 bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
@@ -51,21 +52,21 @@ bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& 
     return false;
   }
   // A torn spring of this rank may have triangles in cells of others, which their owners mark.
-  Eigen::MatrixXd& marks = of_triangles_.values();
-  marks.setZero();
+  std::vector<TriangleFlags> marks(static_cast<std::size_t>(sheet_.particles.local()), TriangleFlags{});
   for (const Colour colour : all_colours) {
     for (const PetscInt spring : torn[static_cast<std::size_t>(colour)]) {
       for (const PetscInt triangle : sheet_.of(colour).triangles[static_cast<std::size_t>(spring)]) {
         if (triangle >= 0) {
-          marks(triangle % 4, sheet_.lattice[static_cast<std::size_t>(triangle / 4)]) = 1;
+          const PetscInt lattice = sheet_.lattice[static_cast<std::size_t>(triangle / 4)];
+          marks[static_cast<std::size_t>(lattice)][static_cast<std::size_t>(triangle % 4)] = true;
         }
       }
     }
   }
-  of_triangles_.add_ghosts();
+  gather_flags(sheet_.particles, marks);
   bool died = false;
   for (std::size_t t = 0; t < 4 * static_cast<std::size_t>(sheet_.owned_cells); ++t) {
-    if (living.triangles[t] && marks(static_cast<Eigen::Index>(t % 4), sheet_.lattice[t / 4]) > 0) {
+    if (living.triangles[t] && marks[static_cast<std::size_t>(sheet_.lattice[t / 4])][t % 4]) {
       living.triangles[t] = false;
       died = true;
     }
@@ -77,31 +78,25 @@ bool Ablation::spread(Living& living, bool died) {
   if (!on_any_rank(sheet_.comm(), died)) {
     return false;
   }
-  Eigen::MatrixXd& lives = of_triangles_.values();
+  std::vector<TriangleFlags> lives(static_cast<std::size_t>(sheet_.particles.local()), TriangleFlags{});
   const std::size_t owned_triangles = 4 * static_cast<std::size_t>(sheet_.owned_cells);
   for (std::size_t t = 0; t < owned_triangles; ++t) {
-    lives(static_cast<Eigen::Index>(t % 4), sheet_.lattice[t / 4]) = living.triangles[t] ? 1 : 0;
+    lives[static_cast<std::size_t>(sheet_.lattice[t / 4])][t % 4] = living.triangles[t];
   }
-  of_triangles_.update_ghosts();
+  update_ghosts(sheet_.particles, lives);
   for (std::size_t t = owned_triangles; t < living.triangles.size(); ++t) {
-    living.triangles[t] = lives(static_cast<Eigen::Index>(t % 4), sheet_.lattice[t / 4]) > 0;
+    living.triangles[t] = lives[static_cast<std::size_t>(sheet_.lattice[t / 4])][t % 4];
   }
 
   // All triangles of an owned spring are local; a ghost's need not be.
   const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[static_cast<std::size_t>(t)]; };
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet_.of(colour);
-    Field& of_springs = of_springs_[static_cast<std::size_t>(colour)];
     std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
-    const auto owned = static_cast<std::size_t>(set.owned());
-    for (std::size_t s = 0; s < owned; ++s) {
+    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
       springs[s] = springs[s] && std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
-      of_springs.data()[s] = springs[s] ? 1 : 0;
     }
-    of_springs.update_ghosts();
-    for (std::size_t s = owned; s < springs.size(); ++s) {
-      springs[s] = of_springs.data()[s] > 0;
-    }
+    update_ghosts(set.layout, springs);
   }
   return true;
 }

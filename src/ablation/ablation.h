@@ -26,8 +26,8 @@ SpringState spring_state(double level_0, double level_1);
 /// particle's m', or when a spring that shares it tears; a spring dies when all triangles that share it are dead.
 class Ablation {
  public:
-  /// The sheet must outlive this object. Collective.
-  explicit Ablation(const Sheet& sheet);
+  /// The sheet must outlive this object.
+  explicit Ablation(const Sheet& sheet) : sheet_(sheet) {}
 
   /// Triangles and springs that die because of the level set. Collective.
   /// @returns whether a triangle died on any rank
@@ -51,8 +51,6 @@ class Ablation {
   bool spread(Living& living, bool died);
 
   const Sheet& sheet_;
-  Field of_triangles_;               ///< a number for each triangle of a cell, at the cell's lattice particle
-  std::array<Field, 4> of_springs_;  ///< by colour
 };
 
 /// Owned cells of which nothing is left: no spring of theirs but blue ones, which neighbours may share, lives. Not

@@ -68,7 +68,7 @@ std::array<std::vector<PetscInt>, 4> Tearing::torn(const TearingInput& input) {
 }
 
 void Tearing::find_stress(const TearingInput& input) {
-  Eigen::MatrixXd& sums = particle_sums_.values();
+  Field::Values sums = particle_sums_.values();
   sums.setZero();
   const auto inverse_mass = [&](PetscInt particle) {
     return input.pinned[static_cast<std::size_t>(particle)] ? 0 : 1 / input.mass.data()[particle];

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "parallel/field.h"
+#include "parallel/exchange.h"
 #include "surface/groups.h"
 
 namespace pellicle {
@@ -48,15 +48,9 @@ class Selection {
 
   /// Of each local particle: the ghosts hear it from their owners. Collective.
   std::vector<bool> chosen() const {
-    Field marks(points_.particles, 1);
-    for (PetscInt i = 0; i < points_.particles.owned; ++i) {
-      marks.values()(0, i) = chosen_[static_cast<std::size_t>(i)] ? 1 : 0;
-    }
-    marks.update_ghosts();
-    std::vector<bool> all(static_cast<std::size_t>(points_.particles.local()));
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      all[i] = marks.values()(0, static_cast<Eigen::Index>(i)) != 0;
-    }
+    std::vector<bool> all = chosen_;
+    all.resize(static_cast<std::size_t>(points_.particles.local()));
+    update_ghosts(points_.particles, all);
     return all;
   }
 

@@ -1,17 +1,21 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 
-#include "base/handle.h"
+#include "parallel/exchange.h"
 #include "parallel/layout.h"
 
 namespace pellicle {
 
-/// `components` doubles on every item of a layout, owned then ghost, seen both as an Eigen matrix (components x local)
-/// and as a PETSc vector of the owned part. The layout must outlive it. Its values can be assigned to another field of
-/// the same layout and components; otherwise it is move-only.
+/// `components` doubles on every item of a layout, owned then ghost. Its values can be assigned to another field of the
+/// same layout and components; otherwise it is move-only.
 class Field {
  public:
+  /// A view of all local values, ghosts last, (components x local), which cannot change their number.
+  using Values = Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax>;
+  using ConstValues = Eigen::Map<const Eigen::MatrixXd, Eigen::AlignedMax>;
+
   Field() = default;
   /// Zeros. Collective.
   Field(const Layout& layout, int components);
@@ -22,9 +26,9 @@ class Field {
   Field& operator=(const Field& other);
 
   int components() const { return static_cast<int>(values_.rows()); }
-  /// All local values, ghosts last, (components x local). Writing to the owned part must be followed by update_ghosts.
-  Eigen::MatrixXd& values() { return values_; }
-  const Eigen::MatrixXd& values() const { return values_; }
+  /// Writing to the owned part must be followed by update_ghosts.
+  Values values() { return {values_.data(), values_.rows(), values_.cols()}; }
+  ConstValues values() const { return {values_.data(), values_.rows(), values_.cols()}; }
   /// Column of a vector field.
   Eigen::Map<Eigen::Vector3d> vector(PetscInt i) { return Eigen::Map<Eigen::Vector3d>(values_.data() + 3 * i); }
   Eigen::Map<const Eigen::Vector3d> vector(PetscInt i) const {
@@ -33,14 +37,30 @@ class Field {
   double* data() { return values_.data(); }
   const double* data() const { return values_.data(); }
 
-  /// Copies the owners' values to the ghosts. Collective.
+  /// Copies the owners' values to the ghosts. Collective. Several fields at once: update_ghosts(layout, a, b, ...).
   void update_ghosts();
   /// Adds the ghosts' values to the owners' and zeroes the ghosts. Collective.
   void add_ghosts();
 
  private:
+  friend class GhostCopy<Field>;
+  std::size_t bytes() const { return static_cast<std::size_t>(values_.rows()) * sizeof(double); }
+
   Eigen::MatrixXd values_;
-  VecHandle vec_;  ///< wraps values_
+  RowType type_;  ///< of one item's values
+  std::shared_ptr<const GhostExchange> exchange_;
+};
+
+template <>
+class GhostCopy<Field> {
+ public:
+  GhostCopy(const Layout&, Field& field) : field_(field) {
+    field_.exchange_->begin_copy(field_.type_, field_.bytes(), field_.data());
+  }
+  void finish() { field_.exchange_->end_copy(field_.type_, field_.bytes(), field_.data()); }
+
+ private:
+  Field& field_;
 };
 
 }  // namespace pellicle

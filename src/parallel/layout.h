@@ -2,9 +2,12 @@
 
 #include <petscvec.h>
 
+#include <memory>
 #include <vector>
 
 namespace pellicle {
+
+class GhostExchange;
 
 /// Who owns which item of a distributed numbering. Local numbers run over owned items, then ghosts; the global number
 /// of owned item i is `first + i`.
@@ -20,6 +23,15 @@ struct Layout {
   PetscInt to_global(PetscInt local_number) const {
     return local_number < owned ? first + local_number : ghost_global[static_cast<std::size_t>(local_number - owned)];
   }
+
+  /// What sends values between owners and ghosts (parallel/exchange.h), made by the first call, after which the layout
+  /// may not change. Collective.
+  const std::shared_ptr<const GhostExchange>& exchange() const;
+
+  mutable std::shared_ptr<const GhostExchange> made_exchange;  ///< by exchange(), or none yet
 };
+
+/// Items of which this rank owns `owned`, without ghosts. Collective.
+Layout number_owned(MPI_Comm comm, PetscInt owned);
 
 }  // namespace pellicle

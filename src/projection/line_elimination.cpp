@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "parallel/field.h"
+#include "parallel/exchange.h"
 #include "solvers/ksp.h"
 
 namespace pellicle {
@@ -157,18 +157,16 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   PetscInt first = 0;
   MPI_Exscan(&unknowns, &first, 1, MPIU_INT, MPI_SUM, comm);
   // Global unknown of S of each local spring, or -1.
-  Field number(springs.layout, 1);
-  number.values().setConstant(-1);
+  std::vector<PetscInt> columns(springs.ends.size(), -1);
   std::vector<PetscInt> previous(springs.ends.size(), -1);  // in the line of a kept spring
   for (PetscInt i = 0; i < unknowns; ++i) {
     const PetscInt spring = kept_.springs()[static_cast<std::size_t>(i)];
     if (spring >= 0) {
-      number.data()[spring] = static_cast<double>(first + i);
+      columns[static_cast<std::size_t>(spring)] = first + i;
       previous[static_cast<std::size_t>(spring)] = kept_.previous(i);
     }
   }
-  number.update_ghosts();
-  const std::vector<PetscInt> columns(number.data(), number.data() + springs.local());
+  update_ghosts(springs.layout, columns);
   coupling_ = std::make_unique<GramBlock>(springs, particles, eliminated_.springs(), columns, unknowns);
   const auto is_in_lines = [&previous](PetscInt row, PetscInt column) {
     return row == column || previous[static_cast<std::size_t>(row)] == column ||

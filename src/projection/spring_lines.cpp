@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "parallel/field.h"
+#include "parallel/exchange.h"
 
 namespace pellicle {
 
@@ -203,16 +203,13 @@ class LineFinder {
 
   /// Of two eliminated springs of different ranks that share a particle, the lower rank's may stay.
   void keep_springs_that_meet_other_ranks() {
-    Field eliminated(set_.layout, 1);
-    for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
-      eliminated.data()[spring] = is_eliminated_[spring] ? 1 : 0;
-    }
-    eliminated.update_ghosts();
+    std::vector<bool> eliminated = is_eliminated_;
+    eliminated.resize(at(set_.local()));
+    update_ghosts(set_.layout, eliminated);
     for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
       for (const PetscInt particle : set_.ends[spring]) {
         for (const PetscInt other : springs_at(particle)) {
-          if (other >= set_.owned() && eliminated.data()[other] == 1 &&
-              set_.layout.to_global(other) < set_.layout.first) {
+          if (other >= set_.owned() && eliminated[at(other)] && set_.layout.to_global(other) < set_.layout.first) {
             is_eliminated_[spring] = false;
           }
         }

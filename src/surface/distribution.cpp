@@ -156,14 +156,6 @@ void broadcast(MPI_Comm comm, std::vector<std::vector<int>>& lists) {
   }
 }
 
-void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned) {
-  layout.comm = comm;
-  layout.owned = owned;
-  MPI_Scan(&owned, &layout.first, 1, MPIU_INT, MPI_SUM, comm);
-  layout.first -= owned;
-  MPI_Allreduce(&owned, &layout.global, 1, MPIU_INT, MPI_SUM, comm);
-}
-
 Distribution::Source Distribution::source(const SurfaceMesh& mesh) {
   const std::size_t cells = mesh.faces.size();
   Source source;
@@ -318,8 +310,7 @@ void Distribution::fetch(std::vector<PetscInt>& numbers, int count) const {
 
 Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   const auto first_ghost = std::find_if(points.begin(), points.end(), [this](PetscInt p) { return !is_owned(p); });
-  Layout layout;
-  number_owned(layout, comm_, static_cast<PetscInt>(first_ghost - points.begin()));
+  Layout layout = number_owned(comm_, static_cast<PetscInt>(first_ghost - points.begin()));
   std::vector<PetscInt> global(owned_.size(), -1);
   for (auto point = points.begin(); point != first_ghost; ++point) {
     global[static_cast<std::size_t>(*point)] = layout.first + static_cast<PetscInt>(point - points.begin());

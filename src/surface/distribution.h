@@ -29,9 +29,6 @@ CellGraph cell_graph(const SurfaceMesh& mesh);
 void broadcast(MPI_Comm comm, std::vector<std::string>& names);
 void broadcast(MPI_Comm comm, std::vector<std::vector<int>>& lists);
 
-/// Sets a layout's owned, first and global numbers. Collective.
-void number_owned(Layout& layout, MPI_Comm comm, PetscInt owned);
-
 /// A mesh spread over the ranks by DMPlex. Points are what DMPlex calls so: the cells and vertices that this rank
 /// holds, its own and those of the layers of cells round them. Cells come first.
 class Distribution {

@@ -63,17 +63,17 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
     set_of[k] = sets.find(i);
     least[set_of[k]] = std::min(least[set_of[k]], sheet.persistent_id[k]);
   }
-  Field part(sheet.particles, 1);
+  std::vector<PetscInt> part(has_springs.size());
   for (bool changed = true; changed;) {
     for (PetscInt i = 0; i < owned; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      part.data()[i] = has_springs[k] ? static_cast<double>(least[set_of[k]]) : -1;
+      part[k] = has_springs[k] ? least[set_of[k]] : -1;
     }
-    part.update_ghosts();
+    update_ghosts(sheet.particles, part);
     changed = false;
     for (PetscInt i = owned; i < local; ++i) {
       PetscInt& of_set = least[set_of[static_cast<std::size_t>(i)]];
-      const auto of_ghost = static_cast<PetscInt>(part.data()[i]);
+      const PetscInt of_ghost = part[static_cast<std::size_t>(i)];
       if (of_ghost >= 0 && of_ghost < of_set) {
         changed = true;
         of_set = of_ghost;
@@ -81,9 +81,7 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
     }
     changed = on_any_rank(sheet.comm(), changed);
   }
-  std::vector<PetscInt> parts(has_springs.size());
-  std::transform(part.data(), part.data() + local, parts.begin(), [](double id) { return static_cast<PetscInt>(id); });
-  return parts;
+  return part;
 }
 
 /// What a piece has fallen into: for each piece, and each part by its least persistent id, the number of particles.

@@ -40,7 +40,7 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
       needed[static_cast<std::size_t>(spring.ends[1])] = true;
     }
   }
-  number_owned(set.layout, sheet.comm(), static_cast<PetscInt>(set.ends.size()));
+  set.layout = number_owned(sheet.comm(), static_cast<PetscInt>(set.ends.size()));
   for (PetscInt& n : number) {
     n += n >= 0 ? set.layout.first : 0;
   }

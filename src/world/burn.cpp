@@ -238,14 +238,13 @@ void Burn::take_out(State& state, double time) {
     mass = 0;
     state.mass_change.data()[i] = 0;
   }
-  state.mass.update_ghosts();
-  state.mass_change.update_ghosts();
+  update_ghosts(sheet_.particles, state.mass, state.mass_change);
   update_pieces(state.pieces, sheet_, state.living, time);
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {
-  Eigen::MatrixXd& x = state.position.values();
-  Eigen::MatrixXd& v = state.velocity.values();
+  Field::Values x = state.position.values();
+  Field::Values v = state.velocity.values();
   start_.values() = x;
   held_ = pins_.pinned();
   {

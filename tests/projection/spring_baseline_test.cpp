@@ -21,9 +21,7 @@ constexpr double g = 9.81;
 Sheet chain(PetscInt particles, double length, double mass) {
   int rank = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  const auto layout = [rank](PetscInt items) {
-    return rank == 0 ? Layout{PETSC_COMM_WORLD, items, 0, items, {}} : Layout{PETSC_COMM_WORLD, 0, items, items, {}};
-  };
+  const auto layout = [rank](PetscInt items) { return number_owned(PETSC_COMM_WORLD, rank == 0 ? items : 0); };
   Sheet sheet;
   sheet.particles = layout(particles);
   const PetscInt here = sheet.particles.owned;

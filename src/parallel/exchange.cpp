@@ -1,0 +1,41 @@
+#include "parallel/exchange.h"
+
+#include "base/error.h"
+
+namespace pellicle {
+
+namespace {
+
+void* ghosts_of(void* values, PetscInt owned, std::size_t bytes) {
+  return static_cast<char*>(values) + static_cast<std::size_t>(owned) * bytes;
+}
+
+}  // namespace
+
+GhostExchange::GhostExchange(const Layout& layout) : owned_(layout.owned) {
+  PetscLayout owners = nullptr;
+  check(PetscLayoutCreateFromSizes(layout.comm, layout.owned, layout.global, 1, &owners));
+  const PetscErrorCode made = PetscSFCreate(layout.comm, sf_.create());
+  const PetscErrorCode filled = made != 0 ? made
+                                          : PetscSFSetGraphLayout(sf_, owners, layout.ghosts(), nullptr,
+                                                                  PETSC_COPY_VALUES, layout.ghost_global.data());
+  check(PetscLayoutDestroy(&owners));
+  check(filled);
+  check(PetscSFSetUp(sf_));
+}
+
+void GhostExchange::begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
+  check(PetscSFBcastBegin(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+}
+
+void GhostExchange::end_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
+  check(PetscSFBcastEnd(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+}
+
+void GhostExchange::combine(MPI_Datatype type, std::size_t bytes, MPI_Op operation, void* values) const {
+  const void* ghosts = ghosts_of(values, owned_, bytes);
+  check(PetscSFReduceBegin(sf_, type, ghosts, values, operation));
+  check(PetscSFReduceEnd(sf_, type, ghosts, values, operation));
+}
+
+}  // namespace pellicle

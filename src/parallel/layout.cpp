@@ -1,0 +1,24 @@
+#include "parallel/layout.h"
+
+#include "parallel/exchange.h"
+
+namespace pellicle {
+
+const std::shared_ptr<const GhostExchange>& Layout::exchange() const {
+  if (made_exchange == nullptr) {
+    made_exchange = std::make_shared<GhostExchange>(*this);
+  }
+  return made_exchange;
+}
+
+Layout number_owned(MPI_Comm comm, PetscInt owned) {
+  Layout layout;
+  layout.comm = comm;
+  layout.owned = owned;
+  MPI_Scan(&owned, &layout.first, 1, MPIU_INT, MPI_SUM, comm);
+  layout.first -= owned;
+  MPI_Allreduce(&owned, &layout.global, 1, MPIU_INT, MPI_SUM, comm);
+  return layout;
+}
+
+}  // namespace pellicle
