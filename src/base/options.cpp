@@ -90,6 +90,9 @@ Option::Option(std::string key, Variable variable)
   if (std::holds_alternative<Eigen::Vector3d*>(variable_)) {
     length_ = 3;
   }
+  if (const auto* choice = std::get_if<AnyChoice*>(&variable_)) {
+    choices_ = (*choice)->names();
+  }
   std::vector<std::string> rows;
   const WrittenValue initial = value();
   for (const auto& row : initial.rows) {
@@ -226,7 +229,7 @@ std::string Option::expected() const {
     return "a list of rows" + count + (length_ ? "" : " of equal length") + ", " + element;
   }
   const bool scalar = flag || std::holds_alternative<int*>(variable_) || std::holds_alternative<double*>(variable_) ||
-                      std::holds_alternative<std::string*>(variable_);
+                      std::holds_alternative<std::string*>(variable_) || std::holds_alternative<AnyChoice*>(variable_);
   return scalar ? element : "a list" + count + ", each " + element;
 }
 
@@ -243,6 +246,8 @@ WrittenValue Option::value() const {
           written.rows = {{number_text(*variable)}};
         } else if constexpr (std::is_same_v<T, std::string>) {
           written.rows = {{*variable}};
+        } else if constexpr (std::is_same_v<T, AnyChoice>) {
+          written.rows = {{variable->name()}};
         } else if constexpr (std::is_same_v<T, std::optional<double>>) {
           written.rows = {{*variable ? number_text(**variable) : "none"}};
         } else if constexpr (std::is_same_v<T, Rows>) {
@@ -380,6 +385,8 @@ void Option::assign(const WrittenValue& written) {
             *variable = integer(word);
           } else if constexpr (std::is_same_v<T, std::string>) {
             *variable = chosen(word);
+          } else if constexpr (std::is_same_v<T, AnyChoice>) {
+            variable->set(chosen(word));
           } else if constexpr (std::is_same_v<T, double>) {
             *variable = number(word, unit_);
           } else if (word == "none") {
@@ -679,6 +686,13 @@ Condition one_of(const std::string& key, const std::string& variable, std::vecto
   const std::string words = key + ": " + join(values, ", ");
   return {words, [&variable, values = std::move(values)] {
             return std::find(values.begin(), values.end(), variable) != values.end();
+          }};
+}
+
+Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values) {
+  const std::string words = key + ": " + join(values, ", ");
+  return {words, [&variable, values = std::move(values)] {
+            return std::find(values.begin(), values.end(), variable.name()) != values.end();
           }};
 }
 

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "base/choice.h"
+
 namespace pellicle {
 
 /// Key points: rows of equal length. YAML `[[0 s, 0, 0, 0], [1 s, 1, 0, 0]]`; on the command line `0,0,0,0;1,1,0,0`.
@@ -43,13 +45,22 @@ struct Condition {
 
 /// The option `key`, stored in `variable`, has one of these values.
 Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values);
+Condition one_of_names(const std::string& key, const AnyChoice& variable, std::vector<std::string> values);
+template <class E>
+Condition one_of(const std::string& key, const Choice<E>& variable, const std::vector<E>& values) {
+  std::vector<std::string> names;
+  for (const E value : values) {
+    names.push_back(Choice<E>(value).name());
+  }
+  return one_of_names(key, variable, std::move(names));
+}
 
 /// One declared option: everything that the deck reader, the command line, `-help` and the manual know of it.
 /// The default is the value that the variable holds when it is declared.
 class Option {
  public:
   using Variable = std::variant<bool*, int*, double*, std::string*, std::optional<double>*, Eigen::Vector3d*,
-                                std::vector<double>*, std::vector<int>*, std::vector<std::string>*, Rows*>;
+                                std::vector<double>*, std::vector<int>*, std::vector<std::string>*, Rows*, AnyChoice*>;
 
   Option(std::string key, Variable variable);
 
@@ -60,7 +71,7 @@ class Option {
   Option& range(double lowest, double highest);
   Option& at_least(double lowest);
   Option& more_than(double bound);
-  /// The names that a string option takes.
+  /// The names that a string option takes; a Choice brings its own.
   Option& choices(std::vector<std::string> names);
   /// How many entries a list (of Rows: a row) must have; any number unless said.
   Option& length(int count);

@@ -101,7 +101,6 @@ void describe(OptionTable& table, SelectionOptions& options) {
       .help("centre of a ball, which selects as a box does");
   table.add("radius", options.radius).unit("m").more_than(0).help("radius of the ball");
   table.add("layer", options.layer)
-      .choices({"corners", "lattice", "both"})
       .acts_with({"box or radius", [&options] { return !options.box.empty() || options.radius.has_value(); }})
       .help("which particles a box or a ball selects");
   table.add("vertices", options.vertices)
@@ -151,7 +150,8 @@ std::vector<bool> select(const PointSet& points, const std::string& key, const S
     }
   }
   const auto in_layer = [&](PetscInt i) {
-    return options.layer == "both" || points.is_lattice[static_cast<std::size_t>(i)] == (options.layer == "lattice");
+    return options.layer == Layer::both ||
+           points.is_lattice[static_cast<std::size_t>(i)] == (options.layer == Layer::lattice);
   };
   if (!options.box.empty()) {
     const Eigen::Map<const Eigen::Vector3d> first(options.box.data());

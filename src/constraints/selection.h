@@ -11,13 +11,19 @@
 
 namespace pellicle {
 
+enum class Layer { corners, lattice, both };
+inline const std::vector<std::string>& names_of(Layer) {
+  static const std::vector<std::string> names{"corners", "lattice", "both"};
+  return names;
+}
+
 /// Some of the particles, as a deck names them for pins, attachments and forces. What several selectors choose adds up.
 struct SelectionOptions {
   std::vector<std::string> corners;  ///< "all", or names such as "max_y" or "min_x_max_y"
   std::vector<double> box;           ///< two opposite points of a box in the undeformed mesh [m], or empty
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of a ball in the undeformed mesh [m]
   std::optional<double> radius;                      ///< of the ball [m]
-  std::string layer = "both";                        ///< what box and ball select: "corners", "lattice" or "both"
+  Choice<Layer> layer = Layer::both;                 ///< what box and ball select
   std::vector<int> vertices;                         ///< persistent ids
   std::string group;                                 ///< of the mesh
 };

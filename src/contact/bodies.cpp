@@ -33,9 +33,9 @@ void require_valid(const std::string& key, const BodyOptions& options) {
 }  // namespace
 
 void describe(OptionTable& table, BodyOptions& options) {
-  table.add("shape", options.shape).choices({"sphere", "plane"}).help("what the body is; a plane is solid behind it");
-  const Condition sphere = one_of("shape", options.shape, {"sphere"});
-  const Condition plane = one_of("shape", options.shape, {"plane"});
+  table.add("shape", options.shape).help("what the body is; a plane is solid behind it");
+  const Condition sphere = one_of("shape", options.shape, {BodyShape::sphere});
+  const Condition plane = one_of("shape", options.shape, {BodyShape::plane});
   const Condition without_path{"no path", [&options] { return options.path.empty(); }};
   table.add("centre", options.centre)
       .unit("m")
@@ -69,8 +69,9 @@ std::vector<Body> make_bodies(const std::map<std::string, BodyOptions>& options)
     const auto start = [&path = given.path](const Eigen::Vector3d& place) {
       return path.empty() ? place : place_on_key_points(path, 0);
     };
-    const Solid solid = given.shape == "sphere" ? Solid(Sphere{start(given.centre), given.radius})
-                                                : Solid(HalfSpace{start(given.point), given.normal.normalized()});
+    const Solid solid = given.shape == BodyShape::sphere
+                            ? Solid(Sphere{start(given.centre), given.radius})
+                            : Solid(HalfSpace{start(given.point), given.normal.normalized()});
     bodies.push_back({solid, given.velocity, given.path, given.friction, given.margin});
   }
   return bodies;

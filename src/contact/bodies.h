@@ -11,9 +11,15 @@
 
 namespace pellicle {
 
+enum class BodyShape { sphere, plane };
+inline const std::vector<std::string>& names_of(BodyShape) {
+  static const std::vector<std::string> names{"sphere", "plane"};
+  return names;
+}
+
 /// A solid that the sheet cannot enter, as a deck gives it: one of the named objects `bodies`.
 struct BodyOptions {
-  std::string shape = "sphere";
+  Choice<BodyShape> shape = BodyShape::sphere;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< of the sphere at time 0 [m]
   double radius = 0.1;                                 ///< of the sphere [m]
   Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< of the plane at time 0 [m]

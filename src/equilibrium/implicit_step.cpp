@@ -19,9 +19,9 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
   KspDefaults defaults;
   // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
   // motions are all but free, and beyond a limit point only the volume that is prescribed holds it.
-  if (options.mat_type == "sbaij") {
+  if (options.mat_type == TangentMatrix::sbaij) {
     defaults.preconditioner = PCBJACOBI;
-  } else if (options.mat_type == "shell" || !options.inertia || prescribes_volumes) {
+  } else if (options.mat_type == TangentMatrix::shell || !options.inertia || prescribes_volumes) {
     defaults.preconditioner = PCPBJACOBI;
   } else {
     defaults.preconditioner = PCMG;
@@ -85,7 +85,7 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
   result.newton_iterations = newton.iterations;
   result.linear_iterations = newton.linear_iterations;
   result.concave_iterations = concave_iterations_;
-  result.converged = newton.ended > 0 || (options_.newton == "fixed" && newton.ended == SNES_DIVERGED_MAX_IT);
+  result.converged = newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
   if (!result.converged) {
     result.reason = words_of_failure(newton);
     return result;
@@ -112,7 +112,7 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   if (!(result.residual <= std::max(newton.start_residual, rounding_))) {
     std::snprintf(text, sizeof text, "Newton's iterations made the residual grow, from %.2e N to %.2e N",
                   newton.start_residual, result.residual);
-  } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && options_.newton == "converged" &&
+  } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && options_.newton == NewtonEnd::converged &&
              result.is_above_tolerance) {
     std::snprintf(text, sizeof text, "Newton's method goes no further at a residual of %.2e N, %.1e of the forces",
                   result.residual, result.relative_residual);
@@ -176,7 +176,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     result.iterations += iterations;
   };
   if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && system_.allows_other_preconditioning() &&
-      options_.mat_type != "shell") {
+      options_.mat_type != TangentMatrix::shell) {
     // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
     system_.precondition_from(positive_);

@@ -15,7 +15,7 @@ double sum_over_ranks(MPI_Comm comm, double value) {
 }
 
 /// Share of dV/dx dV/dx^T dp/dV that a tangent takes: the paper's 1/27 is a third of the exact 1/9 (eq. 16).
-double rank_one_share(const std::string& gas_tangent) { return gas_tangent == "paper" ? 1.0 / 3 : 1.0; }
+double rank_one_share(GasTangent gas_tangent) { return gas_tangent == GasTangent::paper ? 1.0 / 3 : 1.0; }
 
 }  // namespace
 
@@ -191,7 +191,7 @@ void StepPotential::update_tangent(Tangent kind, LowRankSystem& system) {
   evaluate_gas();
   const Membrane& membrane = model_.elements.membrane();
   std::vector<double> load_pressure;
-  if (model_.gas_tangent == "exact" && model_.chambers.count() > 0) {
+  if (model_.gas_tangent == GasTangent::exact && model_.chambers.count() > 0) {
     load_pressure.resize(membrane.triangles.size());
     for (std::size_t e = 0; e < load_pressure.size(); ++e) {
       const int chamber = model_.chambers.of_element(static_cast<PetscInt>(e));

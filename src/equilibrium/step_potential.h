@@ -3,7 +3,6 @@
 #include <petscvec.h>
 
 #include <array>
-#include <string>
 #include <vector>
 
 #include "constraints/constraints.h"
@@ -26,7 +25,7 @@ struct BalloonModel {
   PointLoads& loads;
   const std::vector<double>& mass;  ///< of the owned vertices [kg]
   Eigen::Vector3d gravity;          ///< [m/s^2]
-  std::string gas_tangent;          ///< GasOptions::tangent
+  GasTangent gas_tangent;
 };
 
 /// What an implicit step starts from.

@@ -25,18 +25,18 @@ struct Quantity {
   Rows ChamberOptions::*rows;
   double lowest;
   bool may_be_lowest;
-  std::vector<std::string> laws;
+  std::vector<GasLaw> laws;
 };
 
 const std::vector<Quantity>& quantities() {
   constexpr double any = -std::numeric_limits<double>::infinity();
   static const std::vector<Quantity> all{
-      {"pressure", &ChamberOptions::pressure, any, false, {"relative", "pressure"}},
-      {"amount", &ChamberOptions::amount, 0, true, {"isothermal", "adiabatic"}},
-      {"amount_ratio", &ChamberOptions::amount_ratio, 0, true, {"isothermal", "adiabatic"}},
-      {"temperature", &ChamberOptions::temperature, 0, false, {"isothermal", "adiabatic"}},
-      {"volume_ratio", &ChamberOptions::volume_ratio, 0, false, {"volume"}},
-      {"volume", &ChamberOptions::volume, 0, false, {"volume"}}};
+      {"pressure", &ChamberOptions::pressure, any, false, {GasLaw::relative, GasLaw::pressure}},
+      {"amount", &ChamberOptions::amount, 0, true, {GasLaw::isothermal, GasLaw::adiabatic}},
+      {"amount_ratio", &ChamberOptions::amount_ratio, 0, true, {GasLaw::isothermal, GasLaw::adiabatic}},
+      {"temperature", &ChamberOptions::temperature, 0, false, {GasLaw::isothermal, GasLaw::adiabatic}},
+      {"volume_ratio", &ChamberOptions::volume_ratio, 0, false, {GasLaw::volume}},
+      {"volume", &ChamberOptions::volume, 0, false, {GasLaw::volume}}};
   return all;
 }
 
@@ -51,8 +51,8 @@ void require_valid(const std::string& chamber, const ChamberOptions& options) {
     if (rows.empty()) {
       continue;
     }
-    if (std::find(quantity.laws.begin(), quantity.laws.end(), options.law) == quantity.laws.end()) {
-      refuse_for_law(key, options.law);
+    if (std::find(quantity.laws.begin(), quantity.laws.end(), GasLaw(options.law)) == quantity.laws.end()) {
+      refuse_for_law(key, options.law.name());
     }
     if (const std::string fault = fault_of_key_points(rows, {"time", "value"}); !fault.empty()) {
       throw Error(key + ": " + fault);
@@ -64,10 +64,10 @@ void require_valid(const std::string& chamber, const ChamberOptions& options) {
       }
     }
   }
-  if (options.gamma && options.law != "adiabatic") {
-    refuse_for_law(chamber + ".gamma", options.law);
+  if (options.gamma && options.law != GasLaw::adiabatic) {
+    refuse_for_law(chamber + ".gamma", options.law.name());
   }
-  if (options.law == "adiabatic" && options.temperature.size() > 1) {
+  if (options.law == GasLaw::adiabatic && options.temperature.size() > 1) {
     throw Error(chamber + ".temperature: " + std::to_string(options.temperature.size()) +
                 " key points, expected one with the law adiabatic: the temperature at the undeformed volume");
   }
@@ -80,11 +80,12 @@ void require_valid(const std::string& chamber, const ChamberOptions& options) {
   if (!options.volume.empty() && !options.volume_ratio.empty()) {
     refuse_pair("both volume and volume_ratio");
   }
-  if (options.law == "volume" && options.volume.empty() && options.volume_ratio.empty()) {
+  if (options.law == GasLaw::volume && options.volume.empty() && options.volume_ratio.empty()) {
     refuse_pair("neither volume nor volume_ratio");
   }
-  if ((options.law == "relative" || options.law == "pressure") && options.pressure.empty()) {
-    throw Error(chamber + ".pressure: not given, expected key points (time, pressure) with the law " + options.law);
+  if ((options.law == GasLaw::relative || options.law == GasLaw::pressure) && options.pressure.empty()) {
+    throw Error(chamber + ".pressure: not given, expected key points (time, pressure) with the law " +
+                options.law.name());
   }
 }
 
@@ -154,11 +155,6 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
                    const std::map<std::string, ChamberOptions>& options, const Eigen::Vector3d& origin,
                    bool has_symmetry_planes, const std::vector<Eigen::Matrix3d>& projectors)
     : membrane_(&membrane), ambient_pressure_(gas.ambient_pressure), origin_(origin) {
-  const std::map<std::string, Law> laws{{"relative", Law::relative},
-                                        {"isothermal", Law::isothermal},
-                                        {"adiabatic", Law::adiabatic},
-                                        {"pressure", Law::pressure},
-                                        {"volume", Law::volume}};
   for (const auto& [name, given] : options) {
     require_valid("chambers." + name, given);
   }
@@ -166,7 +162,7 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
   for (const auto& [name, given] : named.chambers) {
     Chamber& chamber = chambers_.emplace_back();
     chamber.name = name;
-    chamber.law = laws.at(given->law);
+    chamber.law = given->law;
     chamber.options = *given;
   }
   for (const int piece : membrane.piece) {
@@ -183,12 +179,12 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
     }
     Chamber& chamber = chambers_[static_cast<std::size_t>(number)];
     chamber.initial_volume = volume[number];
-    if (chamber.law == Law::pressure) {
+    if (chamber.law == GasLaw::pressure) {
       continue;
     }
     if (!membrane.piece_is_closed[piece]) {
       if (!has_symmetry_planes) {
-        throw Error("chambers." + chamber.name + ".law: " + chamber.options.law +
+        throw Error("chambers." + chamber.name + ".law: " + chamber.options.law.name() +
                     " needs a volume, but the piece is open, expected a closed piece, symmetry planes or the law "
                     "pressure");
       }
@@ -200,7 +196,7 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
     }
   }
   for (Chamber& chamber : chambers_) {
-    if (chamber.law != Law::isothermal && chamber.law != Law::adiabatic) {
+    if (chamber.law != GasLaw::isothermal && chamber.law != GasLaw::adiabatic) {
       continue;
     }
     ChamberOptions& given = chamber.options;
@@ -250,7 +246,7 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
   }
   MPI_Allreduce(MPI_IN_PLACE, &open, 1, MPI_LONG_LONG, MPI_MIN, membrane_->comm());
   if (open != std::numeric_limits<long long>::max()) {
-    throw Error("chambers." + of(chamber).name + ".law: " + of(chamber).options.law +
+    throw Error("chambers." + of(chamber).name + ".law: " + of(chamber).options.law.name() +
                 " needs a volume, but the piece is open at vertex " + std::to_string(open) +
                 ", expected its whole boundary in symmetry planes, or the law pressure");
   }
@@ -292,10 +288,10 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   const ChamberOptions& given = self.options;
   GasState gas;
   gas.volume = volume;
-  if (self.law == Law::volume) {
+  if (self.law == GasLaw::volume) {
     return gas;
   }
-  if (self.law == Law::pressure) {
+  if (self.law == GasLaw::pressure) {
     gas.pressure = value_on_key_points(given.pressure, time);
     gas.absolute_pressure = gas.pressure + ambient_pressure_;
     gas.potential = -gas.pressure * volume;
@@ -308,11 +304,11 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   double outside = ambient_pressure_;
   double exponent = 1;
   double energy = 0;  // e [J]
-  if (self.law == Law::relative) {
+  if (self.law == GasLaw::relative) {
     outside = 0;
     energy = value_on_key_points(given.pressure, time) * initial_volume;
   } else {
-    const bool adiabatic = self.law == Law::adiabatic;
+    const bool adiabatic = self.law == GasLaw::adiabatic;
     const double temperature = value_on_key_points(given.temperature, time);
     exponent = adiabatic ? given.gamma.value_or(default_gamma) : 1;
     gas.amount = self.unit_amount * value_on_key_points(given.amount, time);

@@ -54,16 +54,14 @@ class Chambers {
   /// none.
   GasState state(int chamber, double volume, double time) const;
   /// Whether the volume is given and the pressure is what keeps it.
-  bool prescribes_volume(int chamber) const { return of(chamber).law == Law::volume; }
+  bool prescribes_volume(int chamber) const { return of(chamber).law == GasLaw::volume; }
   /// Only where prescribes_volume. [m^3]
   double prescribed_volume(int chamber, double time) const;
 
  private:
-  enum class Law { relative, isothermal, adiabatic, pressure, volume };
-
   struct Chamber {
     std::string name;
-    Law law = Law::relative;
+    GasLaw law = GasLaw::relative;
     ChamberOptions options;     ///< what the law needs is not empty
     double initial_volume = 0;  ///< V0 [m^3]
     double unit_amount = 1;     ///< what a value of the key points `amount` stands for [mol]

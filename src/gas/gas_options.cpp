@@ -4,7 +4,6 @@ namespace pellicle {
 
 void describe(OptionTable& table, GasOptions& options) {
   table.add("gas.tangent", options.tangent)
-      .choices({"paper", "rank1", "exact"})
       .solver_setting()
       .help(
           "derivative of the pressure force: with the factor 1/27 as printed, with the right factor 1/9, or with the "
@@ -18,9 +17,8 @@ void describe(OptionTable& table, GasOptions& options) {
 }
 
 void describe(OptionTable& table, ChamberOptions& options) {
-  const auto law = [&options](std::vector<std::string> names) { return one_of("law", options.law, std::move(names)); };
+  const auto law = [&options](const std::vector<GasLaw>& laws) { return one_of("law", options.law, laws); };
   table.add("law", options.law)
-      .choices({"relative", "isothermal", "adiabatic", "pressure", "volume"})
       .help(
           "relative: p = p0 V0/V, alone, with nothing outside; isothermal: p V = n R T, absolute, against the ambient "
           "pressure; adiabatic: p V^gamma constant, absolute, against the ambient pressure; pressure: prescribed "
@@ -33,41 +31,41 @@ void describe(OptionTable& table, ChamberOptions& options) {
           "names (NAME, NAME_2, ...)");
   table.add("pressure", options.pressure)
       .unit("s,Pa")
-      .acts_with(law({"relative", "pressure"}))
+      .acts_with(law({GasLaw::relative, GasLaw::pressure}))
       .help(
           "key points (time, pressure), linear between, constant outside, as all below. Law relative: p0, absolute "
           "with nothing outside; law pressure: gauge, inside minus outside")
       .source("balloon paper, eq. 14");
   table.add("amount", options.amount)
       .unit("s,mol")
-      .acts_with(law({"isothermal", "adiabatic"}))
+      .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
       .help("amount n of gas inside")
       .source("balloon paper, eq. 12");
   table.add("amount_ratio", options.amount_ratio)
       .unit("s,1")
-      .acts_with(law({"isothermal", "adiabatic"}))
+      .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
       .help(
           "in place of amount: n over the amount that fills the undeformed volume at ambient pressure and the "
           "temperature at time 0; 1 unless given")
       .source("README: readings");
   table.add("temperature", options.temperature)
       .unit("s,K")
-      .acts_with(law({"isothermal", "adiabatic"}))
+      .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
       .help("law isothermal: T; law adiabatic: one key point, T at the undeformed volume; 293.15 K unless given")
       .source("balloon paper, eq. 12");
   table.add("gamma", options.gamma)
       .more_than(1)
-      .acts_with(law({"adiabatic"}))
+      .acts_with(law({GasLaw::adiabatic}))
       .help("ratio of the heat capacities; 1.4, air, unless given")
       .source("README: readings");
   table.add("volume_ratio", options.volume_ratio)
       .unit("s,1")
-      .acts_with(law({"volume"}))
+      .acts_with(law({GasLaw::volume}))
       .help("enclosed volume over the undeformed one")
       .source("README: readings");
   table.add("volume", options.volume)
       .unit("s,m^3")
-      .acts_with(law({"volume"}))
+      .acts_with(law({GasLaw::volume}))
       .help("in place of volume_ratio")
       .source("README: readings");
 }

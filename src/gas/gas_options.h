@@ -7,9 +7,22 @@
 
 namespace pellicle {
 
+/// Derivative of the pressure force (GasOptions::tangent).
+enum class GasTangent { paper, rank1, exact };
+inline const std::vector<std::string>& names_of(GasTangent) {
+  static const std::vector<std::string> names{"paper", "rank1", "exact"};
+  return names;
+}
+
+enum class GasLaw { relative, isothermal, adiabatic, pressure, volume };
+inline const std::vector<std::string>& names_of(GasLaw) {
+  static const std::vector<std::string> names{"relative", "isothermal", "adiabatic", "pressure", "volume"};
+  return names;
+}
+
 /// The gas of all chambers.
 struct GasOptions {
-  std::string tangent = "exact";     ///< of the pressure force: paper, rank1 or exact
+  Choice<GasTangent> tangent = GasTangent::exact;
   double ambient_pressure = 101325;  ///< outside, absolute [Pa]
 };
 
@@ -20,7 +33,7 @@ void describe(OptionTable& table, GasOptions& options);
 struct ChamberOptions {
   /// relative: the paper's p = p0 V0/V with nothing outside (eq. 14); isothermal: p V = n R T against ambient pressure;
   /// adiabatic: p V^gamma constant but for n; pressure, volume: prescribed.
-  std::string law = "relative";
+  Choice<GasLaw> law = GasLaw::relative;
   int vertex = -1;              ///< persistent id of a vertex of its piece; -1: every piece that no chamber names
   Rows pressure;                ///< relative: p0, absolute with nothing outside; pressure: gauge, across the wall [Pa]
   Rows amount;                  ///< n [mol]

@@ -36,8 +36,8 @@ void set(Vec vector, const Eigen::VectorXd& values) {
 
 Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std::vector<double>& diffusivity_factor)
     : sheet_(sheet),
-      umbrella_(options.operator_name == "umbrella"),
-      assembled_(options.mat_type == "aij"),
+      umbrella_(options.operator_name == HeatOperator::umbrella),
+      assembled_(options.mat_type == HeatMatrix::aij),
       tolerance_(options.ksp_rtol),
       diffusivity_(static_cast<std::size_t>(sheet.particles.local()), options.diffusivity),
       exchange_(sheet.particles, 1),

@@ -10,7 +10,6 @@ void describe(OptionTable& table, HeatOptions& options) {
       .at_least(0)
       .help("temperature of every particle at the start");
   table.add("heat.operator", options.operator_name)
-      .choices({"consistent", "umbrella"})
       .solver_setting()
       .help(
           "conduction: finite elements on the drawn triangles, which converge to the Laplacian and conserve heat, or "
@@ -58,7 +57,6 @@ void describe(OptionTable& table, HeatOptions& options) {
       .solver_setting()
       .help("relative tolerance of the linear solve of conduction, also of the temperatures' range");
   table.add("heat.mat_type", options.mat_type)
-      .choices({"aij", "shell"})
       .solver_setting()
       .help("the matrix of conduction: assembled, or matrix-free");
   table.add_objects("heat.sources", options.sources, "external heat sources, by name");

@@ -4,18 +4,32 @@
 #include <string>
 #include <vector>
 
+#include "base/choice.h"
 #include "heat/heat_source.h"
 
 namespace pellicle {
 
 class OptionTable;
 
+/// umbrella: eq. 3 as printed.
+enum class HeatOperator { consistent, umbrella };
+inline const std::vector<std::string>& names_of(HeatOperator) {
+  static const std::vector<std::string> names{"consistent", "umbrella"};
+  return names;
+}
+
+enum class HeatMatrix { aij, shell };
+inline const std::vector<std::string>& names_of(HeatMatrix) {
+  static const std::vector<std::string> names{"aij", "shell"};
+  return names;
+}
+
 /// Heat of a sheet (burning paper, section 5).
 struct HeatOptions {
-  double initial_temperature = 300;          ///< of every particle [K]
-  std::string operator_name = "consistent";  ///< consistent or umbrella (eq. 3 as printed)
-  double diffusivity = 2e-3;                 ///< alpha [m^2/s]
-  std::string diffusivity_texture;           ///< file of an image that weights alpha by particle; none when empty
+  double initial_temperature = 300;  ///< of every particle [K]
+  Choice<HeatOperator> operator_name = HeatOperator::consistent;
+  double diffusivity = 2e-3;        ///< alpha [m^2/s]
+  std::string diffusivity_texture;  ///< file of an image that weights alpha by particle; none when empty
   std::vector<double> diffusivity_range{0.2, 1.8};  ///< factors on alpha at black and at white
   double burning_heat = 300;                        ///< eta: rise per unit of lost mass fraction [K]
   double capacity = 1340;                           ///< c [J/(kg K)]
@@ -23,8 +37,8 @@ struct HeatOptions {
   double convection = 0;                            ///< h_c, on each side [W/(m^2 K)]
   double emissivity = 0;                            ///< epsilon, on each side
   double ksp_rtol = 1e-8;                           ///< relative to the norm of the right-hand side
-  std::string mat_type = "aij";                     ///< aij (assembled) or shell (matrix-free)
-  std::map<std::string, HeatSource> sources;        ///< by name
+  Choice<HeatMatrix> mat_type = HeatMatrix::aij;
+  std::map<std::string, HeatSource> sources;  ///< by name
 };
 
 /// Declares the options `heat.*`, the objects `heat.sources` and the solver prefix `heat_`.

@@ -19,7 +19,6 @@ Eigen::Vector3d HeatSource::centre_at(double time) const {
 
 void describe(OptionTable& table, HeatSource& source) {
   table.add("shape", source.shape)
-      .choices({"ball", "texture"})
       .help("a moving hot ball, or an image on the sheet")
       .source("burning paper, section 5");
   table.add("temperature", source.temperature).unit("K").at_least(0).help("temperature of the source");
@@ -30,7 +29,7 @@ void describe(OptionTable& table, HeatSource& source) {
       .source("README: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
-  const Condition ball = one_of("shape", source.shape, {"ball"});
+  const Condition ball = one_of("shape", source.shape, {SourceShape::ball});
   const Condition without_path{"no path", [&source] { return source.path.empty(); }};
   table.add("radius", source.radius)
       .unit("m")
@@ -53,13 +52,13 @@ void describe(OptionTable& table, HeatSource& source) {
           "before and after them");
   table.add("file", source.file)
       .file()
-      .acts_with(one_of("shape", source.shape, {"texture"}))
+      .acts_with(one_of("shape", source.shape, {SourceShape::texture}))
       .help("image of a texture: white takes the whole rate, black none");
 }
 
 void validate(const std::string& name, const HeatSource& source) {
   const std::string key = "heat.sources." + name;
-  if (source.shape == "texture" && source.file.empty()) {
+  if (source.shape == SourceShape::texture && source.file.empty()) {
     throw Error(key + ".file: a source of shape texture needs an image");
   }
   const std::string fault = fault_of_key_points(source.path);
@@ -73,7 +72,7 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
     return 0;
   }
   const Layout& particles = input.sheet.particles;
-  const bool ball = source.shape == "ball";
+  const bool ball = source.shape == SourceShape::ball;
   const Eigen::Vector3d centre = source.centre_at(input.time);
   const double ball_share = -std::expm1(-source.rate * input.time_step);
   double heat = 0;

@@ -11,9 +11,15 @@
 
 namespace pellicle {
 
+enum class SourceShape { ball, texture };
+inline const std::vector<std::string>& names_of(SourceShape) {
+  static const std::vector<std::string> names{"ball", "texture"};
+  return names;
+}
+
 /// One external heat source: a moving hot ball or a heat texture (burning paper, section 5).
 struct HeatSource {
-  std::string shape = "ball";                          ///< ball or texture
+  Choice<SourceShape> shape = SourceShape::ball;
   double temperature = 1000;                           ///< [K]
   double rate = 20;                                    ///< of the exchange [1/s]
   double start_time = 0;                               ///< [s]

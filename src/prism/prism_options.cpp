@@ -6,7 +6,6 @@ namespace pellicle {
 
 void describe(OptionTable& table, PrismOptions& options) {
   table.add("prism.newton", options.newton)
-      .choices({"converged", "fixed"})
       .help(
           "converged: a step must meet snes_rtol within snes_max_it Newton iterations; fixed: it does that many at "
           "most and accepts what they reach, unless they made the residual grow")
@@ -25,7 +24,6 @@ void describe(OptionTable& table, PrismOptions& options) {
           "relative_residual) is counted, and the run's last lines say so");
   table.add("prism.ksp_rtol", options.ksp_rtol).more_than(0).help("relative tolerance of the linear solves");
   table.add("prism.mat_type", options.mat_type)
-      .choices({"baij", "aij", "sbaij", "shell"})
       .help(
           "system matrix: baij, aij: rows, in blocks of 3 or not; sbaij: the upper half of the blocks; shell: "
           "matrix-free, element by element")
@@ -38,13 +36,12 @@ void describe(OptionTable& table, PrismOptions& options) {
           "more is cheaper to set up and converges more slowly")
       .source("measured: 40 to 100 are alike");
   table.add("prism.tangent", options.tangent)
-      .choices({"exact", "gradient", "paper"})
       .help(
           "stiffness of the elements: exact: from the metric, eight elements at once; gradient: the same from the "
           "stored deformation gradient; paper: without the derivative of the director")
       .source("balloon paper, eq. 11; README: readings");
   table.add("prism.positive_elements", options.positive_elements)
-      .acts_with(one_of("prism.tangent", options.tangent, {"exact"}))
+      .acts_with(one_of("prism.tangent", options.tangent, {ElementTangent::exact}))
       .help(
           "leave compressive stresses out of the geometric stiffness, so that no element's matrix has a negative "
           "eigenvalue")

@@ -1,21 +1,44 @@
 #pragma once
 
 #include <string>
+#include <vector>
+
+#include "base/choice.h"
 
 namespace pellicle {
 
 class OptionTable;
 
+/// converged: snes_rtol must be met; fixed: snes_max_it iterations are enough.
+enum class NewtonEnd { converged, fixed };
+inline const std::vector<std::string>& names_of(NewtonEnd) {
+  static const std::vector<std::string> names{"converged", "fixed"};
+  return names;
+}
+
+enum class TangentMatrix { baij, aij, sbaij, shell };
+inline const std::vector<std::string>& names_of(TangentMatrix) {
+  static const std::vector<std::string> names{"baij", "aij", "sbaij", "shell"};
+  return names;
+}
+
+/// exact: the metric's; gradient: from F, director varied; paper: director left out.
+enum class ElementTangent { exact, gradient, paper };
+inline const std::vector<std::string>& names_of(ElementTangent) {
+  static const std::vector<std::string> names{"exact", "gradient", "paper"};
+  return names;
+}
+
 /// The implicit step of a balloon (balloon paper, sections 4 and 6); solver options of PETSc have the prefix `prism_`.
 struct PrismOptions {
-  std::string newton = "converged";  ///< converged: snes_rtol must be met; fixed: snes_max_it iterations are enough
-  int max_iterations = 50;           ///< Newton iterations (snes_max_it); the paper: 3
-  double snes_rtol = 1e-8;           ///< of the residual, against that at the start of the step
+  Choice<NewtonEnd> newton = NewtonEnd::converged;
+  int max_iterations = 50;  ///< Newton iterations (snes_max_it); the paper: 3
+  double snes_rtol = 1e-8;  ///< of the residual, against that at the start of the step
   double ksp_rtol = 1e-6;
   double residual_tolerance = 1e-3;  ///< of the residual at the end of a step, against its forces: more is reported
-  std::string mat_type = "baij";     ///< baij, aij, sbaij or shell
-  int patch_size = 60;               ///< vertices of a rigid patch of the preconditioner's coarse level
-  std::string tangent = "exact";  ///< exact: the metric's; gradient: from F, director varied; paper: director left out
+  Choice<TangentMatrix> mat_type = TangentMatrix::baij;
+  int patch_size = 60;  ///< vertices of a rigid patch of the preconditioner's coarse level
+  Choice<ElementTangent> tangent = ElementTangent::exact;
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness
   bool line_search = true;        ///< on the potential of the step; elements may not turn over
   bool inertia = true;            ///< false: quasi-static; the damping stays, as drag

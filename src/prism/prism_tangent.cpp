@@ -18,11 +18,11 @@ namespace {
 constexpr double definite_share = 1e-6;
 
 std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options) {
-  if (options.tangent == "exact") {
+  if (options.tangent == ElementTangent::exact) {
     return std::make_unique<MetricStiffness>(elements, options.positive_elements);
   }
-  return std::make_unique<GradientStiffness>(elements,
-                                             options.tangent == "paper" ? Director::left_out : Director::varied);
+  return std::make_unique<GradientStiffness>(
+      elements, options.tangent == ElementTangent::paper ? Director::left_out : Director::varied);
 }
 
 PrismTangent& self_of(Mat matrix) {
@@ -48,7 +48,7 @@ PrismTangent::PrismTangent(const PrismElements& elements, const PrismOptions& op
     }
   }
   any_constrained_ = on_any_rank(elements_.membrane().comm(), !constrained_.empty());
-  if (mat_type_ == "shell") {
+  if (mat_type_ == TangentMatrix::shell) {
     make_shell();
   } else {
     make_rows();
@@ -61,7 +61,7 @@ PrismTangent::PrismTangent(const PrismElements& elements, const PrismOptions& op
 void PrismTangent::make_rows() {
   const Membrane& membrane = elements_.membrane();
   const Layout& vertices = membrane.particles;
-  const bool upper_half = mat_type_ == "sbaij";
+  const bool upper_half = mat_type_ == TangentMatrix::sbaij;
   std::vector<std::vector<std::pair<PetscInt, PetscInt>>> columns(static_cast<std::size_t>(owned()));
   for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
     for (const PetscInt i : triangle) {
@@ -115,11 +115,11 @@ void PrismTangent::make_assembled() {
   }
   check(MatCreate(vertices.comm, matrix_.create()));
   check(MatSetSizes(matrix_, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE));
-  check(MatSetType(matrix_, mat_type_.c_str()));
+  check(MatSetType(matrix_, mat_type_.name().c_str()));
   check(MatXAIJSetPreallocation(matrix_, 3, own_blocks.data(), foreign_blocks.data(), own_blocks.data(),
                                 foreign_blocks.data()));
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
-  if (mat_type_ == "baij") {
+  if (mat_type_ == TangentMatrix::baij) {
     use_fast_product(matrix_);
   }
 }
@@ -181,7 +181,7 @@ void PrismTangent::update(const TangentInput& input) {
   vertex_blocks_ = input.vertex_blocks;
   lagged_factor_ = input.lagged_factor;
   diagonal_.clear();
-  if (mat_type_ != "shell") {
+  if (mat_type_ != TangentMatrix::shell) {
     assemble(input.positive);
   } else if (any_constrained_ || input.positive) {
     held_ = 0;

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "base/handle.h"
@@ -74,7 +73,7 @@ class PrismTangent {
   PetscInt owned() const { return elements_.membrane().particles.owned; }
 
   const PrismElements& elements_;
-  std::string mat_type_;
+  Choice<TangentMatrix> mat_type_;
   std::vector<Eigen::Matrix3d> projectors_;
   std::vector<PetscInt> constrained_;  ///< local vertices whose projector is not the identity
   bool any_constrained_ = false;       ///< on any rank

@@ -23,7 +23,6 @@ void sum_over_ranks(MPI_Comm comm, std::vector<double>& values) {
 
 void describe(OptionTable& table, VolumeOptions& options) {
   table.add("volume.rule", options.rule)
-      .choices({"mass", "printed", "muller06"})
       .help(
           "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
           "the paper's formula, which diverges; muller06 the older one of position based dynamics")
@@ -58,9 +57,7 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
       wall_(&wall),
       projectors_(&projectors),
       options_(options),
-      rule_(options.rule == "mass"      ? Rule::mass
-            : options.rule == "printed" ? Rule::printed
-                                        : Rule::muller06),
+      rule_(options.rule),
       piece_(static_cast<std::size_t>(membrane.particles.owned), 0) {
   std::vector<double> mass(piece_.size(), 0.0);
   const auto pieces = static_cast<std::size_t>(membrane.pieces());
@@ -95,11 +92,11 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
 }
 
 double VolumePreservation::factor(double inverse_mass, int piece) const {
-  if (rule_ == Rule::mass) {
+  if (rule_ == VolumeRule::mass) {
     return inverse_mass;
   }
   const double relative = inverse_mass / mean_inverse_mass_[static_cast<std::size_t>(piece)];
-  return rule_ == Rule::printed ? relative * inverse_mass : relative;
+  return rule_ == VolumeRule::printed ? relative * inverse_mass : relative;
 }
 
 VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positions,
@@ -112,7 +109,7 @@ VolumePreservation::Constraint VolumePreservation::evaluate(const Field& positio
   constraint.virtual_gradient.resize(3, elements);
   constraint.virtual_vertices.resize(3, elements);
   std::vector<double> sums(2 * pieces, 0.0);  // volumes, squared norms of the gradients
-  const auto weight = [this](double inverse_mass) { return rule_ == Rule::mass ? inverse_mass : 1.0; };
+  const auto weight = [this](double inverse_mass) { return rule_ == VolumeRule::mass ? inverse_mass : 1.0; };
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const auto& corners = membrane.triangles[e];
     const auto [e12, e13] = edges_of(positions.data(), corners);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/choice.h"
 #include "base/stage_result.h"
 #include "parallel/field.h"
 #include "prism/wall.h"
@@ -12,11 +13,18 @@ namespace pellicle {
 
 class OptionTable;
 
+/// See VolumePreservation.
+enum class VolumeRule { mass, printed, muller06 };
+inline const std::vector<std::string>& names_of(VolumeRule) {
+  static const std::vector<std::string> names{"mass", "printed", "muller06"};
+  return names;
+}
+
 /// How the rubber's volume is preserved after a step (balloon paper, section 7).
 struct VolumeOptions {
-  std::string rule = "mass";  ///< mass, printed or muller06
-  double tolerance = 1e-9;    ///< of |C| relative to the undeformed volume
-  int max_iterations = 30;    ///< corrections; the paper's: 1
+  Choice<VolumeRule> rule = VolumeRule::mass;
+  double tolerance = 1e-9;  ///< of |C| relative to the undeformed volume
+  int max_iterations = 30;  ///< corrections; the paper's: 1
 };
 
 /// Declares the options `volume.*`.
@@ -56,8 +64,6 @@ class VolumePreservation {
   StageResult advance(Field& positions, std::vector<double>& thickness_ratio) const;
 
  private:
-  enum class Rule { mass, printed, muller06 };
-
   /// The constraints, one a piece, at some positions.
   struct Constraint {
     std::vector<double> value;          ///< C [m^3]
@@ -77,7 +83,7 @@ class VolumePreservation {
   const Wall* wall_;
   const std::vector<Eigen::Matrix3d>* projectors_;
   VolumeOptions options_;
-  Rule rule_;
+  VolumeRule rule_;
   std::vector<int> piece_;                    ///< of each owned vertex
   std::vector<double> inverse_mass_;          ///< w of each owned vertex [1/kg]
   std::vector<double> virtual_inverse_mass_;  ///< w of the virtual vertex of each local element [1/kg]

@@ -232,10 +232,10 @@ void apply_region(Wall& wall, const Membrane& membrane, const std::string& name,
 
 Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::vector<double>& texture) {
   Wall wall;
-  wall.rule = options.thickness_rule == "incompressible" ? ThicknessRule::incompressible
-              : options.thickness_rule == "plane_stress" ? ThicknessRule::plane_stress
-                                                         : ThicknessRule::fixed;
-  wall.preserve_volume = options.thickness_rule == "global";
+  wall.rule = options.thickness_rule == WallThickness::incompressible ? ThicknessRule::incompressible
+              : options.thickness_rule == WallThickness::plane_stress ? ThicknessRule::plane_stress
+                                                                      : ThicknessRule::fixed;
+  wall.preserve_volume = options.thickness_rule == WallThickness::global_volume;
   wall.materials.push_back(wall_material(options.material));
   wall.material.assign(membrane.triangles.size(), 0);
   wall.density.assign(membrane.triangles.size(), options.density);

@@ -103,14 +103,13 @@ void describe(OptionTable& table, RegionOptions& options, const WallOptions& wal
     return law == (options.material.law == "wall" ? wall.material.law : options.material.law);
   };
   describe_material(table, "", {"wall"}, options.material, {is_used, true},
-                    [&wall] { return wall.thickness_rule == "incompressible"; });
+                    [&wall] { return wall.thickness_rule == WallThickness::incompressible; });
 }
 
 }  // namespace
 
 void describe(OptionTable& table, WallOptions& options) {
   table.add("prism.thickness", options.thickness_rule)
-      .choices({"global", "incompressible", "plane_stress", "fixed"})
       .help(
           "what becomes of the wall's thickness: global, the paper's way: fixed while a step is solved, then volume "
           "preservation; incompressible: every element keeps its volume; plane_stress: the stress across the wall "
@@ -147,7 +146,7 @@ void describe(OptionTable& table, WallOptions& options) {
                                                       [&](const auto& r) { return r.second.material.law == law; });
   };
   describe_material(table, "wall.", {}, options.material, {is_used, false},
-                    [&options] { return options.thickness_rule == "incompressible"; });
+                    [&options] { return options.thickness_rule == WallThickness::incompressible; });
   table.add_objects("regions", options.regions,
                     "parts of the wall that differ in thickness, density or material; they may not overlap",
                     [&options](OptionTable& objects, RegionOptions& region) { describe(objects, region, options); });

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/choice.h"
+
 namespace pellicle {
 
 class OptionTable;
@@ -36,9 +38,16 @@ struct RegionOptions {
   MaterialOptions<std::optional<double>> material{"wall"};
 };
 
+/// What becomes of the wall's thickness (`prism.thickness`).
+enum class WallThickness { global_volume, incompressible, plane_stress, fixed };
+inline const std::vector<std::string>& names_of(WallThickness) {
+  static const std::vector<std::string> names{"global", "incompressible", "plane_stress", "fixed"};
+  return names;
+}
+
 /// What the wall of a balloon is made of.
 struct WallOptions {
-  std::string thickness_rule = "incompressible";        ///< global, incompressible, plane_stress or fixed
+  Choice<WallThickness> thickness_rule = WallThickness::incompressible;
   double thickness = 0.3e-3;                            ///< undeformed [m]
   std::string thickness_texture;                        ///< file of an image that gives it instead, if not empty
   std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]

@@ -48,11 +48,11 @@ double squared_error(const SpringSet& springs, const double* x, const std::vecto
   return sum;
 }
 
-Gram::Gram(const SpringSet& springs, const Layout& particles, const std::string& mat_type)
+Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type)
     : springs_(springs), particles_(particles), mat_type_(mat_type), lambda_(springs.layout, 1) {
   const PetscInt owned = springs_.owned();
   diagonal_.resize(static_cast<std::size_t>(owned));
-  if (mat_type_ != "shell") {
+  if (mat_type_ != GramFormat::shell) {
     std::vector<PetscInt> rows(static_cast<std::size_t>(owned));
     std::iota(rows.begin(), rows.end(), 0);
     std::vector<PetscInt> columns;
@@ -62,7 +62,7 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, const std::string&
     rows_ = std::make_unique<GramBlock>(springs_, particles_, std::move(rows), columns, owned);
     check(MatSetOption(rows_->matrix(), MAT_SPD, PETSC_TRUE));
     check(MatSetOption(rows_->matrix(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-    if (mat_type_ == "sell") {
+    if (mat_type_ == GramFormat::sell) {
       check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
       check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
     }
@@ -113,13 +113,13 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
   for (double& entry : diagonal_) {
     entry += entry > negligible * largest ? shifted_by : largest;
   }
-  if (mat_type_ == "shell") {
+  if (mat_type_ == GramFormat::shell) {
     check(MatAssemblyBegin(other_, MAT_FINAL_ASSEMBLY));  // Tells the preconditioner that values have changed.
     check(MatAssemblyEnd(other_, MAT_FINAL_ASSEMBLY));
     return;
   }
   rows_->update(gradient, inverse_mass, diagonal_);
-  if (mat_type_ == "sell") {
+  if (mat_type_ == GramFormat::sell) {
     Mat sell = other_;
     check(MatConvert(rows_->matrix(), MATSELL, MAT_REUSE_MATRIX, &sell));
   }

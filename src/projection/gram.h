@@ -3,12 +3,12 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/handle.h"
 #include "parallel/field.h"
 #include "projection/gram_block.h"
+#include "projection/project_options.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -36,7 +36,7 @@ double squared_error(const SpringSet& springs, const double* x, const std::vecto
 class Gram {
  public:
   /// @param mat_type aij, sell or shell. Collective.
-  Gram(const SpringSet& springs, const Layout& particles, const std::string& mat_type);
+  Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type);
   Gram(const Gram&) = delete;
   Gram& operator=(const Gram&) = delete;
 
@@ -58,15 +58,15 @@ class Gram {
   /// Of the owned springs, with the shift.
   const std::vector<double>& diagonal() const { return diagonal_; }
 
-  Mat operator_matrix() const { return mat_type_ == "aij" ? rows_->matrix() : Mat(other_); }
-  Mat preconditioning_matrix() const { return mat_type_ == "shell" ? Mat(other_) : rows_->matrix(); }
+  Mat operator_matrix() const { return mat_type_ == GramFormat::aij ? rows_->matrix() : Mat(other_); }
+  Mat preconditioning_matrix() const { return mat_type_ == GramFormat::shell ? Mat(other_) : rows_->matrix(); }
 
  private:
   void multiply(Vec in, Vec out);
 
   const SpringSet& springs_;
   const Layout& particles_;
-  std::string mat_type_;
+  GramFormat mat_type_;
   std::unique_ptr<GramBlock> rows_;  ///< all rows, assembled
   MatHandle other_;                  ///< sell or shell
   std::vector<double> diagonal_;     ///< of J W J^T, then with the shift

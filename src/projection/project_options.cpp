@@ -22,13 +22,11 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .help("order of the colours in a projection step: a permutation of R, G, B and Y; the last wins")
       .source("burning paper, section 7.1");
   table.add("project.masses", options.masses)
-      .choices({"true", "equal"})
       .help(
           "true: J M^-1 J^T, light particles give way and momentum is conserved; equal: J J^T, the paper's, all "
           "particles move alike and the momentum of a sheet of uneven mass drifts")
       .source("burning paper, eq. 16; README: readings");
   table.add("project.pins", options.pins)
-      .choices({"exact", "paper"})
       .help("exact: a pinned particle has no inverse mass; paper: it counts in J J^T although it does not move")
       .source("README: readings; burning paper, Table 1");
   table.add("project.shift", options.shift)
@@ -50,7 +48,6 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .help("PNG whose brightness at the uv coordinates multiplies the weight of each spring")
       .source("burning paper, section 7.2");
   table.add("project.mat_type", options.mat_type)
-      .choices({"lines", "aij", "sell", "shell"})
       .help(
           "Gram matrices: lines: lines of springs in one direction are eliminated, those in the other precondition; "
           "aij: rows, which lines becomes when a pc_type is given; sell: PETSc's sliced ELLPACK; shell: matrix-free")

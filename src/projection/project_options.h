@@ -2,10 +2,33 @@
 
 #include <array>
 #include <string>
+#include <vector>
+
+#include "base/choice.h"
 
 namespace pellicle {
 
 class OptionTable;
+
+/// Inverse masses of J W J^T: those of the particles, or ones.
+enum class GramMasses { actual, equal };
+inline const std::vector<std::string>& names_of(GramMasses) {
+  static const std::vector<std::string> names{"true", "equal"};
+  return names;
+}
+
+/// Whether a pinned particle counts in J W J^T: exact: no; paper: yes.
+enum class GramPins { exact, paper };
+inline const std::vector<std::string>& names_of(GramPins) {
+  static const std::vector<std::string> names{"exact", "paper"};
+  return names;
+}
+
+enum class GramFormat { lines, aij, sell, shell };
+inline const std::vector<std::string>& names_of(GramFormat) {
+  static const std::vector<std::string> names{"lines", "aij", "sell", "shell"};
+  return names;
+}
 
 /// Successive fast projection (burning paper, section 7).
 struct ProjectOptions {
@@ -13,12 +36,12 @@ struct ProjectOptions {
   double threshold = 1e-7;  ///< of ||C|| over all springs [m]
   double error_limit = 1;   ///< of ||C|| / ||l||, beyond which the projection has failed
   std::string order = "RGBY";
-  std::string masses = "true";
-  std::string pins = "exact";
+  Choice<GramMasses> masses = GramMasses::actual;
+  Choice<GramPins> pins = GramPins::exact;
   double shift = 1e-2;
   std::array<double, 4> weight{1, 1, 1, 1};  ///< w of each colour, eq. 19
   std::string weight_texture;                ///< a PNG whose brightness multiplies the weights of the springs
-  std::string mat_type = "lines";
+  Choice<GramFormat> mat_type = GramFormat::lines;
   double ksp_rtol = 1e-3;
   bool monitor = false;
 };

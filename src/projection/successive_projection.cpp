@@ -49,11 +49,11 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     // A preconditioner that the user asks for wants the entries of the Gram matrix.
     PetscBool has_preconditioner = PETSC_FALSE;
     check(PetscOptionsHasName(nullptr, solver_prefix(colour).c_str(), "-pc_type", &has_preconditioner));
-    const bool eliminates_lines = options.mat_type == "lines" && has_preconditioner == PETSC_FALSE;
+    const bool eliminates_lines = options.mat_type == GramFormat::lines && has_preconditioner == PETSC_FALSE;
     system.gram = std::make_unique<Gram>(springs, sheet.particles,
-                                         eliminates_lines              ? "shell"
-                                         : options.mat_type == "lines" ? "aij"
-                                                                       : options.mat_type);
+                                         eliminates_lines                        ? GramFormat::shell
+                                         : options.mat_type == GramFormat::lines ? GramFormat::aij
+                                                                                 : GramFormat(options.mat_type));
     const KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
     if (eliminates_lines) {
       system.lines = std::make_unique<LineElimination>(springs, sheet.particles);
@@ -86,7 +86,7 @@ void SuccessiveProjection::begin(const ProjectionInput& input) {
 void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
   const std::size_t count = input.mass.size();
   gram_inverse_mass_.assign(count, 1);
-  if (options_.masses == "true") {
+  if (options_.masses == GramMasses::actual) {
     // Scaled by the mean mass of what has not left, so that the numbers stay near one.
     const auto end = input.mass.begin() + sheet_.particles.owned;
     std::array<double, 2> sums{std::accumulate(input.mass.begin(), end, 0.0),
@@ -101,7 +101,7 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
     const bool has_left = input.mass[i] == 0;
     if (input.pinned[i] || has_left) {
       move_inverse_mass_[i] = 0;
-      if (has_left || options_.pins == "exact") {
+      if (has_left || options_.pins == GramPins::exact) {
         gram_inverse_mass_[i] = 0;
       }
     }
@@ -136,7 +136,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
   constexpr double inverse_mass_at_edges = 2;
   system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift,
-                      options_.masses == "true" ? std::optional(inverse_mass_at_edges) : std::nullopt);
+                      options_.masses == GramMasses::actual ? std::optional(inverse_mass_at_edges) : std::nullopt);
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
   }

@@ -70,7 +70,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   projection_ = std::make_unique<SuccessiveProjection>(
       sheet, options.project,
       at_springs(sheet, sample("project.weight_texture", options.project.weight_texture, 0, 1)));
-  if (options.dynamics == "spring") {
+  if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   }
   const AblationOptions& ablation = options.ablation;
@@ -159,7 +159,7 @@ StageResult Burn::heat(State& state, double h) {
 /// Whether all heat is accounted for; what the umbrella makes is, what the consistent operator makes is not.
 /// Collective.
 StageResult Burn::heat_ledger(const State& state) const {
-  const bool makes_heat = options_.heat.operator_name == "umbrella";
+  const bool makes_heat = options_.heat.operator_name == HeatOperator::umbrella;
   const double content = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
   std::array<double, 4> sums{content, state.heat_initial, state.heat_in,
                              state.heat_out - (makes_heat ? state.heat_made : 0)};

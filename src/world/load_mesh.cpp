@@ -19,7 +19,7 @@ namespace {
 /// The options that put a picture on the mesh: the key of each and its file.
 std::vector<std::pair<std::string, std::string>> texture_files(const Options& options) {
   std::vector<std::pair<std::string, std::string>> files;
-  if (options.chain == "burn") {
+  if (options.chain == ChainKind::burn) {
     files = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
              {"heat.diffusivity_texture", options.heat.diffusivity_texture},
              {"project.weight_texture", options.project.weight_texture},
@@ -43,8 +43,8 @@ std::string fault_of_chambers(const Options& options) {
     return "";
   }
   for (const auto& [name, chamber] : options.chambers) {
-    if (chamber.law != "pressure") {
-      return "chambers." + name + ".law: " + chamber.law +
+    if (chamber.law != GasLaw::pressure) {
+      return "chambers." + name + ".law: " + chamber.law.name() +
              " needs a volume, expected a closed mesh, symmetry planes or the law pressure";
     }
   }
@@ -55,7 +55,7 @@ std::string fault_of_chambers(const Options& options) {
 
 void require_fit(const CheckedMesh& checked, const Options& options) {
   std::vector<std::string> faults;
-  if (options.chain == "burn") {
+  if (options.chain == ChainKind::burn) {
     faults.push_back(fault_of_quads(checked.mesh));
   } else if (checked.report.boundary_edges > 0) {
     faults.push_back(fault_of_chambers(options));
@@ -76,11 +76,11 @@ void require_fit(const CheckedMesh& checked, const Options& options) {
   }
 }
 
-std::vector<std::string> mesh_lines(const MeshReport& report, const std::string& chain) {
+std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain) {
   std::vector<std::string> lines{report.summary()};
   const std::vector<std::string> remarks = report.remarks();
   lines.insert(lines.end(), remarks.begin(), remarks.end());
-  if (chain == "inflate" && report.boundary_edges > 0) {
+  if (chain == ChainKind::inflate && report.boundary_edges > 0) {
     lines.push_back(
         "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
         "prescribed pressure");

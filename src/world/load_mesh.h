@@ -22,7 +22,7 @@ CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options);
 void require_fit(const CheckedMesh& checked, const Options& options);
 
 /// What the log and the record of a run keep of its mesh: the summary, then repairs and warnings, each a line.
-std::vector<std::string> mesh_lines(const MeshReport& report, const std::string& chain);
+std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain);
 
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"
 std::string partition_line(const PointSet& points);

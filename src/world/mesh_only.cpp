@@ -123,8 +123,9 @@ void mesh_only(MPI_Comm comm, const Options& options, RunRecord record) {
   console.say(checked.report.quality());
   int as_sheet = 0;
   on_root(comm, [&] {
-    as_sheet = options.chain == "burn" && std::all_of(mesh.faces.begin(), mesh.faces.end(),
-                                                      [](const std::vector<int>& face) { return face.size() == 4; });
+    as_sheet =
+        options.chain == ChainKind::burn && std::all_of(mesh.faces.begin(), mesh.faces.end(),
+                                                        [](const std::vector<int>& face) { return face.size() == 4; });
     if (as_sheet == 0) {
       mesh = triangulated(mesh);
     }

@@ -42,7 +42,6 @@ namespace {
 /// A sheet that burns: its options have no effect on a balloon.
 void describe_sheet(OptionTable& table, Options& options) {
   table.add("dynamics", options.dynamics)
-      .choices({"projection", "spring"})
       .help(
           "what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
           "baseline)")
@@ -50,13 +49,13 @@ void describe_sheet(OptionTable& table, Options& options) {
   describe(table, options.heat);
   describe(table, options.combustion);
   describe(table, options.ablation);
-  const Condition projection = one_of("dynamics", options.dynamics, {"projection"});
+  const Condition projection = one_of("dynamics", options.dynamics, {Dynamics::projection});
   for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
     table.find_key(std::string("ablation.") + name)->acts_with(projection);
   }
   table.add_solver_settings([&] {
     table.add_under(projection, [&] { describe(table, options.project); });
-    table.add_under(one_of("dynamics", options.dynamics, {"spring"}), [&] { describe(table, options.spring); });
+    table.add_under(one_of("dynamics", options.dynamics, {Dynamics::spring}), [&] { describe(table, options.spring); });
   });
 }
 
@@ -65,14 +64,14 @@ void describe_balloon(OptionTable& table, Options& options) {
   table.add_solver_settings([&] { describe(table, options.prism); });
   describe(table, options.wall);
   table.add_solver_settings([&] {
-    table.add_under(one_of("prism.thickness", options.wall.thickness_rule, {"global"}),
+    table.add_under(one_of("prism.thickness", options.wall.thickness_rule, {WallThickness::global_volume}),
                     [&] { describe(table, options.volume); });
   });
   describe(table, options.gas);
   table.find_key("gas.ambient_pressure")
       ->acts_with({"a chamber of the law isothermal, adiabatic or pressure", [&chambers = options.chambers] {
                      return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
-                       return chamber.second.law != "relative" && chamber.second.law != "volume";
+                       return chamber.second.law != GasLaw::relative && chamber.second.law != GasLaw::volume;
                      });
                    }});
   table.find_key("gas.tangent")->acts_with({"chambers", [&options] { return !options.chambers.empty(); }});
@@ -92,10 +91,9 @@ void describe_balloon(OptionTable& table, Options& options) {
 }  // namespace
 
 void describe(OptionTable& table, Options& options) {
-  const Condition burns = one_of("chain", options.chain, {"burn"});
-  const Condition inflates = one_of("chain", options.chain, {"inflate"});
+  const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
+  const Condition inflates = one_of("chain", options.chain, {ChainKind::inflate});
   table.add("chain", options.chain)
-      .choices({"burn", "inflate"})
       .help("burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles");
   describe(table, options.mesh);
   table.add("mesh.only", options.mesh_only)

@@ -52,10 +52,22 @@ struct ForceOptions {
 
 void describe(OptionTable& table, ForceOptions& options);
 
+enum class ChainKind { burn, inflate };
+inline const std::vector<std::string>& names_of(ChainKind) {
+  static const std::vector<std::string> names{"burn", "inflate"};
+  return names;
+}
+
+enum class Dynamics { projection, spring };
+inline const std::vector<std::string>& names_of(Dynamics) {
+  static const std::vector<std::string> names{"projection", "spring"};
+  return names;
+}
+
 /// Everything that a deck can say.
 struct Options {
-  std::string chain = "burn";           ///< burn or inflate
-  std::string dynamics = "projection";  ///< projection or spring
+  Choice<ChainKind> chain = ChainKind::burn;
+  Choice<Dynamics> dynamics = Dynamics::projection;
   MeshOptions mesh;
   bool mesh_only = false;  ///< write the mesh and end
   SheetOptions sheet;

@@ -62,7 +62,7 @@ void run(MPI_Comm comm, const Options& options, RunRecord record) {
   on_root(comm, [&] { require_fit(checked, options); });
   record.mesh = mesh_lines(checked.report, options.chain);
   std::vector<std::string> figures{checked.report.quality()};
-  if (options.chain == "burn") {
+  if (options.chain == ChainKind::burn) {
     Sheet sheet = make_sheet(comm, mesh, options.sheet);
     figures.insert(figures.end(), {spring_line(sheet), partition_line(sheet)});
     StageClock clock(Burn::stage_names());

@@ -366,7 +366,8 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
       add("solve/" + size + solver.name, linear_solve, solver, level);
     }
   }
-  const Way ours{"ours", PrismOptions{}.mat_type, PrismOptions{}.tangent, GasOptions{}.tangent, {}};
+  const Way ours{
+      "ours", PrismOptions{}.mat_type.name(), PrismOptions{}.tangent.name(), GasOptions{}.tangent.name(), {}};
   const Way paper{"paper", "shell", "paper", "paper", {{"pc_type", "none"}}};
   const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}};
   for (const Way& way : {paper, pbjacobi, ours}) {

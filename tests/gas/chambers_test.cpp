@@ -361,7 +361,7 @@ TEST(GasTangent, complete_tangent_is_the_derivative_of_the_force_for_every_law) 
     const GasState state = chambers.state(0, chambers.volumes(x)[0], 0);
     const Eigen::Matrix3Xd exact = gas_stiffness_product(sphere, chambers, x, -state.pressure_slope, state.pressure, w);
     const Eigen::Matrix3Xd error = difference - exact;
-    EXPECT_LT(dot(sphere, error, error), 1e-18 * dot(sphere, exact, exact)) << options.law;
+    EXPECT_LT(dot(sphere, error, error), 1e-18 * dot(sphere, exact, exact)) << options.law.name();
   }
 }
 

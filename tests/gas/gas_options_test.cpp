@@ -26,7 +26,7 @@ TEST(GasOptions, a_chamber_is_read_by_its_keys_in_units) {
   assign("chambers_air_volume_ratio", "0,1;1500 ms,3");
   EXPECT_EQ(gas.ambient_pressure, 1e5);
   const ChamberOptions& air = chambers.at("air");
-  EXPECT_EQ(air.law, "adiabatic");
+  EXPECT_EQ(air.law.name(), "adiabatic");
   EXPECT_EQ(air.amount, (Rows{{0, 1}, {2, 0.5}}));
   EXPECT_EQ(air.gamma, 1.667);
   EXPECT_EQ(air.volume_ratio, (Rows{{0, 1}, {1.5, 3}}));

@@ -276,7 +276,7 @@ regions:
     poisson_ratio: 0.25
 )"},
             table, petsc);
-  EXPECT_EQ(options.thickness_rule, "global");
+  EXPECT_EQ(options.thickness_rule, WallThickness::global_volume);
   EXPECT_EQ(options.thickness, 0.2e-3);
   EXPECT_EQ(options.material.ogden_mu, std::vector<double>{1e6});
   const RegionOptions& cap = options.regions.at("cap");

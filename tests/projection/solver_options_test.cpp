@@ -50,7 +50,7 @@ TEST_P(ProjectionSolver, gives_the_same_positions) {
     GTEST_SKIP() << choice.name << " solves on one rank only";
   }
   const Eigen::Matrix3Xd expected = projected("aij");
-  for (const std::string& mat_type : {std::string("aij"), std::string("sell"), ProjectOptions{}.mat_type}) {
+  for (const std::string& mat_type : {std::string("aij"), std::string("sell"), ProjectOptions{}.mat_type.name()}) {
     SolverOptions options;
     set_for_all_colours(options, "ksp_type", ksp);
     for (const auto& [name, value] : choice.options) {

@@ -15,7 +15,7 @@ namespace {
 std::string name_of(Colour colour) { return colour_names[static_cast<std::size_t>(colour)]; }
 
 /// All kinds of Gram matrix, that of the default included.
-std::vector<std::string> mat_types() { return {"aij", "sell", "shell", ProjectOptions{}.mat_type}; }
+std::vector<std::string> mat_types() { return {"aij", "sell", "shell", ProjectOptions{}.mat_type.name()}; }
 
 /// A flat grid of square cells, side 1, with some noise.
 Sheet grid_sheet(int cells, double thickness_per_cell) {
@@ -291,7 +291,7 @@ TEST(SuccessiveProjection, shift_softens_the_correction) {
     // Newton for |x_a - x_b| = 0.9 from 1: (1 + 0.81)/2.
     const double whole = 1 - 0.905;
     EXPECT_NEAR(scene.x.vector(1)[0] - scene.x.vector(0)[0],
-                1 - whole / (1 + (options.masses == "true" ? 2 : 1) * shift), 1e-14);
+                1 - whole / (1 + (options.masses == GramMasses::actual ? 2 : 1) * shift), 1e-14);
   }
 }
 

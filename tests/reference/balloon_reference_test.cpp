@@ -227,7 +227,7 @@ TEST_P(ReferenceBalloon, runs) {
     }
     c.expect(state.position.values().leftCols(c.membrane.particles.owned), expected["x"], name + " x");
     c.expect(state.velocity.values().leftCols(c.membrane.particles.owned), expected["v"], name + " v");
-    if (options.wall.thickness_rule == "global") {
+    if (options.wall.thickness_rule == WallThickness::global_volume) {
       for (std::size_t e = 0; e < c.membrane.triangles.size(); ++e) {
         const double wanted = expected["h"][c.membrane.element_id[e]].as<double>();
         EXPECT_NEAR(state.thickness_ratio[e] * options.wall.thickness, wanted, tolerance * wanted) << name;

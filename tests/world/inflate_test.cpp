@@ -325,7 +325,7 @@ TEST_P(Icosahedron, IsDrawnAsItIs) {
     EXPECT_LE((as_vector(frame.points.at("velocity").at(id)) - velocity).norm(), 1e-5 * velocity.norm());
   }
   EXPECT_EQ(frame.points.at("position").size(), 12U);
-  const bool is_fixed = options.wall.thickness_rule == "fixed";
+  const bool is_fixed = options.wall.thickness_rule == WallThickness::fixed;
   const double ratio = is_fixed ? 1 : 1 / (s * s);
   // Cauchy's stress times the present volume does the work of the energy per undeformed volume.
   const double stress = s * rubber.slope(s) / 2 / (is_fixed ? s * s : 1);

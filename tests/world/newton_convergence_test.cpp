@@ -118,7 +118,7 @@ TEST_P(NewtonConvergence, IsQuadraticWithTheExactTangentOnly) {
       print_once(" %.1e", step.residual);
     }
     print_once("%s\n", " N");
-    if (options.gas.tangent == "exact") {
+    if (options.gas.tangent == GasTangent::exact) {
       exact = norms.back();
       EXPECT_LT(exact, 1e-9);
       EXPECT_LT(quadratic_factor(norms), 3);

@@ -46,7 +46,8 @@ std::vector<double> pressures(int level, const Options& options, std::size_t cou
   for (std::size_t i = 1; i <= count; ++i) {
     balloon.reach(static_cast<double>(i));
     result.push_back(balloon.pressure());
-    if (options.wall.thickness_rule != "global") {  // Its volume preservation moves the wall afterwards.
+    if (options.wall.thickness_rule !=
+        WallThickness::global_volume) {  // Its volume preservation moves the wall afterwards.
       const double ratio = options.chambers.at("gas").volume_ratio.at(i).at(1);
       EXPECT_NEAR(balloon.volume() / balloon.chain.chambers().initial_volume(0), ratio, 1e-7 * ratio);
     }

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace pellicle {
+
+/// One of some names, whichever enumeration they belong to: what the option table sees of a Choice.
+class AnyChoice {
+ public:
+  const std::vector<std::string>& names() const { return *names_; }
+  const std::string& name() const { return (*names_)[index_]; }
+  /// @throws Error when none of the names is this
+  void set(const std::string& name);
+
+ protected:
+  AnyChoice(const std::vector<std::string>& names, std::size_t index) : names_(&names), index_(index) {}
+  std::size_t index_value() const { return index_; }
+
+ private:
+  const std::vector<std::string>* names_;
+  std::size_t index_;
+};
+
+/// The value of an enumeration that an option has. Beside the enumeration stands, once, what its values are called, in
+/// their order from 0:
+///
+///     enum class ChainKind { burn, inflate };
+///     inline const std::vector<std::string>& names_of(ChainKind) {
+///       static const std::vector<std::string> names{"burn", "inflate"};
+///       return names;
+///     }
+///
+/// and `table.add("chain", options.chain)` declares the option with these names.
+template <class E>
+class Choice : public AnyChoice {
+ public:
+  Choice(E value)
+      : AnyChoice(names_of(value), static_cast<std::size_t>(value)) {}  // NOLINT(google-explicit-constructor)
+  /// @throws Error when the enumeration has no such name
+  Choice(const std::string& name) : Choice(E{}) { set(name); }  // NOLINT(google-explicit-constructor)
+  Choice(const char* name) : Choice(std::string(name)) {}       // NOLINT(google-explicit-constructor)
+
+  operator E() const { return static_cast<E>(index_value()); }  // NOLINT(google-explicit-constructor)
+};
+
+}  // namespace pellicle
