@@ -1,77 +1,329 @@
 #include "surface/distribution.h"
 
-#include <petscsf.h>
+#include <petscdmplex.h>
 
-#include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
+#include <unordered_map>
 #include <utility>
 
 #include "base/error.h"
+#include "base/handle.h"
+#include "parallel/collective.h"
+#include "parallel/exchange.h"
+#include "parallel/route.h"
 
 namespace pellicle {
 
 namespace {
 
-/// Tells DMPlex which rank gets which cell, or whom to ask. Collective.
-void set_partitioner(DM dm, const SurfaceMesh& mesh, std::vector<int> part, const SheetOptions& options) {
-  MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(dm));
+/// A rank, and the number that an item has among those which the rank owns. Ghosts lie in this order.
+struct Owner {
   int rank = 0;
+  PetscInt number = 0;
+  bool operator<(const Owner& other) const { return std::pair{rank, number} < std::pair{other.rank, other.number}; }
+};
+
+/// The numbers 0, 1, ... of items in the order of what `key` says of them.
+template <class Key>
+std::vector<PetscInt> ordered_by(PetscInt count, const Key& key) {
+  std::vector<PetscInt> items(static_cast<std::size_t>(count));
+  std::iota(items.begin(), items.end(), 0);
+  std::sort(items.begin(), items.end(), [&key](PetscInt a, PetscInt b) { return key(a) < key(b); });
+  return items;
+}
+
+template <class Value>
+std::vector<Value> picked(const std::vector<Value>& values, const std::vector<PetscInt>& items) {
+  std::vector<Value> result;
+  for (const PetscInt item : items) {
+    result.push_back(values[static_cast<std::size_t>(item)]);
+  }
+  return result;
+}
+
+/// The cells joined by common sides. @param corners of the cells, as many for each
+CellGraph cell_graph(const std::vector<PetscInt>& corners, PetscInt count) {
+  const std::vector<PetscInt> opposite = opposite_sides(corners, static_cast<std::size_t>(count));
+  CellGraph graph;
+  graph.offsets.push_back(0);
+  for (std::size_t side = 0; side < opposite.size(); ++side) {
+    if (opposite[side] >= 0) {
+      graph.neighbours.push_back(opposite[side] / count);
+    }
+    if ((side + 1) % static_cast<std::size_t>(count) == 0) {
+      graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+    }
+  }
+  return graph;
+}
+
+/// Splits a graph that rank 0 has with a partitioner of PETSc. Collective.
+/// @returns on rank 0 the part of each cell
+std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std::string& type) {
   int ranks = 1;
-  MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
-  PetscPartitioner partitioner = nullptr;
-  check(DMPlexGetPartitioner(dm, &partitioner));
-  int is_given = part.empty() ? 0 : 1;
-  MPI_Bcast(&is_given, 1, MPI_INT, 0, comm);
-  if (is_given == 0 && options.partitioner != "metis") {
-    check(PetscPartitionerSetType(partitioner, options.partitioner.c_str()));
-    return;
-  }
-  std::vector<PetscInt> sizes(static_cast<std::size_t>(ranks), 0);
-  std::vector<PetscInt> cells;
-  if (rank == 0) {
-    if (is_given == 0) {
-      part = partition_with_metis(cell_graph(mesh), ranks);
-    }
-    cells.resize(part.size());
-    std::iota(cells.begin(), cells.end(), 0);
-    std::stable_sort(cells.begin(), cells.end(), [&](PetscInt a, PetscInt b) {
-      return part[static_cast<std::size_t>(a)] < part[static_cast<std::size_t>(b)];
-    });
-    for (const int p : part) {
-      ++sizes[static_cast<std::size_t>(p)];
+  Handle<PetscPartitioner, PetscPartitionerDestroy> partitioner;
+  Handle<PetscSection, PetscSectionDestroy> sizes;
+  Handle<IS, ISDestroy> cells_by_part;
+  check(PetscPartitionerCreate(comm, partitioner.create()));
+  check(PetscPartitionerSetType(partitioner, type.c_str()));
+  check(PetscPartitionerSetUp(partitioner));
+  check(PetscSectionCreate(comm, sizes.create()));
+  check(PetscPartitionerPartition(partitioner, ranks, graph.cells(), graph.offsets.data(), graph.neighbours.data(),
+                                  nullptr, nullptr, sizes, cells_by_part.create()));
+  std::vector<int> part(static_cast<std::size_t>(graph.cells()));
+  const PetscInt* cells = nullptr;
+  check(ISGetIndices(cells_by_part, &cells));
+  for (PetscInt p = 0; p < ranks; ++p) {
+    PetscInt count = 0;
+    PetscInt first = 0;
+    check(PetscSectionGetDof(sizes, p, &count));
+    check(PetscSectionGetOffset(sizes, p, &first));
+    for (PetscInt i = first; i < first + count; ++i) {
+      part[static_cast<std::size_t>(cells[i])] = static_cast<int>(p);
     }
   }
-  check(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
-  check(PetscPartitionerShellSetPartition(partitioner, ranks, sizes.data(), cells.data()));
+  check(ISRestoreIndices(cells_by_part, &cells));
+  return part;
 }
 
-/// Sends `doubles` numbers a point from rank 0 to all that hold the point. Collective.
-void send_doubles(PetscSF migration, PetscInt doubles, const void* sent, void* received) {
-  MPI_Datatype type = MPI_DATATYPE_NULL;
-  MPI_Type_contiguous(static_cast<int>(doubles), MPI_DOUBLE, &type);
-  MPI_Type_commit(&type);
-  check(PetscSFBcastBegin(migration, type, sent, received, MPI_REPLACE));
-  check(PetscSFBcastEnd(migration, type, sent, received, MPI_REPLACE));
-  MPI_Type_free(&type);
-}
-
-/// Which points of a distributed DMPlex no other rank owns.
-std::vector<bool> owned_points(DM dm) {
-  PetscInt first = 0;
-  PetscInt points = 0;
-  check(DMPlexGetChart(dm, &first, &points));
-  std::vector<bool> owned(static_cast<std::size_t>(points), true);
-  PetscSF sf = nullptr;
-  PetscInt leaves = 0;
-  const PetscInt* local = nullptr;
-  check(DMGetPointSF(dm, &sf));
-  check(PetscSFGetGraph(sf, nullptr, &leaves, &local, nullptr));
-  for (PetscInt leaf = 0; leaf < leaves; ++leaf) {
-    owned[static_cast<std::size_t>(local != nullptr ? local[leaf] : leaf)] = false;
+/// Which rank is to get each cell of this rank. Rank 0 sees the graph of the cells, in the order of their ids, and
+/// nothing else of them. Collective.
+std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  const Route to_root(comm, std::vector<int>(rows.cells.size(), 0));
+  std::vector<PetscInt> own_ids;
+  for (const MeshRows::Point& cell : rows.cells) {
+    own_ids.push_back(cell.id);
   }
-  return owned;
+  const std::vector<PetscInt> ids = to_root.send(own_ids);
+  const auto count = static_cast<std::size_t>(rows.corners);
+  const std::vector<PetscInt> corner_ids =
+      to_root.send(Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), count)).as<PetscInt>();
+  const std::vector<PetscInt> order =
+      ordered_by(to_root.arrivals(), [&ids](PetscInt cell) { return ids[static_cast<std::size_t>(cell)]; });
+  std::vector<PetscInt> corners;
+  for (const PetscInt cell : order) {
+    const auto first = corner_ids.begin() + cell * static_cast<PetscInt>(count);
+    corners.insert(corners.end(), first, first + static_cast<PetscInt>(count));
+  }
+  CellGraph graph = cell_graph(corners, rows.corners);
+  const std::vector<int> sorted_part = options.partitioner == "metis"
+                                           ? partition_with_metis(std::move(graph), ranks)
+                                           : partition_with_petsc(comm, std::move(graph), options.partitioner);
+  std::vector<int> part(sorted_part.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    part[static_cast<std::size_t>(order[i])] = sorted_part[i];
+  }
+  return to_root.send_back(part);
+}
+
+/// Cells with all that is known of them, row by row.
+struct CellTable {
+  Records points;
+  Records corners;  ///< ids
+  Records fields;
+  Records data;
+  Records lattice_data;
+
+  template <class Of>
+  CellTable each(const Of& of) const {
+    return {of(points), of(corners), of(fields), of(data), of(lattice_data)};
+  }
+  void append(const CellTable& others) {
+    points.append(others.points);
+    corners.append(others.corners);
+    fields.append(others.fields);
+    data.append(others.data);
+    lattice_data.append(others.lattice_data);
+  }
+};
+
+/// The rank that knows of a vertex who has it.
+int home_of(PetscInt id, int ranks) { return static_cast<int>(id % ranks); }
+
+/// Where own cells must go as the next layer round the cells of other ranks. Collective.
+/// @param held vertices of the cells that this rank has, without repeats
+/// @param corners ids of the own cells' corners, `count` each
+/// @returns pairs of a rank and an own cell
+std::set<std::pair<int, PetscInt>> next_layer(MPI_Comm comm, const std::vector<PetscInt>& held,
+                                              const std::vector<PetscInt>& corners, std::size_t count) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  struct Meeting {
+    PetscInt vertex;
+    int rank;  ///< that has it, too
+  };
+  std::vector<int> homes;
+  for (const PetscInt vertex : held) {
+    homes.push_back(home_of(vertex, ranks));
+  }
+  const Route to_home(comm, homes);
+  const std::vector<PetscInt> vertices = to_home.send(held);
+  std::unordered_map<PetscInt, std::vector<int>> ranks_of_vertex;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    ranks_of_vertex[vertices[i]].push_back(to_home.sources()[i]);
+  }
+  std::vector<int> destinations;
+  std::vector<Meeting> meetings;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    for (const int other : ranks_of_vertex[vertices[i]]) {
+      if (other != to_home.sources()[i]) {
+        destinations.push_back(to_home.sources()[i]);
+        meetings.push_back({vertices[i], other});
+      }
+    }
+  }
+  std::unordered_map<PetscInt, std::vector<int>> others_at;
+  for (const Meeting& meeting : Route(comm, destinations).send(meetings)) {
+    others_at[meeting.vertex].push_back(meeting.rank);
+  }
+  std::set<std::pair<int, PetscInt>> wanted;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (const auto others = others_at.find(corners[i]); others != others_at.end()) {
+      for (const int rank : others->second) {
+        wanted.emplace(rank, static_cast<PetscInt>(i / count));
+      }
+    }
+  }
+  return wanted;
+}
+
+/// The different numbers among these, in ascending order.
+std::vector<PetscInt> without_repeats(std::vector<PetscInt> numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
+/// The place of each id in a list, by the id.
+std::unordered_map<PetscInt, PetscInt> places(const std::vector<PetscInt>& ids) {
+  std::unordered_map<PetscInt, PetscInt> place;
+  place.reserve(ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    place.emplace(ids[i], static_cast<PetscInt>(i));
+  }
+  return place;
+}
+
+/// An order of the cells and one of their vertices in which what is near on the surface is near.
+/// @param corners ids of the vertices of the cells, `count` each
+/// @param vertices ids of all of them; they are put in the new order
+/// @returns the cells in the new order
+std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, int count,
+                                        std::vector<PetscInt>& vertices) {
+  const auto cells = static_cast<PetscInt>(corners.size()) / count;
+  std::vector<PetscInt> order(static_cast<std::size_t>(cells));
+  if (cells == 0) {
+    return order;
+  }
+  const std::unordered_map<PetscInt, PetscInt> place = places(vertices);
+  std::vector<PetscInt> numbers;
+  for (const PetscInt id : corners) {
+    numbers.push_back(place.at(id));
+  }
+  const std::vector<double> coordinates(3 * vertices.size(), 0.0);
+  Handle<DM, DMDestroy> dm;
+  Handle<IS, ISDestroy> permutation;
+  const PetscInt* new_number = nullptr;  // of each cell, then of each vertex
+  check(DMPlexCreateFromCellListPetsc(PETSC_COMM_SELF, 2, cells, static_cast<PetscInt>(vertices.size()), count,
+                                      PETSC_FALSE, numbers.data(), 3, coordinates.data(), dm.create()));
+  check(DMPlexGetOrdering(dm, MATORDERINGRCM, nullptr, permutation.create()));
+  check(ISGetIndices(permutation, &new_number));
+  for (PetscInt cell = 0; cell < cells; ++cell) {
+    order[static_cast<std::size_t>(new_number[cell])] = cell;
+  }
+  const std::vector<PetscInt> before = vertices;
+  for (std::size_t vertex = 0; vertex < before.size(); ++vertex) {
+    vertices[static_cast<std::size_t>(new_number[static_cast<std::size_t>(cells) + vertex] - cells)] = before[vertex];
+  }
+  check(ISRestoreIndices(permutation, &new_number));
+  return order;
+}
+
+/// What the home of a vertex tells those who hold it.
+struct VertexRow {
+  MeshRows::Point point;
+  int owner;
+};
+
+/// Fetches the rows of vertices from wherever they lie, and finds who owns them. Collective.
+/// @param held ids of the vertices that this rank holds
+/// @param has_own_cell of each of them, whether this rank owns a cell at it
+/// @param rows the rows of the vertices; replaced by those of the held ones, in their order
+/// @returns owner of each held vertex
+std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held, const std::vector<char>& has_own_cell,
+                                MeshRows& rows) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  std::vector<int> homes;
+  for (const MeshRows::Point& vertex : rows.vertices) {
+    homes.push_back(home_of(vertex.id, ranks));
+  }
+  const Route rows_to_home(comm, homes);
+  const std::vector<MeshRows::Point> points = rows_to_home.send(rows.vertices);
+  const Records data = rows_to_home.send(rows.vertex_data);
+  homes.clear();
+  for (const PetscInt vertex : held) {
+    homes.push_back(home_of(vertex, ranks));
+  }
+  const Route to_home(comm, homes);
+  const std::vector<PetscInt> wanted = to_home.send(held);
+  const std::vector<char> is_own = to_home.send(has_own_cell);
+
+  std::vector<PetscInt> ids;
+  for (const MeshRows::Point& point : points) {
+    ids.push_back(point.id);
+  }
+  const std::unordered_map<PetscInt, PetscInt> row_of = places(ids);
+  std::vector<int> owner(points.size(), -1);
+  std::vector<PetscInt> chosen;
+  PetscInt missing = -1;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto row = row_of.find(wanted[i]);
+    if (row == row_of.end()) {
+      missing = wanted[i];
+    } else {
+      chosen.push_back(row->second);
+      int& last = owner[static_cast<std::size_t>(row->second)];
+      last = is_own[i] != 0 ? std::max(last, to_home.sources()[i]) : last;
+    }
+  }
+  together(comm, [missing] {
+    if (missing >= 0) {
+      throw Error("vertex " + std::to_string(missing) + " is a corner of a cell, but the mesh has no such vertex");
+    }
+  });
+  rows.vertices = to_home.send_back(picked(points, chosen));
+  rows.vertex_data = to_home.send_back(data.of_items(chosen));
+  return to_home.send_back(picked(owner, chosen));
+}
+
+/// The numbers that owners have given to vertices of this rank's. Collective.
+/// @param ids and owners of vertices that other ranks own
+/// @param own ids of those that this rank owns, in the order of their numbers
+std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<int>& owners,
+                                        const std::vector<PetscInt>& own) {
+  const std::unordered_map<PetscInt, PetscInt> number = places(own);
+  const Route to_owner(comm, owners);
+  std::vector<PetscInt> answers;
+  for (const PetscInt id : to_owner.send(ids)) {
+    answers.push_back(number.at(id));
+  }
+  return to_owner.send_back(answers);
+}
+
+/// A layout with these ghosts. Collective.
+Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghosts) {
+  Layout layout = number_owned(comm, owned);
+  const std::vector<PetscInt> first = of_all_ranks(comm, std::vector<PetscInt>{layout.first});
+  for (const Owner& ghost : ghosts) {
+    layout.ghost_global.push_back(first[static_cast<std::size_t>(ghost.rank)] + ghost.number);
+  }
+  return layout;
 }
 
 }  // namespace
@@ -105,219 +357,141 @@ std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::
   return opposite;
 }
 
-CellGraph cell_graph(const SurfaceMesh& mesh) {
-  std::vector<PetscInt> corners;
-  for (const auto& face : mesh.faces) {
-    corners.insert(corners.end(), face.begin(), face.end());
-  }
-  const std::size_t count = mesh.faces.empty() ? 1 : mesh.faces.front().size();
-  const std::vector<PetscInt> opposite = opposite_sides(corners, count);
-  CellGraph graph;
-  graph.offsets.push_back(0);
-  for (std::size_t side = 0; side < opposite.size(); ++side) {
-    if (opposite[side] >= 0) {
-      graph.neighbours.push_back(opposite[side] / static_cast<PetscInt>(count));
-    }
-    if ((side + 1) % count == 0) {
-      graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
-    }
-  }
-  return graph;
-}
-
-void broadcast(MPI_Comm comm, std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += name + '\0';
-  }
-  auto length = static_cast<int>(text.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(static_cast<std::size_t>(length));
-  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
-  names.clear();
-  for (std::size_t begin = 0; begin < text.size(); begin = text.find('\0', begin) + 1) {
-    names.emplace_back(text.c_str() + begin);
-  }
-}
-
-void broadcast(MPI_Comm comm, std::vector<std::vector<int>>& lists) {
-  std::vector<int> numbers;  // of each list its length, then its numbers
-  for (const std::vector<int>& list : lists) {
-    numbers.push_back(static_cast<int>(list.size()));
-    numbers.insert(numbers.end(), list.begin(), list.end());
-  }
-  auto length = static_cast<int>(numbers.size());
-  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  numbers.resize(static_cast<std::size_t>(length));
-  MPI_Bcast(numbers.data(), length, MPI_INT, 0, comm);
-  lists.clear();
-  for (auto next = numbers.begin(); next != numbers.end(); next += 1 + *next) {
-    lists.emplace_back(next + 1, next + 1 + *next);
-  }
-}
-
-Distribution::Source Distribution::source(const SurfaceMesh& mesh) {
-  const std::size_t cells = mesh.faces.size();
-  Source source;
-  source.has_uv = !mesh.uv.empty();
-  source.data.assign(cells + mesh.points.size(), Data{});
-  std::vector<Data>& data = source.data;
-  for (std::size_t vertex = 0; vertex < mesh.points.size(); ++vertex) {
-    Data& point = data[cells + vertex];
-    Eigen::Map<Eigen::Vector3d>(point.position) = mesh.points[vertex];
-    point.id = mesh.id_of_point(static_cast<int>(vertex));
-  }
-  std::vector<bool> has_uv(mesh.points.size(), false);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    const auto& face = mesh.faces[cell];
-    const auto corners = static_cast<double>(face.size());
-    Data& centre = data[cell];
-    centre.id = mesh.id_of_face(static_cast<int>(cell));
-    for (std::size_t k = 0; k < face.size(); ++k) {
-      const auto vertex = static_cast<std::size_t>(face[k]);
-      Eigen::Map<Eigen::Vector3d>(centre.position) += mesh.points[vertex] / corners;
-      if (source.has_uv) {
-        const Eigen::Vector2d& uv = mesh.uv[cell][k];
-        Eigen::Map<Eigen::Vector2d>(centre.uv) += uv / corners;
-        if (!has_uv[vertex]) {
-          has_uv[vertex] = true;
-          Eigen::Map<Eigen::Vector2d>(data[cells + vertex].uv) = uv;
-        }
-      }
-    }
-  }
-  std::vector<std::vector<int>> groups_of_vertex(mesh.groups.empty() ? 0 : mesh.points.size());
-  int group = 0;
-  for (const auto& [name, members] : mesh.groups) {
-    for (const int vertex : members) {
-      std::vector<int>& groups = groups_of_vertex[static_cast<std::size_t>(vertex)];
-      if (groups.empty() || groups.back() != group) {
-        groups.push_back(group);
-      }
-    }
-    ++group;
-  }
-  // One number goes to the ranks with each vertex, however many groups there are.
-  std::map<std::vector<int>, std::size_t> number_of_set{{{}, 0}};
-  for (std::size_t vertex = 0; vertex < groups_of_vertex.size(); ++vertex) {
-    const auto [set, is_new] = number_of_set.emplace(std::move(groups_of_vertex[vertex]), source.group_sets.size());
-    if (is_new) {
-      source.group_sets.push_back(set->first);
-    }
-    data[cells + vertex].groups = static_cast<double>(set->second);
-  }
-  return source;
-}
-
-Distribution::Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source, int layers,
-                           const SheetOptions& options)
-    : comm_(comm),
-      group_sets_(std::move(source.group_sets)),
-      data_(std::move(source.data)),
-      extra_(std::move(source.extra)) {
+Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options)
+    : comm_(comm), rows_(std::move(rows)) {
   int rank = 0;
-  int ranks = 1;
   MPI_Comm_rank(comm, &rank);
-  MPI_Comm_size(comm, &ranks);
-  std::array<PetscInt, 3> shape{};  // corners of a cell, texture or not, rows of `extra`
-  std::vector<PetscInt> cells;
-  std::vector<double> coordinates;
-  if (rank == 0) {
-    shape = {static_cast<PetscInt>(mesh.faces.front().size()), source.has_uv ? 1 : 0,
-             static_cast<PetscInt>(extra_.rows())};
-    for (const auto& face : mesh.faces) {
-      cells.insert(cells.end(), face.begin(), face.end());
-    }
-    for (const auto& point : mesh.points) {
-      coordinates.insert(coordinates.end(), point.data(), point.data() + 3);
-    }
-    for (const auto& [name, members] : mesh.groups) {
-      groups_.push_back(name);
-    }
+  const auto count = static_cast<std::size_t>(rows_.corners);
+  if (!on_any_rank(comm, !rows_.part.empty())) {
+    rows_.part = find_parts(comm, rows_, options);
   }
-  MPI_Bcast(shape.data(), static_cast<int>(shape.size()), MPIU_INT, 0, comm);
-  const auto [corners, has_uv, extra_rows] = shape;
-  has_uv_ = has_uv != 0;
-  broadcast(comm, groups_);
-  broadcast(comm, group_sets_);
-  const auto cell_count = static_cast<PetscInt>(cells.size()) / corners;
-  const auto vertex_count = static_cast<PetscInt>(coordinates.size() / 3);
-  check(DMPlexCreateFromCellListPetsc(comm, 2, cell_count, vertex_count, corners, PETSC_FALSE, cells.data(), 3,
-                                      coordinates.data(), dm_.create()));
 
-  if (ranks > 1) {
-    set_partitioner(dm_, mesh, std::move(source.part), options);
-    Handle<DM, DMDestroy> distributed;
-    Handle<PetscSF, PetscSFDestroy> migration;
-    check(DMPlexDistribute(dm_, layers, migration.create(), distributed.create()));
-    std::swap(dm_, distributed);
-    PetscInt roots = 0;
-    PetscInt first = 0;
-    PetscInt last = 0;
-    check(PetscSFGetGraph(migration, &roots, nullptr, nullptr, nullptr));
-    check(DMPlexGetChart(dm_, &first, &last));
-    const auto held = static_cast<std::size_t>(last);
-    data_.resize(static_cast<std::size_t>(roots), Data{});
-    std::vector<Data> data(held, Data{});
-    send_doubles(migration, sizeof(Data) / sizeof(double), data_.data(), data.data());
-    data_ = std::move(data);
-    if (extra_rows > 0) {
-      Eigen::MatrixXd sent = Eigen::MatrixXd::Zero(extra_rows, roots);
-      if (rank == 0) {
-        sent.leftCols(extra_.cols()) = extra_;
+  // The own cells, in the order of their ids.
+  const auto rows_here = static_cast<PetscInt>(rows_.cells.size());
+  const CellTable here{Records::of(rows_.cells), Records::of(rows_.cell_corners, rows_here, count),
+                       Records::of(rows_.field_values, rows_here, rows_.fields.size()), rows_.cell_data,
+                       rows_.lattice_data};
+  const Route to_owner(comm, rows_.part);
+  CellTable cells = here.each([&to_owner](const Records& records) { return to_owner.send(records); });
+  const auto reorder = [](CellTable& table, const std::vector<PetscInt>& items) {
+    table = table.each([&items](const Records& records) { return records.of_items(items); });
+  };
+  {
+    const auto points = cells.points.as<MeshRows::Point>();
+    reorder(cells, ordered_by(to_owner.arrivals(),
+                              [&points](PetscInt cell) { return points[static_cast<std::size_t>(cell)].id; }));
+  }
+  std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
+  if (numbering == Numbering::by_nearness) {
+    reorder(cells, order_by_nearness(cells.corners.as<PetscInt>(), rows_.corners, vertices));
+  }
+  const PetscInt owned_cells = cells.points.count();
+
+  // The layers round them: each goes from the cells' owners to those who hold the layer before.
+  const std::vector<PetscInt> own_corners = cells.corners.as<PetscInt>();
+  std::vector<Owner> ghost_owner;
+  CellTable ghosts = cells.each([](const Records& records) { return records.of_items({}); });
+  std::set<std::pair<int, PetscInt>> sent;
+  std::vector<PetscInt> held = without_repeats(own_corners);
+  for (int layer = 0; layer < layers; ++layer) {
+    std::vector<int> destinations;
+    std::vector<PetscInt> items;
+    for (const auto& wanted : next_layer(comm, held, own_corners, count)) {
+      if (sent.insert(wanted).second) {
+        destinations.push_back(wanted.first);
+        items.push_back(wanted.second);
       }
-      extra_.setZero(extra_rows, last);
-      send_doubles(migration, extra_rows, sent.data(), extra_.data());
     }
+    const Route to_neighbours(comm, destinations);
+    ghosts.append(cells.each([&](const Records& records) { return to_neighbours.send(records.of_items(items)); }));
+    const std::vector<PetscInt> numbers = to_neighbours.send(items);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      ghost_owner.push_back({to_neighbours.sources()[i], numbers[i]});
+    }
+    const auto corners = ghosts.corners.as<PetscInt>();
+    held.insert(held.end(), corners.begin(), corners.end());
+    held = without_repeats(std::move(held));
   }
-  owned_ = owned_points(dm_);
-  for (PetscInt cell = this->cells().begin; cell < this->cells().end; ++cell) {
-    const PetscInt* cone = nullptr;
-    check(DMPlexGetCone(dm_, cell, &cone));
-    corners_.insert(corners_.end(), cone, cone + corners);
+  const std::vector<PetscInt> ghost_order =
+      ordered_by(ghosts.points.count(), [&](PetscInt cell) { return ghost_owner[static_cast<std::size_t>(cell)]; });
+  reorder(ghosts, ghost_order);
+  cell_layout_ = layout_with(comm, owned_cells, picked(ghost_owner, ghost_order));
+  cells.append(ghosts);
+
+  // Vertices: those of own cells in the order found above, then the others, as far as this rank owns them; then ghosts.
+  std::vector<char> has_own_cell(vertices.size(), 1);
+  {
+    const std::unordered_map<PetscInt, PetscInt> of_own_cells = places(vertices);
+    std::copy_if(held.begin(), held.end(), std::back_inserter(vertices),
+                 [&](PetscInt id) { return of_own_cells.count(id) == 0; });
+    has_own_cell.resize(vertices.size(), 0);
   }
-  opposite_ = opposite_sides(corners_, static_cast<std::size_t>(corners));
+  const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows_);
+  std::vector<PetscInt> own;
+  std::vector<PetscInt> others;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    (owner[i] == rank ? own : others).push_back(static_cast<PetscInt>(i));
+  }
+  const std::vector<PetscInt> numbers =
+      numbers_of_owners(comm, picked(vertices, others), picked(owner, others), picked(vertices, own));
+  std::vector<Owner> vertex_owner;
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    vertex_owner.push_back({owner[static_cast<std::size_t>(others[i])], numbers[i]});
+  }
+  const std::vector<PetscInt> other_order = ordered_by(
+      static_cast<PetscInt>(others.size()), [&](PetscInt i) { return vertex_owner[static_cast<std::size_t>(i)]; });
+  vertex_layout_ = layout_with(comm, static_cast<PetscInt>(own.size()), picked(vertex_owner, other_order));
+  std::vector<PetscInt> order = own;
+  const std::vector<PetscInt> sorted_others = picked(others, other_order);
+  order.insert(order.end(), sorted_others.begin(), sorted_others.end());
+  vertices = picked(vertices, order);
+  rows_.vertices = picked(rows_.vertices, order);
+  rows_.vertex_data = rows_.vertex_data.of_items(order);
+
+  rows_.cells = cells.points.as<MeshRows::Point>();
+  rows_.field_values = cells.fields.as<double>();
+  rows_.cell_data = std::move(cells.data);
+  rows_.lattice_data = std::move(cells.lattice_data);
+  rows_.cell_corners.clear();
+  rows_.part.clear();
+  const std::unordered_map<PetscInt, PetscInt> place = places(vertices);
+  for (const PetscInt id : cells.corners.as<PetscInt>()) {
+    corners_.push_back(cell_layout_.local() + place.at(id));
+  }
+  opposite_ = opposite_sides(corners_, count);
 }
 
-Distribution::Range Distribution::cells() const {
-  Range range;
-  check(DMPlexGetHeightStratum(dm_, 0, &range.begin, &range.end));
-  return range;
+void Distribution::update_data() {
+  update_ghosts(cell_layout_, rows_.cells);
+  update_ghosts(vertex_layout_, rows_.vertices);
 }
 
-Distribution::Range Distribution::vertices() const {
-  Range range;
-  check(DMPlexGetDepthStratum(dm_, 0, &range.begin, &range.end));
-  return range;
-}
-
-void Distribution::fetch(std::vector<PetscInt>& numbers, int count) const {
-  PetscSF sf = nullptr;
-  PetscInt roots = -1;
-  check(DMGetPointSF(dm_, &sf));
-  check(PetscSFGetGraph(sf, &roots, nullptr, nullptr, nullptr));
-  if (roots < 0) {  // One rank: nothing was distributed.
-    return;
+Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
+  Records data(rows_.vertex_data.bytes(), static_cast<PetscInt>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PetscInt vertex = points[i] - cells().end;
+    std::copy_n(vertex < 0 ? rows_.lattice_data.at(points[i]) : rows_.vertex_data.at(vertex), data.bytes(),
+                data.at(static_cast<PetscInt>(i)));
   }
-  const std::vector<PetscInt> own(numbers);
-  MPI_Datatype type = MPI_DATATYPE_NULL;
-  MPI_Type_contiguous(count, MPIU_INT, &type);
-  MPI_Type_commit(&type);
-  check(PetscSFBcastBegin(sf, type, own.data(), numbers.data(), MPI_REPLACE));
-  check(PetscSFBcastEnd(sf, type, own.data(), numbers.data(), MPI_REPLACE));
-  MPI_Type_free(&type);
+  return data;
 }
 
 Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   const auto first_ghost = std::find_if(points.begin(), points.end(), [this](PetscInt p) { return !is_owned(p); });
   Layout layout = number_owned(comm_, static_cast<PetscInt>(first_ghost - points.begin()));
-  std::vector<PetscInt> global(owned_.size(), -1);
+  std::vector<PetscInt> of_cells(rows_.cells.size(), -1);
+  std::vector<PetscInt> of_vertices(rows_.vertices.size(), -1);
+  const auto number = [&](PetscInt point) -> PetscInt& {
+    return point < cells().end ? of_cells[static_cast<std::size_t>(point)]
+                               : of_vertices[static_cast<std::size_t>(point - cells().end)];
+  };
   for (auto point = points.begin(); point != first_ghost; ++point) {
-    global[static_cast<std::size_t>(*point)] = layout.first + static_cast<PetscInt>(point - points.begin());
+    number(*point) = layout.first + static_cast<PetscInt>(point - points.begin());
   }
-  fetch(global, 1);
+  update_ghosts(cell_layout_, of_cells);
+  update_ghosts(vertex_layout_, of_vertices);
   for (auto point = first_ghost; point != points.end(); ++point) {
-    layout.ghost_global.push_back(global[static_cast<std::size_t>(*point)]);
+    layout.ghost_global.push_back(number(*point));
   }
   return layout;
 }
@@ -326,19 +500,19 @@ void Distribution::fill(PointSet& set, const std::vector<PetscInt>& points) cons
   set.particles = layout(points);
   const auto count = static_cast<Eigen::Index>(points.size());
   set.rest.resize(3, count);
-  set.uv.resize(2, has_uv_ ? count : 0);
+  set.uv.resize(2, has_uv() ? count : 0);
   std::vector<std::vector<PetscInt>*> members;
-  for (const std::string& group : groups_) {
+  for (const std::string& group : rows_.groups) {
     members.push_back(&set.groups[group]);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
-    const auto point = static_cast<std::size_t>(points[static_cast<std::size_t>(i)]);
-    set.rest.col(i) = Eigen::Map<const Eigen::Vector3d>(data_[point].position);
-    if (has_uv_) {
-      set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(data_[point].uv);
+    const MeshRows::Point& point = data(points[static_cast<std::size_t>(i)]);
+    set.rest.col(i) = Eigen::Map<const Eigen::Vector3d>(point.position.data());
+    if (has_uv()) {
+      set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(point.uv.data());
     }
-    set.persistent_id.push_back(static_cast<PetscInt>(data_[point].id));
-    for (const int group : group_sets_[static_cast<std::size_t>(data_[point].groups)]) {
+    set.persistent_id.push_back(point.id);
+    for (const int group : rows_.group_sets[static_cast<std::size_t>(point.group_set)]) {
       members[static_cast<std::size_t>(group)]->push_back(static_cast<PetscInt>(i));
     }
   }
@@ -348,19 +522,16 @@ void Distribution::fill(PointSet& set, const std::vector<PetscInt>& points) cons
 PartitionQuality Distribution::quality() const {
   int ranks = 1;
   MPI_Comm_size(comm_, &ranks);
-  PetscInt sums[2] = {0, 0};  // cells; cut edges, which both sides count
-  const auto count = opposite_.empty() ? 1 : static_cast<PetscInt>(opposite_.size()) / cells().end;
-  for (PetscInt cell = cells().begin; cell < cells().end; ++cell) {
-    sums[0] += is_owned(cell) ? 1 : 0;
-    for (PetscInt side = count * cell; side < count * (cell + 1); ++side) {
-      const PetscInt other = opposite_[static_cast<std::size_t>(side)];
-      sums[1] += is_owned(cell) && other >= 0 && !is_owned(other / count) ? 1 : 0;
-    }
+  const PetscInt owned = cell_layout_.owned;
+  const auto count = static_cast<PetscInt>(rows_.corners);
+  PetscInt largest = owned;
+  PetscInt cut = 0;  // edges, which both sides count
+  for (PetscInt side = 0; side < count * owned; ++side) {
+    cut += opposite_[static_cast<std::size_t>(side)] >= count * owned ? 1 : 0;
   }
-  PetscInt largest = 0;
-  MPI_Allreduce(&sums[0], &largest, 1, MPIU_INT, MPI_MAX, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_INT, MPI_SUM, comm_);
-  return {sums[1] / 2, static_cast<double>(largest) * ranks / static_cast<double>(sums[0])};
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_INT, MPI_MAX, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, &cut, 1, MPIU_INT, MPI_SUM, comm_);
+  return {cut / 2, static_cast<double>(largest) * ranks / static_cast<double>(cell_layout_.global)};
 }
 
 }  // namespace pellicle

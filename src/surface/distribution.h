@@ -1,36 +1,36 @@
 #pragma once
 
-#include <petscdmplex.h>
-
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "base/handle.h"
-#include "meshing/surface_mesh.h"
+#include "parallel/layout.h"
 #include "parallel/partition.h"
+#include "surface/mesh_rows.h"
 #include "surface/point_set.h"
 #include "surface/sheet_options.h"
 
 namespace pellicle {
 
-// What shells and membranes share in spreading a mesh over the ranks. Internal to mesh.
+// What shells and membranes share in spreading a mesh over the ranks. Internal to surface.
 
 /// The side that meets each side of polygons with `count` corners each: side `count c + k` joins corners k and k + 1 of
 /// polygon c. -1 where none does. At most two sides may have the same corners.
 std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count);
 
-/// The faces of a mesh, which have the same number of corners, joined by common edges (of at most two faces).
-CellGraph cell_graph(const SurfaceMesh& mesh);
+/// In what order a rank numbers the cells that it owns, and their vertices.
+enum class Numbering {
+  by_id,
+  by_nearness  ///< along fronts (reverse Cuthill-McKee): what is near on the surface is near in memory
+};
 
-/// Gives rank 0's names, or lists of numbers, to every rank. Collective.
-void broadcast(MPI_Comm comm, std::vector<std::string>& names);
-void broadcast(MPI_Comm comm, std::vector<std::vector<int>>& lists);
-
-/// A mesh spread over the ranks by DMPlex. Points are what DMPlex calls so: the cells and vertices that this rank
-/// holds, its own and those of the layers of cells round them. Cells come first.
+/// A mesh spread over the ranks. Points are the cells and vertices that this rank holds, its own and those of the
+/// layers of cells round them: cells first, of each kind the own ones first.
+///
+/// A vertex belongs to the last rank that owns a cell at it. All numbers depend on the cells, their ids and their ranks
+/// alone, and not on where the rows lay.
 class Distribution {
  public:
   /// Points [begin, end).
@@ -38,41 +38,37 @@ class Distribution {
     PetscInt begin = 0;
     PetscInt end = 0;
   };
-  /// What rank 0 knows of a cell or vertex.
-  struct Data {
-    double position[3];  ///< [m]
-    double uv[2];        ///< texture coordinates, if there are any
-    double id;           ///< persistent
-    double groups;       ///< of a vertex: which of the sets of groups it is in, 0: in none
-  };
-  /// What rank 0 knows of all cells, then of all vertices; nothing on the other ranks.
-  struct Source {
-    std::vector<Data> data;
-    bool has_uv = false;
-    /// Numbers of the groups, in the order of their names, that some vertex is in: each different set once.
-    std::vector<std::vector<int>> group_sets{{}};
-    Eigen::MatrixXd extra;  ///< further numbers, (any x cells + vertices)
-    std::vector<int> part;  ///< rank of each cell; empty: the partitioner of the options is asked
-  };
 
-  /// What a mesh says of its cells and vertices. A cell has the mean position and uv of its corners; a vertex on a seam
-  /// of the texture takes the side of its first face; ids are the numbers in the file.
-  static Source source(const SurfaceMesh& mesh);
-
-  /// Collective.
-  /// @param mesh all cells triangles, or all quads; only rank 0's is read, and of it points, faces and groups
+  /// Vertices without cells are dropped. Collective.
   /// @param layers of neighbours' cells, by common vertices
-  Distribution(MPI_Comm comm, const SurfaceMesh& mesh, Source source, int layers, const SheetOptions& options);
+  /// @throws Error if a cell has a corner that no row tells of
+  Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options);
 
   MPI_Comm comm() const { return comm_; }
+  bool has_uv() const { return rows_.has_uv; }
+  const std::vector<std::string>& fields() const { return rows_.fields; }
 
-  bool has_uv() const { return has_uv_; }
-  PetscInt points() const { return static_cast<PetscInt>(owned_.size()); }
-  Range cells() const;
-  Range vertices() const;
-  bool is_owned(PetscInt point) const { return owned_[static_cast<std::size_t>(point)]; }
-  const Data& data(PetscInt point) const { return data_[static_cast<std::size_t>(point)]; }
-  Eigen::MatrixXd::ConstColXpr extra(PetscInt point) const { return extra_.col(point); }
+  PetscInt points() const { return vertices().end; }
+  Range cells() const { return {0, cell_layout_.local()}; }
+  Range vertices() const { return {cell_layout_.local(), cell_layout_.local() + vertex_layout_.local()}; }
+  bool is_owned(PetscInt point) const {
+    return point < cells().end ? point < cell_layout_.owned : point - cells().end < vertex_layout_.owned;
+  }
+  const MeshRows::Point& data(PetscInt point) const {
+    return point < cells().end ? rows_.cells[static_cast<std::size_t>(point)]
+                               : rows_.vertices[static_cast<std::size_t>(point - cells().end)];
+  }
+  MeshRows::Point& data(PetscInt point) { return const_cast<MeshRows::Point&>(std::as_const(*this).data(point)); }
+  /// Gives the owners' data of all points to the ranks that have them as ghosts. Collective.
+  void update_data();
+  /// The numbers that the mesh has for a cell, in the order of `fields`.
+  const double* field_values(PetscInt cell) const {
+    return rows_.field_values.data() + static_cast<std::size_t>(cell) * rows_.fields.size();
+  }
+  /// What moved with cells.
+  Records cell_data(const std::vector<PetscInt>& cells) const { return rows_.cell_data.of_items(cells); }
+  /// What moved with particles: vertices, or cells, whose lattice points are meant.
+  Records particle_data(const std::vector<PetscInt>& points) const;
 
   /// The vertices of a cell, in the mesh's order round it.
   template <std::size_t count>
@@ -84,10 +80,8 @@ class Distribution {
   /// The side that meets each side of the cells (see opposite_sides); -1 also where the cell beyond is not held.
   const std::vector<PetscInt>& opposite() const { return opposite_; }
 
-  /// Replaces the numbers at points of other ranks by their owners' numbers. Collective.
-  /// @param numbers of each point, in the order of the points
-  /// @param count how many each point has; the same on all ranks, also on those without points
-  void fetch(std::vector<PetscInt>& numbers, int count) const;
+  /// The numbering of the cells.
+  const Layout& cell_layout() const { return cell_layout_; }
   /// Numbers these points, of which the owned ones come first. Collective.
   Layout layout(const std::vector<PetscInt>& points) const;
   /// Makes particles of these cells and vertices, of which the owned ones come first: everything but `is_lattice` and
@@ -98,14 +92,10 @@ class Distribution {
   PartitionQuality quality() const;
 
   MPI_Comm comm_;
-  Handle<DM, DMDestroy> dm_;
-  bool has_uv_ = false;
-  std::vector<std::string> groups_;
-  std::vector<std::vector<int>> group_sets_;  ///< Source::group_sets, on every rank
-  std::vector<Data> data_;                    ///< of the cells and vertices
-  Eigen::MatrixXd extra_;
-  std::vector<bool> owned_;
-  std::vector<PetscInt> corners_;   ///< of the cells, as many for each
+  MeshRows rows_;  ///< the cells and vertices held; without cell_corners and part
+  Layout cell_layout_;
+  Layout vertex_layout_;
+  std::vector<PetscInt> corners_;   ///< points, of the cells, as many for each
   std::vector<PetscInt> opposite_;  ///< of each side
 };
 

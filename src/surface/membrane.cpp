@@ -1,12 +1,13 @@
 #include "surface/membrane.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
+#include <set>
 #include <utility>
 
-#include "base/error.h"
-#include "base/handle.h"
-#include "meshing/weld.h"
+#include "parallel/collective.h"
+#include "parallel/exchange.h"
 #include "surface/distribution.h"
 #include "surface/perturbation.h"
 
@@ -14,110 +15,83 @@ namespace pellicle {
 
 namespace {
 
-/// The mesh with faces and points numbered along its fronts (reverse Cuthill-McKee), so that what is near on the
-/// surface is near in memory. The parts of the ranks inherit the order.
-SurfaceMesh ordered(const SurfaceMesh& mesh) {
-  std::vector<PetscInt> corners;
-  for (const auto& face : mesh.faces) {
-    corners.insert(corners.end(), face.begin(), face.end());
+/// The pieces of the triangles that this rank holds, joined by common sides and numbered by their lowest id over all
+/// ranks. Collective.
+/// @param is_closed set for each piece: no side without a neighbour
+std::vector<int> find_pieces(const Distribution& distribution, std::vector<bool>& is_closed) {
+  const auto held = static_cast<std::size_t>(distribution.cells().end);
+  const std::vector<PetscInt>& opposite = distribution.opposite();
+  std::vector<PetscInt> least(held);
+  for (std::size_t cell = 0; cell < held; ++cell) {
+    least[cell] = distribution.data(static_cast<PetscInt>(cell)).id;
   }
-  std::vector<double> coordinates(3 * mesh.points.size());
-  const auto faces = static_cast<PetscInt>(mesh.faces.size());
-  Handle<DM, DMDestroy> dm;
-  Handle<IS, ISDestroy> permutation;
-  const PetscInt* new_number = nullptr;  // of each face, then of each point
-  check(DMPlexCreateFromCellListPetsc(PETSC_COMM_SELF, 2, faces, static_cast<PetscInt>(mesh.points.size()), 3,
-                                      PETSC_FALSE, corners.data(), 3, coordinates.data(), dm.create()));
-  check(DMPlexGetOrdering(dm, MATORDERINGRCM, nullptr, permutation.create()));
-  check(ISGetIndices(permutation, &new_number));
-
-  SurfaceMesh result = mesh;
-  result.face_id.resize(mesh.faces.size());
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    const auto to = static_cast<std::size_t>(new_number[face]);
-    result.faces[to] = mesh.faces[face];
-    result.face_id[to] = mesh.id_of_face(static_cast<int>(face));
-    if (!mesh.uv.empty()) {
-      result.uv[to] = mesh.uv[face];
-    }
-    for (const auto& [name, values] : mesh.face_fields) {
-      result.face_fields[name][to] = values[face];
-    }
-  }
-  std::vector<int> target(mesh.points.size());
-  std::transform(new_number + faces, new_number + faces + target.size(), target.begin(),
-                 [faces](PetscInt number) { return static_cast<int>(number - faces); });
-  check(ISRestoreIndices(permutation, &new_number));
-  renumber_points(result, target);
-  return result;
-}
-
-/// The piece of each face, numbered by their lowest face in the file, and whether each piece is closed.
-std::vector<int> find_pieces(const SurfaceMesh& mesh, const CellGraph& graph, std::vector<bool>& is_closed) {
-  std::vector<int> by_id(mesh.faces.size());
-  std::iota(by_id.begin(), by_id.end(), 0);
-  std::sort(by_id.begin(), by_id.end(), [&mesh](int a, int b) { return mesh.id_of_face(a) < mesh.id_of_face(b); });
-  std::vector<int> piece(mesh.faces.size(), -1);
-  for (const int seed : by_id) {
-    if (piece[static_cast<std::size_t>(seed)] >= 0) {
-      continue;
-    }
-    const auto number = static_cast<int>(is_closed.size());
-    std::vector<int> found{seed};
-    piece[static_cast<std::size_t>(seed)] = number;
-    bool closed = true;
-    for (std::size_t next = 0; next < found.size(); ++next) {
-      const auto face = static_cast<std::size_t>(found[next]);
-      closed = closed && graph.offsets[face + 1] - graph.offsets[face] == 3;
-      for (int k = graph.offsets[face]; k < graph.offsets[face + 1]; ++k) {
-        const int neighbour = graph.neighbours[static_cast<std::size_t>(k)];
-        if (piece[static_cast<std::size_t>(neighbour)] < 0) {
-          piece[static_cast<std::size_t>(neighbour)] = number;
-          found.push_back(neighbour);
+  // Least ids spread, the lowest first, so that a triangle takes one once; then a ghost takes its owner's, until all
+  // agree.
+  std::vector<std::size_t> changed(held);
+  std::iota(changed.begin(), changed.end(), std::size_t{0});
+  while (on_any_rank(distribution.comm(), !changed.empty())) {
+    std::sort(changed.begin(), changed.end(), [&least](std::size_t a, std::size_t b) { return least[a] < least[b]; });
+    for (const std::size_t seed : changed) {
+      std::vector<std::size_t> front{seed};
+      while (!front.empty()) {
+        const std::size_t cell = front.back();
+        front.pop_back();
+        for (std::size_t side = 3 * cell; side < 3 * cell + 3; ++side) {
+          const auto beyond = static_cast<std::size_t>(opposite[side] / 3);
+          if (opposite[side] >= 0 && least[beyond] > least[cell]) {
+            least[beyond] = least[cell];
+            front.push_back(beyond);
+          }
         }
       }
     }
-    is_closed.push_back(closed);
+    const std::vector<PetscInt> before = least;
+    update_ghosts(distribution.cell_layout(), least);
+    changed.clear();
+    for (std::size_t cell = 0; cell < held; ++cell) {
+      least[cell] = std::min(least[cell], before[cell]);
+      if (least[cell] < before[cell]) {
+        changed.push_back(cell);
+      }
+    }
+  }
+
+  const auto owned = static_cast<std::size_t>(distribution.cell_layout().owned);
+  std::set<PetscInt> ids(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(owned));
+  const std::vector<PetscInt> all_ids =
+      of_all_ranks(distribution.comm(), std::vector<PetscInt>(ids.begin(), ids.end()));
+  ids.insert(all_ids.begin(), all_ids.end());
+  std::map<PetscInt, int> number;
+  for (const PetscInt id : ids) {
+    number.emplace(id, static_cast<int>(number.size()));
+  }
+  std::vector<int> piece;
+  for (const PetscInt id : least) {
+    piece.push_back(number.at(id));
+  }
+  std::vector<int> open(number.size(), 0);
+  for (std::size_t side = 0; side < 3 * owned; ++side) {
+    if (opposite[side] < 0) {
+      open[static_cast<std::size_t>(piece[side / 3])] = 1;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, open.data(), static_cast<int>(open.size()), MPI_INT, MPI_MAX, distribution.comm());
+  for (const int is_open : open) {
+    is_closed.push_back(is_open == 0);
   }
   return piece;
-}
-
-void broadcast(MPI_Comm comm, std::vector<bool>& flags) {
-  std::vector<int> numbers(flags.begin(), flags.end());
-  auto count = static_cast<int>(numbers.size());
-  MPI_Bcast(&count, 1, MPI_INT, 0, comm);
-  numbers.resize(static_cast<std::size_t>(count));
-  MPI_Bcast(numbers.data(), count, MPI_INT, 0, comm);
-  flags.assign(numbers.begin(), numbers.end());
 }
 
 }  // namespace
 
 Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
+  return make_membrane(comm, rows_of(comm, mesh), options).membrane;
+}
+
+LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options) {
+  const Distribution distribution(comm, std::move(rows), 1, Numbering::by_nearness, options);
   Membrane membrane;
-  SurfaceMesh whole;
-  std::vector<std::string> fields;
-  Distribution::Source source;
-  if (rank == 0) {
-    whole = ordered(mesh);
-    const std::vector<int> piece = find_pieces(whole, cell_graph(whole), membrane.piece_is_closed);
-    const auto faces = static_cast<Eigen::Index>(whole.faces.size());
-    source = Distribution::source(whole);
-    Eigen::MatrixXd& face_data = source.extra;  // piece, then the fields
-    face_data.setZero(1 + static_cast<Eigen::Index>(whole.face_fields.size()),
-                      faces + static_cast<Eigen::Index>(whole.points.size()));
-    face_data.row(0).head(faces) = Eigen::Map<const Eigen::RowVectorXi>(piece.data(), faces).cast<double>();
-    for (const auto& [name, values] : whole.face_fields) {
-      fields.push_back(name);
-      face_data.row(static_cast<Eigen::Index>(fields.size())).head(faces) =
-          Eigen::Map<const Eigen::RowVectorXd>(values.data(), faces);
-    }
-  }
-  broadcast(comm, fields);
-  broadcast(comm, membrane.piece_is_closed);
-  const Distribution distribution(comm, whole, std::move(source), 1, options);
+  const std::vector<int> piece = find_pieces(distribution, membrane.piece_is_closed);
 
   // Elements: owned ones, then those of other ranks with an owned vertex.
   const Distribution::Range cells = distribution.cells();
@@ -155,7 +129,7 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
   membrane.cell_count.assign(static_cast<std::size_t>(membrane.particles.owned), 0);
 
   membrane.element_uv.resize(2, distribution.has_uv() ? static_cast<Eigen::Index>(elements.size()) : 0);
-  for (const std::string& field : fields) {
+  for (const std::string& field : distribution.fields()) {
     membrane.element_fields[field];
   }
   for (std::size_t e = 0; e < elements.size(); ++e) {
@@ -167,18 +141,45 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
       }
     }
     membrane.triangles.push_back(corners);
-    const Distribution::Data& data = distribution.data(elements[e]);
-    const auto extra = distribution.extra(elements[e]);
-    membrane.element_id.push_back(static_cast<PetscInt>(data.id));
-    membrane.piece.push_back(static_cast<int>(extra[0]));
+    const MeshRows::Point& data = distribution.data(elements[e]);
+    membrane.element_id.push_back(data.id);
+    membrane.piece.push_back(piece[static_cast<std::size_t>(elements[e])]);
     if (distribution.has_uv()) {
-      membrane.element_uv.col(static_cast<Eigen::Index>(e)) = Eigen::Map<const Eigen::Vector2d>(data.uv);
+      membrane.element_uv.col(static_cast<Eigen::Index>(e)) = Eigen::Map<const Eigen::Vector2d>(data.uv.data());
     }
-    for (std::size_t f = 0; f < fields.size(); ++f) {
-      membrane.element_fields[fields[f]].push_back(extra[static_cast<Eigen::Index>(f) + 1]);
+    for (std::size_t f = 0; f < distribution.fields().size(); ++f) {
+      membrane.element_fields[distribution.fields()[f]].push_back(distribution.field_values(elements[e])[f]);
     }
   }
-  return membrane;
+  return {std::move(membrane), distribution.particle_data(particles), distribution.cell_data(elements)};
+}
+
+MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements) {
+  int rank = 0;
+  MPI_Comm_rank(membrane.comm(), &rank);
+  MeshRows rows = vertex_rows(membrane, membrane.particles.owned);
+  rows.corners = 3;
+  for (const auto& field : membrane.element_fields) {
+    rows.fields.push_back(field.first);
+  }
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    MeshRows::Point& cell = rows.cells.emplace_back();
+    cell.id = membrane.element_id[e];
+    if (rows.has_uv) {
+      Eigen::Map<Eigen::Vector2d>(cell.uv.data()) = membrane.element_uv.col(static_cast<Eigen::Index>(e));
+    }
+    for (const PetscInt corner : membrane.triangles[e]) {
+      rows.cell_corners.push_back(membrane.persistent_id[static_cast<std::size_t>(corner)]);
+    }
+    for (const auto& field : membrane.element_fields) {
+      rows.field_values.push_back(field.second[e]);
+    }
+  }
+  rows.part.assign(rows.cells.size(), rank);
+  rows.vertex_data = particles;
+  rows.cell_data = elements;
+  rows.lattice_data = Records(0, static_cast<PetscInt>(rows.cells.size()));
+  return rows;
 }
 
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meshing/surface_mesh.h"
+#include "surface/mesh_rows.h"
 #include "surface/point_set.h"
 #include "surface/sheet_options.h"
 
@@ -34,6 +34,22 @@ struct Membrane : PointSet {
 /// Collective.
 /// @param mesh checked triangles (see triangulated); only rank 0's is read
 Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
+
+/// A membrane, and what came with its particles and elements.
+struct LoadedMembrane {
+  Membrane membrane;
+  Records particles;  ///< of the local particles, ghosts up to date
+  Records elements;   ///< of the local elements, ghosts up to date
+};
+
+/// Builds a membrane from rows that lie on the ranks in any way. Its numbers depend on the triangles, their ids and
+/// their ranks alone. Collective.
+LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options);
+
+/// The membrane as rows: elements and vertices where they are owned. Collective.
+/// @param particles what belongs to the owned particles
+/// @param elements what belongs to the owned elements
+MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements);
 
 /// Rest positions plus the initial noise, in shares of the mean side of the triangles (surface/perturbation.h).
 /// Collective.

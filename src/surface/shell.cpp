@@ -1,5 +1,6 @@
 #include "surface/shell.h"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 #include <utility>
@@ -13,43 +14,103 @@ namespace pellicle {
 
 namespace {
 
-/// What rank 0 knows of the shell: ids, places and masses of the lattice points and of the corners.
-Distribution::Source shell_source(const SurfaceMesh& mesh, PetscInt first_lattice_id, const SheetOptions& options) {
-  Distribution::Source source = Distribution::source(mesh);
-  const std::size_t cells = mesh.faces.size();
-  source.extra.setZero(1, static_cast<Eigen::Index>(source.data.size()));
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    const auto& face = mesh.faces[cell];
-    const auto corner = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(face[k])]; };
-    const Eigen::Vector3d area = quad_area_vector(corner(0), corner(1), corner(2), corner(3));
-    const double mass = options.areal_density * area.norm();
-    source.data[cell].id += first_lattice_id;
-    Eigen::Map<Eigen::Vector3d>(source.data[cell].position) += options.thickness * area.normalized();
-    source.extra(0, static_cast<Eigen::Index>(cell)) = mass / 2;
-    for (const int vertex : face) {
-      source.extra(0, static_cast<Eigen::Index>(cells) + vertex) += mass / 8;
-    }
+/// Makes vertices and cells of a mesh into corners and lattice points: gives the latter ids and places, and both their
+/// masses. Collective.
+SheetIds add_shell(Distribution& mesh, const SheetOptions& options) {
+  const Distribution::Range cells = mesh.cells();
+  const Distribution::Range vertices = mesh.vertices();
+  std::array<PetscInt, 2> last{-1, -1};  // ids of vertices and cells
+  for (PetscInt vertex = vertices.begin; vertex < vertices.end; ++vertex) {
+    last[0] = std::max(last[0], mesh.data(vertex).id);
   }
-  return source;
+  for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
+    last[1] = std::max(last[1], mesh.data(cell).id);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, last.data(), 2, MPIU_INT, MPI_MAX, mesh.comm());
+  const PetscInt first_lattice_id = last[0] + 1;
+
+  // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are held.
+  std::vector<PetscInt> by_id(static_cast<std::size_t>(cells.end));
+  std::iota(by_id.begin(), by_id.end(), 0);
+  std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });
+  for (const PetscInt cell : by_id) {
+    const std::array<PetscInt, 4> corners = mesh.corners<4>(cell);
+    const auto position = [&](std::size_t k) {
+      return Eigen::Map<const Eigen::Vector3d>(mesh.data(corners[k]).position.data());
+    };
+    const Eigen::Vector3d area = quad_area_vector(position(0), position(1), position(2), position(3));
+    const double mass = options.areal_density * area.norm();
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      place += position(k) / 4;
+      mesh.data(corners[k]).mass += mass / 8;
+    }
+    MeshRows::Point& lattice = mesh.data(cell);
+    lattice.id += first_lattice_id;
+    lattice.mass = mass / 2;
+    Eigen::Map<Eigen::Vector3d>(lattice.position.data()) = place + options.thickness * area.normalized();
+  }
+  mesh.update_data();
+  return {first_lattice_id, first_lattice_id + last[1] + 1};
+}
+
+/// @param rows those of a sheet
+LoadedSheet assembled(const Distribution& rows, const SheetIds& ids) {
+  AssembledShell shell = assemble_shell(rows);
+  shell.sheet.first_lattice_id = ids.first_lattice_id;
+  shell.sheet.id_end = ids.id_end;
+  std::vector<PetscInt> cells;
+  for (const PetscInt lattice : shell.sheet.lattice) {
+    cells.push_back(shell.points[static_cast<std::size_t>(lattice)]);
+  }
+  return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
 }
 
 }  // namespace
 
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
+  return make_sheet(comm, rows_of(comm, mesh), options);
+}
+
+Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
+  Distribution distribution(comm, std::move(mesh), shell_layers, Numbering::by_id, options);
+  const SheetIds ids = add_shell(distribution, options);
+  return assembled(distribution, ids).sheet;
+}
+
+LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options) {
+  return assembled(Distribution(comm, std::move(rows), shell_layers, Numbering::by_id, options), ids);
+}
+
+MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells) {
   int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  Distribution::Source source;
-  std::array<PetscInt, 2> ids{};  // first of a lattice point, end
-  if (rank == 0) {
-    ids[0] = mesh.id_of_point(static_cast<int>(mesh.points.size()) - 1) + 1;
-    ids[1] = ids[0] + mesh.id_of_face(static_cast<int>(mesh.faces.size()) - 1) + 1;
-    source = shell_source(mesh, ids[0], options);
+  MPI_Comm_rank(sheet.comm(), &rank);
+  MeshRows rows = vertex_rows(sheet, sheet.owned_corners);
+  rows.corners = 4;
+  for (PetscInt corner = 0; corner < sheet.owned_corners; ++corner) {
+    rows.vertices[static_cast<std::size_t>(corner)].mass = sheet.initial_mass[static_cast<std::size_t>(corner)];
   }
-  MPI_Bcast(ids.data(), static_cast<int>(ids.size()), MPIU_INT, 0, comm);
-  Sheet sheet = assemble_shell(Distribution(comm, mesh, std::move(source), shell_layers, options)).sheet;
-  sheet.first_lattice_id = ids[0];
-  sheet.id_end = ids[1];
-  return sheet;
+  std::vector<PetscInt> corners(static_cast<std::size_t>(sheet.owned_corners));
+  std::iota(corners.begin(), corners.end(), 0);
+  std::vector<PetscInt> kept_cells;
+  std::vector<PetscInt> lattice;
+  for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    if (kept[c]) {
+      kept_cells.push_back(cell);
+      lattice.push_back(sheet.lattice[c]);
+      rows.cells.push_back(row_of(sheet, lattice.back()));
+      rows.cells.back().mass = sheet.initial_mass[static_cast<std::size_t>(lattice.back())];
+      for (const PetscInt corner : sheet.cells[c]) {
+        rows.cell_corners.push_back(sheet.persistent_id[static_cast<std::size_t>(corner)]);
+      }
+    }
+  }
+  rows.part.assign(kept_cells.size(), rank);
+  rows.vertex_data = particles.of_items(corners);
+  rows.lattice_data = particles.of_items(lattice);
+  rows.cell_data = cells.of_items(kept_cells);
+  return rows;
 }
 
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options) {

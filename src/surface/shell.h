@@ -1,6 +1,7 @@
 #pragma once
 
 #include "meshing/surface_mesh.h"
+#include "surface/mesh_rows.h"
 #include "surface/sheet.h"
 #include "surface/sheet_options.h"
 
@@ -12,6 +13,34 @@ namespace pellicle {
 /// of the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
 /// @param mesh checked quads (see fault_of_quads); only rank 0's is read
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
+
+/// The same from the rows of a mesh. Collective.
+Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options);
+
+/// A sheet, and what came with its particles and cells.
+struct LoadedSheet {
+  Sheet sheet;
+  Records particles;  ///< of the local particles, ghosts up to date
+  Records cells;      ///< of the local cells, ghosts up to date
+};
+
+/// The ids that a sheet's cells and vertices come from: Sheet::first_lattice_id and id_end.
+struct SheetIds {
+  PetscInt first_lattice_id = 0;
+  PetscInt id_end = 0;
+};
+
+/// Builds a sheet from rows that lie on the ranks in any way. Its numbers depend on the cells, their ids and their
+/// ranks alone. Collective.
+/// @param rows of a sheet: cells have id, place and mass of their lattice points
+LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options);
+
+/// The sheet as rows: cells and vertices where they are owned. Corners that no cell of `kept` has are there, too.
+/// Collective.
+/// @param kept for each owned cell whether it is to be there
+/// @param particles what belongs to the owned particles
+/// @param cells what belongs to the owned cells
+MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells);
 
 /// Rest positions plus the initial noise, in shares of the mean cell edge (surface/perturbation.h). Collective.
 /// @returns (3 x local) [m]

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "parallel/exchange.h"
+
 namespace pellicle {
 
 namespace {
@@ -10,7 +12,7 @@ namespace {
 /// A spring as it is found at a cell, before owned ones are sorted to the front. One at a side of two cells is found at
 /// that of the lesser id.
 struct FoundSpring {
-  PetscInt cell;   ///< DMPlex point
+  PetscInt cell;
   PetscInt index;  ///< among the springs of this colour at the cell, 0 to 3
   std::array<PetscInt, 2> ends;
   std::array<PetscInt, 4> triangles;  ///< SpringSet::triangles
@@ -20,12 +22,13 @@ struct FoundSpring {
 /// with an owned spring, nor lie in an owned cell. Collective.
 SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribution& distribution, const Sheet& sheet) {
   SpringSet set;
-  constexpr int springs_of_a_point = 4;  // at most, of a colour at a cell
-  std::vector<PetscInt> number(springs_of_a_point * static_cast<std::size_t>(distribution.points()), -1);
+  constexpr std::size_t springs_of_a_cell = 4;  // at most, of a colour
+  std::vector<std::array<PetscInt, springs_of_a_cell>> number(static_cast<std::size_t>(distribution.cells().end),
+                                                              {-1, -1, -1, -1});
   std::vector<bool> needed(static_cast<std::size_t>(sheet.particles.local()), false);
   std::fill_n(needed.begin(), sheet.particles.owned, true);
   const auto number_of = [&number](const FoundSpring& spring) -> PetscInt& {
-    return number[static_cast<std::size_t>(springs_of_a_point * spring.cell + spring.index)];
+    return number[static_cast<std::size_t>(spring.cell)][static_cast<std::size_t>(spring.index)];
   };
   const auto add = [&](const FoundSpring& spring) {
     set.ends.push_back(spring.ends);
@@ -41,10 +44,12 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
     }
   }
   set.layout = number_owned(sheet.comm(), static_cast<PetscInt>(set.ends.size()));
-  for (PetscInt& n : number) {
-    n += n >= 0 ? set.layout.first : 0;
+  for (auto& of_cell : number) {
+    for (PetscInt& n : of_cell) {
+      n += n >= 0 ? set.layout.first : 0;
+    }
   }
-  distribution.fetch(number, springs_of_a_point);
+  update_ghosts(distribution.cell_layout(), number);
   for (const FoundSpring& spring : found) {
     const bool is_needed =
         needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
@@ -82,7 +87,7 @@ AssembledShell assemble_shell(const Distribution& distribution) {
   }
   distribution.fill(sheet, shell.points);
   for (const PetscInt point : shell.points) {
-    sheet.initial_mass.push_back(distribution.extra(point)[0]);
+    sheet.initial_mass.push_back(distribution.data(point).mass);
   }
 
   // Cells, owned first, and the springs that belong to a cell.

@@ -19,7 +19,7 @@ struct AssembledShell {
 };
 
 /// Makes particles, cells and springs from distributed quads with `shell_layers`, whose data are those of the lattice
-/// points and corners and whose first extra number is the initial mass. Collective.
+/// points and corners. Collective.
 AssembledShell assemble_shell(const Distribution& distribution);
 
 }  // namespace pellicle

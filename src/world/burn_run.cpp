@@ -216,8 +216,8 @@ void BurnRun::compact(const std::vector<bool>& kept) {
     }
     return records;
   };
-  CompactedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
-                                               packed(Item::cell, sheet_->owned_cells), options_.sheet);
+  LoadedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
+                                            packed(Item::cell, sheet_->owned_cells), options_.sheet);
   auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
   auto state = std::make_unique<State>(*sheet);
   state->take_over(*state_);

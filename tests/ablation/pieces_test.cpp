@@ -190,7 +190,7 @@ class ScatteredFire {
     }
     SheetOptions options;
     options.imbalance_limit = 1;
-    CompactedSheet compacted = compact(*sheet_, kept, Records::of(piece), Records::of(triangles), options);
+    LoadedSheet compacted = compact(*sheet_, kept, Records::of(piece), Records::of(triangles), options);
     sheet_ = std::make_unique<Sheet>(std::move(compacted.sheet));
     pieces_.of_particle = compacted.particles.as<PetscInt>();
     living_ = Living(*sheet_);

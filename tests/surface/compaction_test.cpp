@@ -73,7 +73,7 @@ class Compaction : public ::testing::Test {
     return {static_cast<char>(id), static_cast<char>(id / 100), static_cast<char>(id / 10000)};
   }
 
-  static CompactedSheet compact_with_data(const Sheet& sheet, const Keep& keep, const SheetOptions& options) {
+  static LoadedSheet compact_with_data(const Sheet& sheet, const Keep& keep, const SheetOptions& options) {
     std::vector<ParticleDatum> particles;
     std::vector<CellDatum> cells;
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
@@ -96,7 +96,7 @@ class Compaction : public ::testing::Test {
   }
 
   /// Compares what is left, on all ranks, with what the whole sheet, on this rank alone, says must be left.
-  void expect_remainder(const CompactedSheet& compacted, const Sheet& whole, const Keep& keep) const {
+  void expect_remainder(const LoadedSheet& compacted, const Sheet& whole, const Keep& keep) const {
     const Sheet& sheet = compacted.sheet;
     const std::vector<bool> stays = kept(whole, keep);
     std::map<PetscInt, PetscInt> particle_of_id;
@@ -235,7 +235,7 @@ TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
   const Keep left_third = [](const Eigen::Vector3d& centre) { return centre.x() < 0.4; };
   const PetscInt total = 4 * 9;
   options.imbalance_limit = ranks_;  // even if one rank has them all
-  const CompactedSheet stayed = compact_with_data(sheet, left_third, options);
+  const LoadedSheet stayed = compact_with_data(sheet, left_third, options);
   for (PetscInt cell = 0; cell < stayed.sheet.owned_cells; ++cell) {
     const PetscInt lattice = stayed.sheet.lattice[static_cast<std::size_t>(cell)];
     EXPECT_EQ(owned.count(stayed.sheet.persistent_id[static_cast<std::size_t>(lattice)]), 1u);
@@ -246,7 +246,7 @@ TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
 
   // 36 cells: 36, 18, 12 or 9 a rank. METIS leaves one cell too many to a rank at most.
   options.imbalance_limit = 1.2;
-  const CompactedSheet moved = compact_with_data(sheet, left_third, options);
+  const LoadedSheet moved = compact_with_data(sheet, left_third, options);
   EXPECT_LE(moved.sheet.partition.imbalance, 1.2);
   if (ranks_ > 1) {
     EXPECT_GT(stayed.sheet.partition.imbalance, 1.2);
@@ -260,9 +260,9 @@ TEST_F(Compaction, twice_is_the_same_as_once) {
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(12, 9), options);
   const Keep first = [](const Eigen::Vector3d& centre) { return centre.x() > 0.3; };
   const Keep both = [&first](const Eigen::Vector3d& centre) { return first(centre) && outside_a_hole(centre); };
-  const CompactedSheet once = compact_with_data(sheet, both, options);
-  const CompactedSheet halfway = compact_with_data(sheet, first, options);
-  const CompactedSheet twice = compact_with_data(halfway.sheet, outside_a_hole, options);
+  const LoadedSheet once = compact_with_data(sheet, both, options);
+  const LoadedSheet halfway = compact_with_data(sheet, first, options);
+  const LoadedSheet twice = compact_with_data(halfway.sheet, outside_a_hole, options);
   EXPECT_EQ(twice.sheet.persistent_id, once.sheet.persistent_id);
   EXPECT_EQ(twice.sheet.particles.ghost_global, once.sheet.particles.ghost_global);
   EXPECT_EQ(twice.sheet.rest, once.sheet.rest);
@@ -284,7 +284,7 @@ TEST_F(Compaction, of_nothing_changes_nothing) {
   SheetOptions options;
   options.imbalance_limit = 100;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(7, 5), options);
-  const CompactedSheet same = compact_with_data(
+  const LoadedSheet same = compact_with_data(
       sheet, [](const Eigen::Vector3d&) { return true; }, options);
   EXPECT_EQ(same.sheet.persistent_id, sheet.persistent_id);
   EXPECT_EQ(same.sheet.cells, sheet.cells);
