@@ -49,7 +49,7 @@ int run_program(int argc, char** argv, bool is_root) {
   }
   initialize_petsc(argv[0], arguments.petsc, table);
   catch_stop_signals(is_root ? 0 : 1);
-  run(PETSC_COMM_WORLD, options, record);
+  run(PETSC_COMM_WORLD, options, record, table);
   warn_unused(PETSC_COMM_WORLD, arguments.petsc, table);
   return 0;
 }

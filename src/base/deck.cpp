@@ -376,6 +376,44 @@ void read_deck(const Deck& deck, OptionTable& table, std::vector<PetscOption>& p
   DeckReader(deck, table, petsc).read_map(root, "");
 }
 
+namespace {
+
+/// Values by key, "heat.diffusivity"; lists as they are written.
+void flatten(const YAML::Node& node, const std::string& key, std::map<std::string, std::string>& values) {
+  if (!node.IsMap()) {
+    values[key] = YAML::Dump(node);
+    return;
+  }
+  for (const auto& entry : node) {
+    const auto name = entry.first.as<std::string>();
+    flatten(entry.second, key.empty() ? name : key + "." + name, values);
+  }
+}
+
+}  // namespace
+
+std::vector<ChangedOption> changed_options(const std::string& before, const std::string& now) {
+  std::map<std::string, std::array<std::string, 2>> both;
+  for (const std::size_t k : {0U, 1U}) {
+    std::map<std::string, std::string> values;
+    try {
+      flatten(YAML::Load(k == 0 ? before : now), "", values);
+    } catch (const YAML::Exception& exception) {
+      throw Error(std::string("the options of a run cannot be read: ") + exception.what());
+    }
+    for (const auto& [key, value] : values) {
+      both[key][k] = value;
+    }
+  }
+  std::vector<ChangedOption> changed;
+  for (const auto& [key, values] : both) {
+    if (values[0] != values[1]) {
+      changed.push_back({key, values[0], values[1]});
+    }
+  }
+  return changed;
+}
+
 std::string written_deck(const OptionTable& table, const std::vector<PetscOption>& petsc) {
   YAML::Emitter out;
   std::vector<const Option*> options;

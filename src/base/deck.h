@@ -32,4 +32,14 @@ void read_deck(const Deck& deck, OptionTable& table, std::vector<PetscOption>& p
 /// A deck that sets every option that acts to its present value in SI, with its unit as a comment, and PETSc's own.
 std::string written_deck(const OptionTable& table, const std::vector<PetscOption>& petsc);
 
+/// An option that two written decks give other values.
+struct ChangedOption {
+  std::string key;
+  std::string before;  ///< as it is written; empty: it is not given
+  std::string now;
+};
+
+/// What differs between the texts of two written decks, in the order of the keys. @throws Error on what is no deck
+std::vector<ChangedOption> changed_options(const std::string& before, const std::string& now);
+
 }  // namespace pellicle

@@ -34,37 +34,52 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
     : points_(&points), pinned_(static_cast<std::size_t>(points.particles.local()), false) {
   for (const auto& [name, given] : options) {
     const std::string key = "pins." + name;
-    if (const std::string fault = fault_of_motion(given.path, given.velocity); !fault.empty()) {
-      throw Error(key + fault);
-    }
+    add(name, given);
     const std::vector<bool> chosen = select(points, key, given);
-    Pin pin{name, given.velocity, given.path, {}};
-    for (PetscInt i = 0; i < points.particles.local(); ++i) {
-      if (chosen[static_cast<std::size_t>(i)]) {
-        pin.particles.push_back(i);
-      }
-    }
+    std::vector<PetscInt>& particles = pins_.back().particles;
     together(points.comm(), [&] {
-      for (const PetscInt i : pin.particles) {
-        if (pinned_[static_cast<std::size_t>(i)]) {
-          refuse_second_pin(key, pins_[static_cast<std::size_t>(numbers()[static_cast<std::size_t>(i)])].name,
-                            points.persistent_id[static_cast<std::size_t>(i)]);
+      for (PetscInt i = 0; i < points.particles.local(); ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (chosen[k] && pinned_[k]) {
+          refuse_second_pin(key, pins_[static_cast<std::size_t>(numbers()[k])].name, points.persistent_id[k]);
         }
-        pinned_[static_cast<std::size_t>(i)] = true;
+        if (chosen[k]) {
+          particles.push_back(i);
+          pinned_[k] = true;
+        }
       }
     });
-    pins_.push_back(std::move(pin));
   }
+}
+
+Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& options,
+           const std::vector<PetscInt>& numbers)
+    : points_(&points), pinned_(numbers.size(), false) {
+  for (const auto& [name, given] : options) {
+    add(name, given);
+  }
+  hold(numbers);
 }
 
 Pins::Pins(const Pins& other, const PointSet& points, const std::vector<PetscInt>& numbers)
     : points_(&points), pins_(other.pins_), pinned_(numbers.size(), false) {
+  hold(numbers);
+}
+
+void Pins::add(const std::string& name, const PinOptions& options) {
+  if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
+    throw Error("pins." + name + fault);
+  }
+  pins_.push_back({name, options.velocity, options.path, {}});
+}
+
+void Pins::hold(const std::vector<PetscInt>& numbers) {
   for (Pin& pin : pins_) {
     pin.particles.clear();
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (numbers[i] >= 0) {
-      pins_[static_cast<std::size_t>(numbers[i])].particles.push_back(static_cast<PetscInt>(i));
+      pins_.at(static_cast<std::size_t>(numbers[i])).particles.push_back(static_cast<PetscInt>(i));
       pinned_[i] = true;
     }
   }

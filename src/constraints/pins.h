@@ -27,6 +27,11 @@ class Pins {
   /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
   Pins(const PointSet& points, const std::map<std::string, PinOptions>& options);
 
+  /// Pins that have been chosen before. The points must outlive the pins. Not collective.
+  /// @param numbers pin of each local particle, see numbers
+  /// @throws Error on a bad path
+  Pins(const PointSet& points, const std::map<std::string, PinOptions>& options, const std::vector<PetscInt>& numbers);
+
   /// The same pins on other points, such as what is left of a sheet. The points must outlive the pins. Not collective.
   /// @param numbers pin of each local particle of `points`, see numbers
   Pins(const Pins& other, const PointSet& points, const std::vector<PetscInt>& numbers);
@@ -42,6 +47,9 @@ class Pins {
   void impose(Field& positions, double time) const;
 
  private:
+  void add(const std::string& name, const PinOptions& options);
+  void hold(const std::vector<PetscInt>& numbers);
+
   struct Pin {
     std::string name;
     Eigen::Vector3d velocity;

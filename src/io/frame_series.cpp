@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "base/error.h"
 
@@ -101,6 +102,26 @@ FrameSeries::FrameSeries(OutputFolder& folder, std::string name)
 
 FrameSeries::~FrameSeries() = default;
 
+std::vector<double> FrameSeries::times() const {
+  std::vector<double> result;
+  for (const auto& [time, file] : frames_) {
+    result.push_back(time);
+  }
+  return result;
+}
+
+void FrameSeries::resume(const std::vector<double>& times) {
+  std::set<std::string> stems;
+  for (const double time : times) {
+    const std::string stem = frame_name(name_, frames_.size());
+    frames_.emplace_back(time, stem + ".pvtp");
+    stems.insert(stem);
+  }
+  folder_.keep([stems](const std::string& file) {
+    return stems.count(std::filesystem::path(file).replace_extension().begin()->string()) > 0;
+  });
+}
+
 void FrameSeries::write(vtkPolyData* piece, double time) {
   const std::string stem = frame_name(name_, frames_.size());
   const std::string file = stem + ".pvtp";
@@ -131,6 +152,13 @@ void FrameSeries::write(vtkPolyData* piece, double time) {
   on_root(comm_, [&] {
     std::error_code ignored;
     std::filesystem::remove(folder_.path_of_part(stem), ignored);  // empty now
+  });
+  write_list();
+}
+
+void FrameSeries::write_list() {
+  on_root(comm_, [&] {
+    std::error_code ignored;
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
         "  <Collection>\n";

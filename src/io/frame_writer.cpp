@@ -16,6 +16,9 @@ double whole_intervals(double time, const OutputOptions& options) {
   return std::floor(time / options.interval_time + 1e-9);
 }
 
+/// Of a checkpoint: the times of the frames.
+std::string frames_of(const FrameSeries& series) { return "output/frames/" + series.name(); }
+
 bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -43,6 +46,22 @@ std::optional<double> FrameWriter::next_time(double time) const {
     return std::nullopt;
   }
   return (whole_intervals(time, options_) + 1) * options_.interval_time;
+}
+
+void FrameWriter::save(Hdf5File& checkpoint) const {
+  for (const FrameSeries* series : {&surface_series_, &spring_series_}) {
+    checkpoint.write_once(frames_of(*series), series->times());
+  }
+  checkpoint.write_once<int>("output/last_frame_step", {last_step_});
+}
+
+void FrameWriter::resume(const Hdf5File& checkpoint) {
+  for (FrameSeries* series : {&surface_series_, &spring_series_}) {
+    const std::vector<double> times = checkpoint.read_all<double>(frames_of(*series));
+    series->resume(times);
+    last_time_ = times.empty() ? last_time_ : times.back();
+  }
+  last_step_ = checkpoint.read_all<int>("output/last_frame_step").front();
 }
 
 void FrameWriter::write(const Frame& frame) {

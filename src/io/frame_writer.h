@@ -7,6 +7,7 @@
 #include "io/drawing.h"
 #include "io/frame_series.h"
 #include "io/output_options.h"
+#include "state/hdf5_file.h"
 
 namespace pellicle {
 
@@ -40,6 +41,11 @@ class FrameWriter {
 
   /// The first multiple of `interval_time` after `time` [s]; none where frames come by steps.
   std::optional<double> next_time(double time) const;
+
+  /// Notes in a checkpoint which frames there are. Collective. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
+  /// Goes on behind the frames of a checkpoint, in the folder that has them. Before the folder is started. Collective.
+  void resume(const Hdf5File& checkpoint);
 
   /// Writes a frame, if that of its step is not written yet. The first call starts the folder. Collective. @throws
   /// Error, on all ranks, on an unknown name in `output.fields` (before anything is written), or when a file cannot be

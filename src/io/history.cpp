@@ -3,6 +3,7 @@
 #include <fcntl.h>
 
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -14,19 +15,44 @@ namespace {
 
 constexpr int new_file = O_RDWR | O_CREAT | O_EXCL;
 
+/// Of a checkpoint: the bytes of a file.
+std::string table_of(const std::string& file) { return "output/tables/" + file; }
+
 }  // namespace
 
-History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns)
+History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const Hdf5File* resumed)
     : folder_(folder), name_(std::move(name)), columns_(columns.size()) {
   std::string names;
   for (const Column& column : columns) {
     names += (names.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
   }
+  names += "\n";
+  std::optional<long long> kept;  // bytes
+  if (resumed != nullptr && resumed->has(table_of(name_))) {
+    kept = static_cast<long long>(resumed->read_all<double>(table_of(name_)).front());
+  }
+  folder_.start();
   on_root(folder_.comm(), [&] {
     folder_.list({name_});
-    file_ = OpenFile(folder_.path(name_), new_file);
-    file_.append(names + "\n");
+    if (!kept) {
+      file_ = OpenFile(folder_.path(name_), new_file);
+      file_.append(names);
+      return;
+    }
+    file_ = OpenFile(folder_.path(name_), O_RDWR);
+    if (!file_.is_open() || file_.size() < *kept || file_.text().compare(0, names.size(), names) != 0) {
+      throw Error(file_.path() +
+                  ": is not the table that the run had written when its state was kept; expected the "
+                  "output folder as the run left it, or another one for what follows (-output_directory)");
+    }
+    file_.truncate(*kept);
   });
+}
+
+void History::save(Hdf5File& checkpoint) const {
+  std::vector<double> bytes;
+  on_root(folder_.comm(), [&] { bytes.push_back(static_cast<double>(file_.size())); });
+  checkpoint.write_once(table_of(name_), bytes);
 }
 
 void History::add(const std::vector<double>& values) {

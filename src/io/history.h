@@ -5,6 +5,7 @@
 
 #include "io/open_file.h"
 #include "io/output_folder.h"
+#include "state/hdf5_file.h"
 
 namespace pellicle {
 
@@ -18,7 +19,12 @@ class History {
 
   /// Makes the file in a folder that has been started, and writes the line of names: `time [s],step,mass_left [kg]`.
   /// Collective. @throws Error, on all ranks, if that fails.
-  History(OutputFolder& folder, std::string name, const std::vector<Column>& columns);
+  /// @param resumed checkpoint from which the run goes on in its folder: rows that were added after it are cut off
+  History(OutputFolder& folder, std::string name, const std::vector<Column>& columns,
+          const Hdf5File* resumed = nullptr);
+
+  /// Notes in a checkpoint how far the table is. Collective. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
 
   /// Adds a row, one value a column in their order, with all digits. The values of rank 0 count. Collective.
   /// @throws Error, on all ranks, when the file cannot be written: it keeps whole rows only; or when it has been

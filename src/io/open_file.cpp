@@ -55,6 +55,14 @@ std::string OpenFile::text() const {
   }
 }
 
+long long OpenFile::size() const {
+  struct stat there {};
+  if (fstat(descriptor_, &there) != 0) {
+    throw Error(path_ + ": cannot be read: " + std::strerror(errno));
+  }
+  return there.st_size;
+}
+
 void OpenFile::append(const std::string& text) {
   const off_t end = lseek(descriptor_, 0, SEEK_END);
   if (end < 0) {
@@ -72,7 +80,11 @@ void OpenFile::append(const std::string& text) {
 
 void OpenFile::overwrite(const std::string& text) {
   write(text, 0);
-  if (ftruncate(descriptor_, static_cast<off_t>(text.size())) != 0) {
+  truncate(static_cast<long long>(text.size()));
+}
+
+void OpenFile::truncate(long long size) {
+  if (ftruncate(descriptor_, static_cast<off_t>(size)) != 0) {
     fail();
   }
 }

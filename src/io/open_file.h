@@ -23,10 +23,14 @@ class OpenFile {
   /// Whether a path leads to it.
   bool is_at(const std::string& path) const;
 
+  /// Bytes. @throws Error
+  long long size() const;
   /// All of it. @throws Error
   std::string text() const;
   /// Adds a text to its end, or when that fails nothing of it. @throws Error
   void append(const std::string& text);
+  /// Cuts it to so many bytes. @throws Error
+  void truncate(long long size);
   /// Makes a text all of it. @throws Error
   void overwrite(const std::string& text);
 

@@ -117,6 +117,14 @@ void OutputFolder::start() {
     for (const auto& [name, sums] : files_) {
       old.erase(name);
     }
+    for (auto file = old.begin(); file != old.end();) {
+      const bool stays =
+          std::any_of(stays_.begin(), stays_.end(), [&](const auto& keeps) { return keeps(file->first); });
+      if (stays) {
+        files_.insert(*file);
+      }
+      file = stays ? old.erase(file) : std::next(file);
+    }
     Files series;  // go first, so that they never name frames that are gone
     for (const auto& [name, sums] : old) {
       if (fs::path(name).extension() == ".pvd") {
@@ -209,7 +217,8 @@ std::string OutputFolder::listed(const Files& files, bool with_head) const {
 }
 
 bool OutputFolder::is_of_run(const std::string& name) const {
-  if (name == "history.csv" || name == "pieces.csv" || name == "projection.csv") {
+  static const std::regex checkpoint(R"(checkpoint_[0-9]{6,}\.h5)");
+  if (std::regex_match(name, checkpoint) || name == "history.csv" || name == "pieces.csv" || name == "projection.csv") {
     return true;
   }
   static const std::regex rest(R"((_springs)?(\.pvd|_[0-9]{6,}(\.pvtp|/.*_[0-9]{6,}_[0-9]+\.vtp)))");
@@ -281,6 +290,13 @@ void OutputFolder::list(const std::vector<std::string>& names) {
   files_.insert(files.begin(), files.end());
   std::error_code ignored;  // What is made there tells.
   fs::create_directory(path(parts_name), ignored);
+}
+
+void OutputFolder::remove(const std::string& name) {
+  std::error_code ignored;  // The next run of this name removes what is left.
+  if (is_file_inside(directory_, name)) {
+    fs::remove(path(name), ignored);
+  }
 }
 
 void OutputFolder::write(const std::string& name, const std::string& text) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/open_file.h"
@@ -34,7 +35,12 @@ class OutputFolder {
   /// Does nothing where it has been done. Collective. @throws Error, on all ranks
   void start();
 
+  /// Of the files of the run before, start() leaves those for which this holds: the run goes on with them. Before the
+  /// folder is started.
+  void keep(std::function<bool(const std::string& name)> stays) { stays_.push_back(std::move(stays)); }
+
   MPI_Comm comm() const { return comm_; }
+  const std::string& directory() const { return directory_; }
   std::string path(const std::string& name) const { return directory_ + "/" + name; }
   /// Where a file is made that is to have this name.
   std::string path_of_part(const std::string& name) const { return path("run.part/" + name); }
@@ -42,6 +48,8 @@ class OutputFolder {
   /// Lists files, names in the folder, before they are made. On rank 0. @throws Error, also if the folder is gone, see
   /// require_present
   void list(const std::vector<std::string>& names);
+  /// Removes a listed file. On rank 0.
+  void remove(const std::string& name);
   /// Writes a file that is listed, or replaces it in one move. On rank 0. @throws Error
   void write(const std::string& name, const std::string& text);
   /// Moves a file that has been made to its place. On any rank. @throws Error
@@ -75,6 +83,7 @@ class OutputFolder {
   bool is_started_ = false;
   OpenFile list_;  ///< on rank 0, locked
   Files files_;    ///< on rank 0
+  std::vector<std::function<bool(const std::string&)>> stays_;
 };
 
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <numeric>
+#include <string>
 #include <vector>
 
 namespace pellicle {
@@ -11,6 +12,14 @@ namespace pellicle {
 inline bool on_any_rank(MPI_Comm comm, bool here) {
   MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, comm);
   return here;
+}
+
+/// Gives rank 0's text to every rank. Collective.
+inline void broadcast(MPI_Comm comm, std::string& text) {
+  auto length = static_cast<int>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+  text.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
 }
 
 /// Values of any plain type of all ranks, rank after rank. Collective.

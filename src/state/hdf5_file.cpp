@@ -268,6 +268,14 @@ std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
 }
 
 template <class Number>
+std::vector<Number> Hdf5File::read_on_root(const std::string& name, int columns) const {
+  const long long own = rank_ == 0 ? rows(name) : 0;
+  std::vector<Number> result(static_cast<std::size_t>(own * columns));
+  read_bytes(name, type_of<Number>(), result.data(), 0, own, columns, sizeof(Number), true);
+  return result;
+}
+
+template <class Number>
 std::vector<Number> Hdf5File::read_all(const std::string& name) const {
   const long long all = rows(name);
   std::vector<Number> result(static_cast<std::size_t>(all));
@@ -283,14 +291,17 @@ std::string Hdf5File::read_text(const std::string& name) const {
 template void Hdf5File::write(const std::string&, const std::vector<double>&, int);
 template void Hdf5File::write_once(const std::string&, const std::vector<double>&);
 template std::vector<double> Hdf5File::read(const std::string&, int) const;
+template std::vector<double> Hdf5File::read_on_root(const std::string&, int) const;
 template std::vector<double> Hdf5File::read_all(const std::string&) const;
 template void Hdf5File::write(const std::string&, const std::vector<int>&, int);
 template void Hdf5File::write_once(const std::string&, const std::vector<int>&);
 template std::vector<int> Hdf5File::read(const std::string&, int) const;
+template std::vector<int> Hdf5File::read_on_root(const std::string&, int) const;
 template std::vector<int> Hdf5File::read_all(const std::string&) const;
 template void Hdf5File::write(const std::string&, const std::vector<unsigned char>&, int);
 template void Hdf5File::write_once(const std::string&, const std::vector<unsigned char>&);
 template std::vector<unsigned char> Hdf5File::read(const std::string&, int) const;
+template std::vector<unsigned char> Hdf5File::read_on_root(const std::string&, int) const;
 template std::vector<unsigned char> Hdf5File::read_all(const std::string&) const;
 
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes) {

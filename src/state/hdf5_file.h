@@ -52,6 +52,9 @@ class Hdf5File {
   /// @throws Error, on all ranks, when the table is not there, has other columns or numbers, or is damaged
   template <class Number>
   std::vector<Number> read(const std::string& name, int columns = 1) const;
+  /// Reads all of a table on rank 0, nothing on the others. Collective.
+  template <class Number>
+  std::vector<Number> read_on_root(const std::string& name, int columns = 1) const;
   /// Reads all of a table on every rank. Collective.
   template <class Number>
   std::vector<Number> read_all(const std::string& name) const;

@@ -6,7 +6,16 @@
 
 namespace pellicle {
 
-BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock)
+namespace {
+
+// Of a checkpoint: what is known of the steps so far.
+const char* const counts_table = "output/step_counts";
+const char* const residuals_table = "output/step_residuals";
+
+}  // namespace
+
+BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock,
+                             const Hdf5File* resumed)
     : chain_(chain), clock_(clock) {
   const Membrane& membrane = chain.elements().membrane();
   std::vector<History::Column> columns{{"time", "s"},
@@ -43,13 +52,36 @@ BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const S
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(folder, "history.csv", columns);
+  history_ = std::make_unique<History>(folder, "history.csv", columns, resumed);
+  if (resumed != nullptr) {
+    const std::vector<int> counts = resumed->read_all<int>(counts_table);
+    const std::vector<double> residuals = resumed->read_all<double>(residuals_table);
+    steps_ = counts.at(0);
+    steps_above_tolerance_ = counts.at(1);
+    worst_step_ = counts.at(2);
+    concave_steps_ = counts.at(3);
+    first_concave_step_ = counts.at(4);
+    worst_residual_ = residuals.at(0);
+    last_residual_ = residuals.at(1);
+  }
 
   const Wall& wall = chain.elements().wall();
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     initial_rubber_volume_ += wall.rest[e].volume;
   }
   MPI_Allreduce(MPI_IN_PLACE, &initial_rubber_volume_, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+}
+
+void BalloonLedger::save(Hdf5File& checkpoint) const {
+  history_->save(checkpoint);
+  checkpoint.write_once<int>(counts_table,
+                             {steps_, steps_above_tolerance_, worst_step_, concave_steps_, first_concave_step_});
+  checkpoint.write_once<double>(residuals_table, {worst_residual_, last_residual_});
+}
+
+void BalloonLedger::go_on_from(const BalloonState& state) {
+  last_position_ = std::make_unique<Field>(chain_.elements().membrane().particles, 3);
+  last_position_->values() = state.position.values();
 }
 
 void BalloonLedger::add(const BalloonState& state, const InflateStep& step, double h, int retries) {

@@ -15,7 +15,14 @@ class BalloonLedger {
  public:
   /// Makes the file in a folder that has been started; folder, chain and clock must outlive it. Collective.
   /// @throws Error when it cannot be written
-  BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock);
+  /// @param resumed checkpoint from which the run goes on in its folder
+  BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock, const Hdf5File* resumed = nullptr);
+
+  /// Notes in a checkpoint how far the table is, and what is known of the steps so far. Collective.
+  /// @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
+  /// The state is that of the last row, written before.
+  void go_on_from(const BalloonState& state);
 
   /// @param h length of the step [s]
   /// @param retries how often it was tried again. Collective.
@@ -32,11 +39,11 @@ class BalloonLedger {
   std::unique_ptr<Field> last_position_;  ///< positions of the last row, to see what turned over since
   int steps_ = 0;
   int steps_above_tolerance_ = 0;
-  int worst_step_ = 0;  ///< of these
+  int worst_step_ = 0;     ///< of these
+  int concave_steps_ = 0;  ///< with InflateStep::concave_iterations
+  int first_concave_step_ = 0;
   double worst_residual_ = 0;
   double last_residual_ = 0;  ///< relative, of the last step
-  int concave_steps_ = 0;     ///< with InflateStep::concave_iterations
-  int first_concave_step_ = 0;
 };
 
 }  // namespace pellicle

@@ -25,7 +25,8 @@ struct BalloonState : FieldRegistry {
   }
 
   double& time = add<double>({"time", "s", Item::object});
-  PetscInt& step = add<PetscInt>({"step", "", Item::object});  ///< accepted steps
+  PetscInt& step = add<PetscInt>({"step", "", Item::object});             ///< accepted steps
+  double& next_length = add<double>({"next_length", "s", Item::object});  ///< of the next step, see Chain::length
   Field& position = add<Field>({"position", "m", Item::particle}, 3);
   Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
   /// h/h0 of the local elements.

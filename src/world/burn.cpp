@@ -43,6 +43,9 @@ const std::vector<std::string>& Burn::stage_names() {
 Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock)
     : Burn(sheet, options, clock, Pins(sheet, options.pins), Textures(sheet.comm())) {}
 
+Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, const std::vector<PetscInt>& pin_numbers)
+    : Burn(sheet, options, clock, Pins(sheet, options.pins, pin_numbers), Textures(sheet.comm())) {}
+
 Burn::Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers)
     : Burn(compacted, before.options_, before.clock_, Pins(before.pins_, compacted, pin_numbers),
            std::move(before.textures_)) {}

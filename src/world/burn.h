@@ -48,6 +48,9 @@ class Burn {
   /// contradicting options
   Burn(const Sheet& sheet, const Options& options, StageClock& clock);
 
+  /// The chain of a sheet whose particles have been pinned before. @param pin_numbers see State::pin
+  Burn(const Sheet& sheet, const Options& options, StageClock& clock, const std::vector<PetscInt>& pin_numbers);
+
   /// The same chain for what is left of the sheet, which must outlive it; the old chain is used up. Collective.
   /// @param pin_numbers of the local particles, see State::pin
   Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers);

@@ -8,13 +8,37 @@
 #include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "state/field_tables.h"
+#include "state/mesh_tables.h"
 #include "surface/compaction.h"
+#include "surface/shell.h"
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
 
 namespace pellicle {
 
 namespace {
+
+// Of a checkpoint.
+const char* const mesh_group = "objects/sheet/mesh";
+const char* const ids_table = "objects/sheet/mesh/first_lattice_id_and_end";
+const char* const state_group = "objects/sheet/state";
+
+/// Persistent ids of the first local cells, which are those of their lattice particles.
+std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
+  std::vector<PetscInt> ids;
+  for (std::size_t cell = 0; cell < count; ++cell) {
+    ids.push_back(sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[cell])]);
+  }
+  return ids;
+}
+
+/// The sheet of a checkpoint. Collective.
+Sheet read_sheet(const Hdf5File& checkpoint, const SheetOptions& options) {
+  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_table);
+  return make_sheet(checkpoint.comm(), read_mesh(checkpoint, mesh_group), SheetIds{ids.at(0), ids.at(1)}, options)
+      .sheet;
+}
 
 /// What frames show of the local particles beside the state's fields.
 struct ParticleFields {
@@ -160,6 +184,20 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, OutputFolder& folder, Cons
   }
 }
 
+BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, Console& console,
+                 StageClock& clock)
+    : options_(options),
+      folder_(folder),
+      console_(console),
+      clock_(clock),
+      sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, options.sheet))),
+      state_(std::make_unique<State>(*sheet_)),
+      writer_(folder, options.output) {
+  read_fields(checkpoint, state_group, *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
+  burn_ = std::make_unique<Burn>(*sheet_, options, clock, state_->pin);
+  burn_->follow(*state_);
+}
+
 StepResult BurnRun::advance(double h) {
   last_ = burn_->advance(*state_, h);
   StepResult result;
@@ -286,6 +324,23 @@ void BurnRun::draw() {
   }
   writer_.write(frame);
   ledger().add(state_->time, state_->step, state_->pieces, masses);
+}
+
+void BurnRun::save(Hdf5File& checkpoint) {
+  const auto cells = static_cast<std::size_t>(sheet_->owned_cells);
+  const std::vector<PetscInt>& ids = sheet_->persistent_id;
+  write_mesh(checkpoint, mesh_group, rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
+  checkpoint.write_once<PetscInt>(ids_table, {sheet_->first_lattice_id, sheet_->id_end});
+  write_fields(checkpoint, state_group, *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
+               cell_ids(*sheet_, cells));
+  writer_.save(checkpoint);
+  ledger_->save(checkpoint);
+  burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin);
+}
+
+void BurnRun::resume_output(const Hdf5File& checkpoint) {
+  writer_.resume(checkpoint);
+  ledger_ = std::make_unique<Ledger>(folder_, options_, clock_, &checkpoint);
 }
 
 Ledger& BurnRun::ledger() {

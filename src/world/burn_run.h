@@ -20,9 +20,15 @@ class BurnRun : public Chain {
   /// Options, folder, console and clock must outlive it. Collective.
   /// @throws Error on bad textures and other input, or when adaptive steps are asked for
   BurnRun(Sheet sheet, const Options& options, OutputFolder& folder, Console& console, StageClock& clock);
+  /// The run as a checkpoint has it. Collective.
+  BurnRun(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, Console& console,
+          StageClock& clock);
+
+  const Sheet& sheet() const { return *sheet_; }
 
   double time() const override { return state_->time; }
   int step() const override { return state_->step; }
+  double& length() override { return state_->next_length; }
   StepResult advance(double h) override;
   void accept(double time) override;
   void keep() override;
@@ -32,6 +38,8 @@ class BurnRun : public Chain {
   std::optional<double> next_frame_time() const override { return writer_.next_time(state_->time); }
   void draw() override;
   void record(double h, int retries) override;
+  void save(Hdf5File& checkpoint) override;
+  void resume_output(const Hdf5File& checkpoint) override;
 
  private:
   void compact(const std::vector<bool>& kept);

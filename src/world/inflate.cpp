@@ -26,12 +26,18 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       chambers_(membrane, options.gas, options.chambers, constraints_.origin(), constraints_.has_planes(),
                 constraints_.projectors()),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact),
-      implicit_({elements_, chambers_, constraints_, pins_, loads_, mass_, options.force.gravity, options.gas.tangent},
-                options.prism),
       start_(membrane.particles, 3) {
+  make_solvers();
+}
+
+void Inflate::make_solvers() {
+  const BalloonModel model{elements_, chambers_, constraints_,           pins_,
+                           loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
+  implicit_.reset();
+  implicit_.emplace(model, options_.prism);
   if (wall_.preserve_volume) {
     volume_preservation_ =
-        std::make_unique<VolumePreservation>(membrane, wall_, constraints_.projectors(), options.volume);
+        std::make_unique<VolumePreservation>(membrane_, wall_, constraints_.projectors(), options_.volume);
   }
 }
 
@@ -53,7 +59,7 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   {
     const auto timer = clock_.time("implicit step");
     static_cast<ImplicitResult&>(step) =
-        implicit_.advance(state.position, state.pressure, {state.velocity, state.thickness_ratio, state.time, h});
+        implicit_->advance(state.position, state.pressure, {state.velocity, state.thickness_ratio, state.time, h});
     if (!step.converged) {
       return step;
     }
@@ -75,7 +81,7 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   const Eigen::MatrixXd velocity = (state.position.values() - start_.values()) / h;
   if (velocity.cols() > 0) {
     step.step_error =
-        h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / implicit_.length_scale();
+        h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / implicit_->length_scale();
   }
   MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
   state.velocity.values() = velocity;

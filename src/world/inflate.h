@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ class Inflate {
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
   InflateStep advance(BalloonState& state, double h);
 
+  /// Forgets what solvers know of the steps so far: the next step is the same as that of a new chain. Collective.
+  void forget() { make_solvers(); }
+
   /// The gas of a chamber at the state's time, with its present pressure. @param volume as Chambers::volumes gives it
   GasState gas(int chamber, double volume, const BalloonState& state) const;
 
@@ -41,6 +45,7 @@ class Inflate {
   static const std::vector<std::string>& stage_names();
 
  private:
+  void make_solvers();
   /// What the gas has at the state's positions and time; prescribed volumes keep their multipliers. Collective.
   void set_pressures(BalloonState& state) const;
 
@@ -54,7 +59,7 @@ class Inflate {
   Constraints constraints_;
   Chambers chambers_;
   PointLoads loads_;
-  ImplicitStep implicit_;
+  std::optional<ImplicitStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   Field start_;                                              ///< positions at the beginning of the step
 };

@@ -5,6 +5,8 @@
 #include <cstdio>
 
 #include "prism/wall_stress.h"
+#include "state/field_tables.h"
+#include "state/mesh_tables.h"
 #include "surface/membrane_geometry.h"
 #include "world/non_finite.h"
 
@@ -19,6 +21,12 @@ InflateRun::InflateRun(const Membrane& membrane, const Options& options, OutputF
       kept_(membrane, inflate_.chambers().count()),
       surface_(drawing_of(membrane)),
       writer_(folder, options.output) {}
+
+InflateRun::InflateRun(const Hdf5File& checkpoint, const Membrane& membrane, const Options& options,
+                       OutputFolder& folder, StageClock& clock)
+    : InflateRun(membrane, options, folder, clock) {
+  read_fields(checkpoint, "objects/balloon/state", state_, membrane.persistent_id, membrane.element_id);
+}
 
 StepResult InflateRun::advance(double h) {
   last_ = inflate_.advance(state_, h);
@@ -74,6 +82,24 @@ void InflateRun::draw() {
       frame.cell_fields.end(),
       {{"thickness", 1, thickness.data()}, {"stretch", 2, stretch.data()}, {"stress", 2, stress.data()}});
   writer_.write(frame);
+}
+
+void InflateRun::save(Hdf5File& checkpoint) {
+  const std::vector<PetscInt>& particles = membrane_.persistent_id;
+  const std::vector<PetscInt>& elements = membrane_.element_id;
+  write_mesh(checkpoint, "objects/balloon/mesh", rows_of(membrane_, {}, {}));
+  write_fields(checkpoint, "objects/balloon/state", state_,
+               {particles.begin(), particles.begin() + membrane_.particles.owned},
+               {elements.begin(), elements.begin() + membrane_.elements.owned});
+  writer_.save(checkpoint);
+  ledger_->save(checkpoint);
+  inflate_.forget();
+}
+
+void InflateRun::resume_output(const Hdf5File& checkpoint) {
+  writer_.resume(checkpoint);
+  ledger_ = std::make_unique<BalloonLedger>(folder_, inflate_, clock_, &checkpoint);
+  ledger_->go_on_from(state_);
 }
 
 void InflateRun::record(double h, int retries) {

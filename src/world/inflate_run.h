@@ -15,9 +15,13 @@ class InflateRun : public Chain {
  public:
   /// Membrane, options, folder and clock must outlive it. Collective. @throws Error on bad input, see Inflate
   InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock);
+  /// The run as a checkpoint has it. Collective. @param membrane of the checkpoint
+  InflateRun(const Hdf5File& checkpoint, const Membrane& membrane, const Options& options, OutputFolder& folder,
+             StageClock& clock);
 
   double time() const override { return state_.time; }
   int step() const override { return state_.step; }
+  double& length() override { return state_.next_length; }
   StepResult advance(double h) override;
   void accept(double time) override { state_.time = time; }
   void keep() override;
@@ -26,6 +30,8 @@ class InflateRun : public Chain {
   std::optional<double> next_frame_time() const override { return writer_.next_time(state_.time); }
   void draw() override;
   void record(double h, int retries) override;
+  void save(Hdf5File& checkpoint) override;
+  void resume_output(const Hdf5File& checkpoint) override;
   std::vector<std::string> remarks() const override { return ledger_->remarks(); }
 
  private:

@@ -20,7 +20,7 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
   return result;
 }
 
-Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& clock)
+Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& clock, const Hdf5File* resumed)
     : comm_(folder.comm()), options_(options), clock_(clock) {
   std::vector<History::Column> columns{{"time", "s"},
                                        {"step", ""},
@@ -51,10 +51,11 @@ Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& c
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(folder, "history.csv", columns);
+  history_ = std::make_unique<History>(folder, "history.csv", columns, resumed);
   pieces_ = std::make_unique<History>(
       folder, "pieces.csv",
-      std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}});
+      std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}},
+      resumed);
   if (options.project.monitor) {
     projection_ = std::make_unique<History>(folder, "projection.csv",
                                             std::vector<History::Column>{{"time", "s"},
@@ -65,7 +66,16 @@ Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& c
                                                                          {"error_green", "m"},
                                                                          {"error_blue", "m"},
                                                                          {"error_yellow", "m"},
-                                                                         {"error_total", "m"}});
+                                                                         {"error_total", "m"}},
+                                            resumed);
+  }
+}
+
+void Ledger::save(Hdf5File& checkpoint) const {
+  for (const auto* table : {&history_, &pieces_, &projection_}) {
+    if (*table != nullptr) {
+      (*table)->save(checkpoint);
+    }
   }
 }
 

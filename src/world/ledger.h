@@ -16,7 +16,11 @@ class Ledger {
  public:
   /// Makes the files in a folder that has been started; folder and clock must outlive it. Collective.
   /// @throws Error when they cannot be written
-  Ledger(OutputFolder& folder, const Options& options, const StageClock& clock);
+  /// @param resumed checkpoint from which the run goes on in its folder
+  Ledger(OutputFolder& folder, const Options& options, const StageClock& clock, const Hdf5File* resumed = nullptr);
+
+  /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
 
   /// @param h length of the step [s]
   /// @param retries how often it was tried again. Collective.

@@ -106,6 +106,10 @@ void describe(OptionTable& table, Options& options) {
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
   table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
   describe(table, options.output);
+  describe(table, options.checkpoint);
+  table.add("restart", options.restart)
+      .file()
+      .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");
   for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs"}) {
     table.find_key(key)->acts_with(burns);
   }

@@ -24,6 +24,7 @@
 #include "projection/project_options.h"
 #include "projection/spring_baseline.h"
 #include "surface/sheet_options.h"
+#include "world/checkpoint_options.h"
 
 namespace pellicle {
 
@@ -90,6 +91,8 @@ struct Options {
   std::map<std::string, BodyOptions> bodies;
   std::map<std::string, PinOptions> pins;
   OutputOptions output;
+  CheckpointOptions checkpoint;
+  std::string restart;  ///< folder of a run, or file of a checkpoint, at which the run goes on; empty: it begins
 };
 
 void describe(OptionTable& table, Options& options);

@@ -54,7 +54,8 @@ void write_step(Chain& chain, bool with_frame, double h, int retries) {
 
 }  // namespace
 
-void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock) {
+void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock,
+               Checkpoints* checkpoints) {
   const auto is_last = [&] {
     return !chain.ended().empty() || chain.time() >= options.end - 1e-9 * options.step ||
            (options.max_steps > 0 && chain.step() >= options.max_steps);
@@ -64,12 +65,20 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
       console.tell(line);
     }
   };
-  double length = options.step;  // before it is cut to end at a frame or at the end of the run
+  const auto checkpoint = [&] {
+    if (checkpoints != nullptr) {
+      checkpoints->write(chain);
+    }
+  };
+  if (chain.length() == 0 || options.tolerance == 0) {
+    chain.length() = chain.length() == 0 ? options.step : std::min(chain.length(), options.step);
+  }
   int last_drawn = chain.step();
   defer_stop_signals();
   while (!is_last()) {
     clock.start_lap();
     chain.keep();
+    double length = chain.length();  // before it is cut to end at a frame or at the end of the run
     double h = std::min(length, options.end - chain.time());
     if (options.tolerance > 0) {
       const std::optional<double> frame = chain.next_frame_time();
@@ -97,6 +106,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
         if (last_drawn != chain.step()) {
           chain.draw();
         }
+        checkpoint();
       } catch (const Error& error) {
         kept = std::string("; of the state before it there is no frame: ") + error.what();
       }
@@ -116,7 +126,10 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
     const double share =
         std::max(chain.time() / options.end, options.max_steps > 0 ? chain.step() / double(options.max_steps) : 0.0);
     console.progress({chain.step(), chain.time(), std::min(1.0, share), step.iterations, step.figures});
-    length = next_length(h, length, step, options);
+    chain.length() = next_length(h, length, step, options);
+    if (checkpoints != nullptr && (is_last() || signal != 0 || checkpoints->due(chain.step()))) {
+      checkpoint();
+    }
     if (signal != 0 && !is_last()) {
       tell_remarks();
       throw Interrupted(signal, "ended by " + signal_name(signal) + " at " + time_text(chain.time()) + " after step " +

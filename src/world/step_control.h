@@ -6,6 +6,8 @@
 
 #include "base/stage_clock.h"
 #include "io/console.h"
+#include "state/hdf5_file.h"
+#include "world/checkpoints.h"
 #include "world/options.h"
 
 namespace pellicle {
@@ -26,6 +28,9 @@ class Chain {
 
   virtual double time() const = 0;  ///< of the state [s]
   virtual int step() const = 0;     ///< accepted steps
+
+  /// Length of the next step if nothing cuts it short [s], a part of the state; 0: not known yet.
+  virtual double& length() = 0;
 
   /// Moves the state from time() to time() + h [s]. When it does not converge, time() and step() stay and the rest of
   /// the state may be anything.
@@ -49,6 +54,13 @@ class Chain {
   virtual std::optional<double> next_frame_time() const = 0;
   /// Writes a frame. The first one makes the output folder.
   virtual void draw() = 0;
+  /// Writes what it takes to go on from the present state and behind the present output; forgets what solvers know of
+  /// earlier steps, so that the run goes on as one that has read this. @throws Error, on all ranks
+  virtual void save(Hdf5File& checkpoint) = 0;
+  /// Goes on with the output of the run that has written a checkpoint, in its folder, in place of the first frame and
+  /// row. @throws Error, on all ranks, when the folder has not what the checkpoint says
+  virtual void resume_output(const Hdf5File& checkpoint) = 0;
+
   /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
   virtual void record(double h, int retries) = 0;
 };
@@ -63,6 +75,8 @@ class Chain {
 /// written.
 /// @throws Error when a step failed at every length tried, after the last good state has been drawn; or when a frame or
 /// row could not be written, after the other one has been; Interrupted, on a signal
-void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock);
+/// Checkpoints are written where they are asked for and at the end, whatever ends the run.
+void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock,
+               Checkpoints* checkpoints = nullptr);
 
 }  // namespace pellicle

@@ -25,6 +25,9 @@ class FakeChain : public Chain {
 
   double time() const override { return time_; }
   int step() const override { return step_; }
+  double& length() override { return length_; }
+  void save(Hdf5File&) override {}
+  void resume_output(const Hdf5File&) override {}
   StepResult advance(double h) override {
     ++attempts;
     sum_ += h;
@@ -96,6 +99,7 @@ class FakeChain : public Chain {
   std::vector<Row> rows;
 
  private:
+  double length_ = 0;
   double time_ = 0;
   int step_ = 0;
   double sum_ = 0;

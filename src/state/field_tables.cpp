@@ -1,0 +1,176 @@
+#include "state/field_tables.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <type_traits>
+
+#include "base/error.h"
+#include "state/sorted_rows.h"
+
+namespace pellicle {
+
+namespace {
+
+std::string group_of(const std::string& group, Item item) {
+  return group + (item == Item::particle ? "/particles/"
+                  : item == Item::cell   ? "/cells/"
+                  : item == Item::object ? "/once/"
+                                         : "/sums/");
+}
+
+/// Calls `visit(entry, number)` for the fields of an item's record in their order, with a number of the kind that the
+/// record has: double, PetscInt, or unsigned char of a flag.
+template <class Visit>
+void for_each_column(const FieldRegistry& fields, Item item, const Visit& visit) {
+  for (const FieldRegistry::Entry& entry : fields.entries()) {
+    if (entry.declaration.item != item || entry.declaration.follows) {
+      continue;
+    }
+    std::visit(
+        [&](const auto* values) {
+          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+          if constexpr (std::is_same_v<Values, std::vector<PetscInt>>) {
+            visit(entry, PetscInt{});
+          } else if constexpr (std::is_same_v<Values, std::vector<bool>>) {
+            visit(entry, static_cast<unsigned char>(0));
+          } else {
+            visit(entry, 0.0);
+          }
+        },
+        entry.storage);
+  }
+}
+
+void write_items(Hdf5File& file, const std::string& group, const FieldRegistry& fields, Item item,
+                 const std::vector<PetscInt>& ids) {
+  Records own(fields.record_size(item), static_cast<PetscInt>(ids.size()));
+  for (PetscInt i = 0; i < own.count(); ++i) {
+    fields.pack(item, i, own.at(i));
+  }
+  const SortedRows by_id(file.comm(), ids);
+  const Records rows = by_id.sorted(own);
+  file.write(group_of(group, item) + "id", by_id.sorted(ids));
+  std::size_t offset = 0;
+  for_each_column(fields, item, [&](const FieldRegistry::Entry& entry, auto number) {
+    std::vector<decltype(number)> column(static_cast<std::size_t>(rows.count() * entry.components));
+    const std::size_t bytes = sizeof number * static_cast<std::size_t>(entry.components);
+    for (PetscInt i = 0; i < rows.count(); ++i) {
+      std::memcpy(column.data() + static_cast<std::ptrdiff_t>(i) * entry.components, rows.at(i) + offset, bytes);
+    }
+    offset += bytes;
+    file.write(group_of(group, item) + entry.declaration.name, column, entry.components);
+  });
+}
+
+/// This rank's share of the rows of particles or cells as records of the registry. Collective.
+Records read_records(const Hdf5File& file, const std::string& group, const FieldRegistry& fields, Item item) {
+  Records records;
+  std::size_t offset = 0;
+  for_each_column(fields, item, [&](const FieldRegistry::Entry& entry, auto number) {
+    const auto column = file.read<decltype(number)>(group_of(group, item) + entry.declaration.name, entry.components);
+    if (records.bytes() == 0) {
+      records = Records(fields.record_size(item), static_cast<PetscInt>(column.size()) / entry.components);
+    }
+    const std::size_t bytes = sizeof number * static_cast<std::size_t>(entry.components);
+    for (PetscInt i = 0; i < records.count(); ++i) {
+      std::memcpy(records.at(i) + offset, column.data() + static_cast<std::ptrdiff_t>(i) * entry.components, bytes);
+    }
+    offset += bytes;
+  });
+  return records;
+}
+
+/// Reads the fields of the local items. Collective. @param ids of them
+void read_items(const Hdf5File& file, const std::string& group, FieldRegistry& fields, Item item,
+                const std::vector<PetscInt>& ids) {
+  const Records records = rows_of_ids(file.comm(), file.read<PetscInt>(group_of(group, item) + "id"),
+                                      read_records(file, group, fields, item), ids);
+  for (PetscInt i = 0; i < records.count(); ++i) {
+    fields.unpack(item, i, records.at(i));
+  }
+}
+
+/// Reads what the object has once, and its sums. Collective.
+void read_object_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields) {
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(file.comm(), &rank);
+  MPI_Comm_size(file.comm(), &ranks);
+  for (const FieldRegistry::Entry& entry : fields.entries()) {
+    const FieldDeclaration& declaration = entry.declaration;
+    if (declaration.follows || (declaration.item != Item::object && declaration.item != Item::sum)) {
+      continue;
+    }
+    const std::string name = group_of(group, declaration.item) + declaration.name;
+    std::visit(
+        [&](auto* values) {
+          using Values = std::remove_pointer_t<decltype(values)>;
+          if constexpr (std::is_arithmetic_v<Values>) {
+            const std::vector<Values> all = file.read_all<Values>(name);
+            if (declaration.item == Item::object && all.size() == 1) {
+              *values = all.front();
+            } else if (declaration.item == Item::sum && all.size() == static_cast<std::size_t>(ranks)) {
+              *values = all[static_cast<std::size_t>(rank)];
+            } else if (declaration.item == Item::sum) {
+              *values = rank == 0 ? std::accumulate(all.begin(), all.end(), Values{}) : Values{};
+            } else {
+              throw Error(file.path() + ": table " + name + " has " + std::to_string(all.size()) +
+                          " numbers; expected one");
+            }
+          } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+            const std::vector<double> all = file.read_all<double>(name);
+            if (static_cast<Eigen::Index>(all.size()) != values->size()) {
+              throw Error(file.path() + ": table " + name + " has " + std::to_string(all.size()) +
+                          " numbers; expected " + std::to_string(values->size()));
+            }
+            *values = Eigen::Map<const Eigen::VectorXd>(all.data(), values->size());
+          } else if constexpr (std::is_same_v<Values, std::vector<double>> ||
+                               std::is_same_v<Values, std::vector<PetscInt>>) {
+            *values = file.read_all<typename Values::value_type>(name);
+          }
+        },
+        entry.storage);
+  }
+}
+
+}  // namespace
+
+void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
+                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids) {
+  write_items(file, group, fields, Item::particle, particle_ids);
+  write_items(file, group, fields, Item::cell, cell_ids);
+  for (const FieldRegistry::Entry& entry : fields.entries()) {
+    const FieldDeclaration& declaration = entry.declaration;
+    if (declaration.follows || (declaration.item != Item::object && declaration.item != Item::sum)) {
+      continue;
+    }
+    const std::string name = group_of(group, declaration.item) + declaration.name;
+    std::visit(
+        [&](const auto* values) {
+          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+          if constexpr (std::is_arithmetic_v<Values>) {
+            if (declaration.item == Item::sum) {
+              file.write(name, std::vector<Values>{*values});
+            } else {
+              file.write_once(name, std::vector<Values>{*values});
+            }
+          } else if constexpr (std::is_same_v<Values, Eigen::VectorXd>) {
+            file.write_once(name, std::vector<double>(values->begin(), values->end()));
+          } else if constexpr (std::is_same_v<Values, std::vector<double>> ||
+                               std::is_same_v<Values, std::vector<PetscInt>>) {
+            file.write_once(name, *values);
+          }
+        },
+        entry.storage);
+  }
+}
+
+void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
+                 const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids) {
+  read_items(file, group, fields, Item::particle, particle_ids);
+  read_items(file, group, fields, Item::cell, cell_ids);
+  read_object_fields(file, group, fields);
+}
+
+}  // namespace pellicle

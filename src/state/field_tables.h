@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "state/field_registry.h"
+#include "state/hdf5_file.h"
+
+namespace pellicle {
+
+// The fields of an object as tables of a file: GROUP/particles/NAME and GROUP/cells/NAME have a row an item, in the
+// order of the persistent ids, GROUP/once/NAME what the object has once, GROUP/sums/NAME a row a rank. What follows
+// from other fields is left out.
+
+/// Writes the fields. Collective. @throws Error, on all ranks
+/// @param particle_ids, cell_ids persistent, of the owned items
+void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
+                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
+
+/// Reads the fields of a registry, ghosts included, but for those that follow from others; sums are dealt to as many
+/// ranks as have written them, otherwise rank 0 has all. Collective.
+/// @param particle_ids, cell_ids persistent, of the local items
+/// @throws Error, on all ranks, when a field has no table of its kind, or an item no row
+void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
+                 const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
+
+}  // namespace pellicle

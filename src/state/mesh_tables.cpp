@@ -1,0 +1,172 @@
+#include "state/mesh_tables.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "base/error.h"
+#include "parallel/collective.h"
+#include "state/sorted_rows.h"
+
+namespace pellicle {
+
+namespace {
+
+const char* const field_prefix = "FIELD_";
+
+/// One name a line.
+std::string lines(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += name + "\n";
+  }
+  return text;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> names;
+  for (std::string name; std::getline(stream, name);) {
+    names.push_back(name);
+  }
+  return names;
+}
+
+template <class Number, std::size_t count>
+std::vector<Number> column(const std::vector<MeshRows::Point>& points,
+                           std::array<Number, count> MeshRows::Point::*member) {
+  std::vector<Number> result;
+  for (const MeshRows::Point& point : points) {
+    result.insert(result.end(), (point.*member).begin(), (point.*member).end());
+  }
+  return result;
+}
+
+template <class Number>
+std::vector<Number> column(const std::vector<MeshRows::Point>& points, Number MeshRows::Point::*member) {
+  std::vector<Number> result;
+  for (const MeshRows::Point& point : points) {
+    result.push_back(point.*member);
+  }
+  return result;
+}
+
+template <class Number, std::size_t count>
+void set(std::vector<MeshRows::Point>& points, const std::vector<Number>& numbers,
+         std::array<Number, count> MeshRows::Point::*member) {
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(count * k), count, (points[k].*member).begin());
+  }
+}
+
+template <class Number>
+void set(std::vector<MeshRows::Point>& points, const std::vector<Number>& numbers, Number MeshRows::Point::*member) {
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    points[k].*member = numbers[k];
+  }
+}
+
+using Point = MeshRows::Point;
+
+}  // namespace
+
+void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) {
+  MPI_Comm comm = file.comm();
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  file.write_once<int>(group + "/ranks", {ranks});
+  file.write_once<int>(group + "/corners", {rows.corners});
+  file.write_text(group + "/groups", lines(rows.groups));
+  file.write_text(group + "/fields", lines(rows.fields));
+  std::vector<int> sets;  // of each its size, then its numbers
+  for (const std::vector<int>& numbers : rows.group_sets) {
+    sets.push_back(static_cast<int>(numbers.size()));
+    sets.insert(sets.end(), numbers.begin(), numbers.end());
+  }
+  file.write_once(group + "/group_sets", sets);
+
+  const SortedRows by_vertex(comm, column(rows.vertices, &Point::id));
+  const auto vertices = by_vertex.sorted(rows.vertices);
+  const std::string of_vertices = group + "/vertices/";
+  file.write(of_vertices + "id", column(vertices, &Point::id));
+  file.write(of_vertices + "position", column(vertices, &Point::position), 3);
+  if (rows.has_uv) {
+    file.write(of_vertices + "uv", column(vertices, &Point::uv), 2);
+  }
+  file.write(of_vertices + "group_set", column(vertices, &Point::group_set));
+
+  const SortedRows by_cell(comm, column(rows.cells, &Point::id));
+  const auto cells = by_cell.sorted(rows.cells);
+  const std::string of_cells = group + "/cells/";
+  file.write(of_cells + "id", column(cells, &Point::id));
+  file.write(of_cells + "corners", by_cell.sorted(rows.cell_corners, rows.corners), rows.corners);
+  file.write(of_cells + "rank", by_cell.sorted(rows.part));
+  if (rows.has_uv) {
+    file.write(of_cells + "uv", column(cells, &Point::uv), 2);
+  }
+  const auto has_mass = [](const Point& cell) { return cell.mass > 0; };
+  if (on_any_rank(comm, std::any_of(cells.begin(), cells.end(), has_mass))) {
+    file.write(of_vertices + "mass", column(vertices, &Point::mass));
+    file.write(of_cells + "position", column(cells, &Point::position), 3);
+    file.write(of_cells + "mass", column(cells, &Point::mass));
+  }
+  const auto fields = static_cast<int>(rows.fields.size());
+  const std::vector<double> values = by_cell.sorted(rows.field_values, fields);
+  for (int field = 0; field < fields; ++field) {
+    std::vector<double> one;
+    for (std::size_t k = static_cast<std::size_t>(field); k < values.size(); k += static_cast<std::size_t>(fields)) {
+      one.push_back(values[k]);
+    }
+    file.write(of_cells + field_prefix + std::to_string(field), one);
+  }
+}
+
+MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
+  int ranks = 1;
+  MPI_Comm_size(file.comm(), &ranks);
+  MeshRows rows;
+  rows.corners = file.read_all<int>(group + "/corners").at(0);
+  rows.groups = lines_of(file.read_text(group + "/groups"));
+  rows.fields = lines_of(file.read_text(group + "/fields"));
+  rows.group_sets.clear();
+  const std::vector<int> sets = file.read_all<int>(group + "/group_sets");
+  for (auto next = sets.begin(); next != sets.end(); next += 1 + *next) {
+    rows.group_sets.emplace_back(next + 1, next + 1 + *next);
+  }
+
+  const std::string of_vertices = group + "/vertices/";
+  const std::string of_cells = group + "/cells/";
+  rows.has_uv = file.has(of_vertices + "uv");
+  const bool is_sheet = file.has(of_vertices + "mass");
+  const auto vertex_ids = file.read<PetscInt>(of_vertices + "id");
+  rows.vertices.resize(vertex_ids.size());
+  set(rows.vertices, vertex_ids, &Point::id);
+  set(rows.vertices, file.read<double>(of_vertices + "position", 3), &Point::position);
+  set(rows.vertices, file.read<PetscInt>(of_vertices + "group_set"), &Point::group_set);
+  const auto cell_ids = file.read<PetscInt>(of_cells + "id");
+  rows.cells.resize(cell_ids.size());
+  set(rows.cells, cell_ids, &Point::id);
+  rows.cell_corners = file.read<PetscInt>(of_cells + "corners", rows.corners);
+  if (rows.has_uv) {
+    set(rows.vertices, file.read<double>(of_vertices + "uv", 2), &Point::uv);
+    set(rows.cells, file.read<double>(of_cells + "uv", 2), &Point::uv);
+  }
+  if (is_sheet) {
+    set(rows.vertices, file.read<double>(of_vertices + "mass"), &Point::mass);
+    set(rows.cells, file.read<double>(of_cells + "position", 3), &Point::position);
+    set(rows.cells, file.read<double>(of_cells + "mass"), &Point::mass);
+  }
+  if (file.read_all<int>(group + "/ranks").at(0) == ranks) {
+    rows.part = file.read<int>(of_cells + "rank");
+  }
+  const std::size_t fields = rows.fields.size();
+  rows.field_values.resize(fields * rows.cells.size());
+  for (std::size_t field = 0; field < fields; ++field) {
+    const auto values = file.read<double>(of_cells + field_prefix + std::to_string(field));
+    for (std::size_t cell = 0; cell < values.size(); ++cell) {
+      rows.field_values[cell * fields + field] = values[cell];
+    }
+  }
+  return rows;
+}
+
+}  // namespace pellicle

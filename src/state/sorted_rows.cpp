@@ -1,0 +1,71 @@
+#include "state/sorted_rows.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "base/error.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+
+namespace {
+
+/// The rank of each id, when the range of all ids is cut into equal parts. Collective.
+std::vector<int> ranks_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  PetscInt end = ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1;
+  MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPIU_INT, MPI_MAX, comm);
+  std::vector<int> result;
+  for (const PetscInt id : ids) {
+    result.push_back(static_cast<int>(static_cast<long long>(id) * ranks / end));
+  }
+  return result;
+}
+
+/// The last rank whose first id is not beyond each of these. Collective.
+/// @param ids of this rank's rows, which rise over all ranks
+std::vector<int> holders(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted) {
+  const PetscInt none = std::numeric_limits<PetscInt>::max();
+  std::vector<PetscInt> firsts = of_all_ranks(comm, std::vector<PetscInt>{ids.empty() ? none : ids.front()});
+  for (std::size_t rank = firsts.size() - 1; rank-- > 0;) {  // A rank without rows begins where the next one does.
+    firsts[rank] = std::min(firsts[rank], firsts[rank + 1]);
+  }
+  std::vector<int> result;
+  for (const PetscInt id : wanted) {
+    const auto beyond = std::upper_bound(firsts.begin(), firsts.end(), id);
+    result.push_back(static_cast<int>(std::max<std::ptrdiff_t>(beyond - firsts.begin(), 1) - 1));
+  }
+  return result;
+}
+
+}  // namespace
+
+SortedRows::SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids)
+    : count_(static_cast<PetscInt>(ids.size())), route_(comm, ranks_of(comm, ids)) {
+  const std::vector<PetscInt> arrived = route_.send(ids);
+  order_.resize(arrived.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  const auto id = [&arrived](PetscInt row) { return arrived[static_cast<std::size_t>(row)]; };
+  std::sort(order_.begin(), order_.end(), [&id](PetscInt a, PetscInt b) { return id(a) < id(b); });
+}
+
+Records rows_of_ids(MPI_Comm comm, const std::vector<PetscInt>& ids, const Records& rows,
+                    const std::vector<PetscInt>& wanted) {
+  const Route route(comm, holders(comm, ids, wanted));
+  const std::vector<PetscInt> asked = route.send(wanted);
+  std::vector<PetscInt> found;
+  together(comm, [&] {
+    for (const PetscInt id : asked) {
+      const auto place = std::lower_bound(ids.begin(), ids.end(), id);
+      if (place == ids.end() || *place != id) {
+        throw Error("the tables have no row of the id " + std::to_string(id));
+      }
+      found.push_back(static_cast<PetscInt>(place - ids.begin()));
+    }
+  });
+  return route.send_back(rows.of_items(found));
+}
+
+}  // namespace pellicle

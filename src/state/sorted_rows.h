@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "parallel/records.h"
+#include "parallel/route.h"
+
+namespace pellicle {
+
+/// The way of rows to the order of their ids: the rows of the least ids come to rank 0, and so on. Ranks may have none,
+/// before and after.
+class SortedRows {
+ public:
+  /// Collective. @param ids of this rank's rows, unique over all ranks, not negative
+  SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids);
+
+  /// The rows that this rank has in that order. Collective.
+  Records sorted(const Records& rows) const { return route_.send(rows).of_items(order_); }
+  /// The same with values of a plain type, `columns` a row.
+  template <class Value>
+  std::vector<Value> sorted(const std::vector<Value>& values, int columns = 1) const {
+    return sorted(Records::of(values, count_, static_cast<std::size_t>(columns))).template as<Value>();
+  }
+
+ private:
+  PetscInt count_;  ///< of the rows before
+  Route route_;
+  std::vector<PetscInt> order_;  ///< of what arrives
+};
+
+/// The rows of the ids that this rank wants; others may want them, too. Collective.
+/// @param ids of the rows of this rank; they rise over all ranks
+/// @throws Error, on all ranks, when there is no row of an id
+Records rows_of_ids(MPI_Comm comm, const std::vector<PetscInt>& ids, const Records& rows,
+                    const std::vector<PetscInt>& wanted);
+
+}  // namespace pellicle

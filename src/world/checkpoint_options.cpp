@@ -1,0 +1,26 @@
+#include "world/checkpoint_options.h"
+
+#include "base/options.h"
+
+namespace pellicle {
+
+void describe(OptionTable& table, CheckpointOptions& options) {
+  const Condition kept{"checkpoint.keep: more than 0", [&options] { return options.keep > 0; }};
+  table.add("checkpoint.interval_steps", options.interval_steps)
+      .at_least(0)
+      .acts_with(kept)
+      .help("steps between checkpoints, from which -restart goes on; 0: none by steps");
+  table.add("checkpoint.interval_wall", options.interval_wall)
+      .unit("s")
+      .at_least(0)
+      .acts_with(kept)
+      .help("time on the wall between checkpoints, such as 30 min; 0: none by this clock");
+  table.add("checkpoint.keep", options.keep)
+      .at_least(0)
+      .help(
+          "how many checkpoints are kept, the newest ones; one is also written at the end of the run, whatever ends "
+          "it; "
+          "0: none");
+}
+
+}  // namespace pellicle

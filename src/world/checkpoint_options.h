@@ -1,0 +1,17 @@
+#pragma once
+
+namespace pellicle {
+
+class OptionTable;
+
+/// When the state of a run is kept.
+struct CheckpointOptions {
+  int interval_steps = 0;       ///< steps between checkpoints; 0: the clock on the wall alone counts
+  double interval_wall = 1800;  ///< time on the wall between checkpoints [s]; 0: steps alone count
+  int keep = 2;                 ///< how many are kept, the newest ones; 0: none is written
+};
+
+/// Declares the options `checkpoint.*`.
+void describe(OptionTable& table, CheckpointOptions& options);
+
+}  // namespace pellicle

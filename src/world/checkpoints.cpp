@@ -1,0 +1,217 @@
+#include "world/checkpoints.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <regex>
+#include <sstream>
+#include <utility>
+
+#include "base/deck.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "io/open_file.h"
+#include "parallel/collective.h"
+#include "world/step_control.h"
+
+namespace pellicle {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int format = 1;
+
+/// The last line of a checkpoint. @param bytes before it
+std::string last_line(unsigned long sum, long long bytes) {
+  char text[80];
+  std::snprintf(text, sizeof text, "\npellicle checkpoint crc32 %08lx bytes %016lld\n", sum, bytes);
+  return text;
+}
+
+/// Sees that what is in a folder is on the disk.
+void sync(const std::string& path) {
+  const OpenFile file(path, O_RDONLY);
+  if (file.is_open()) {
+    fsync(file.descriptor());
+  }
+}
+
+/// What is wrong with a file as a whole; empty: nothing. Collective.
+std::string fault_of(MPI_Comm comm, const std::string& path) {
+  long long bytes = -1;
+  unsigned long sum = 0;
+  std::string fault;
+  try {
+    on_root(comm, [&] {
+      const std::size_t length = last_line(0, 0).size();
+      const OpenFile file(path, O_RDONLY);
+      if (!file.is_open()) {
+        throw Error("it cannot be opened");
+      }
+      const long long size = file.size();
+      std::string line(length, ' ');
+      const long long start = size - static_cast<long long>(length);
+      if (start < 0 || pread(file.descriptor(), line.data(), length, start) != static_cast<ssize_t>(length) ||
+          std::sscanf(line.c_str(), "\npellicle checkpoint crc32 %lx bytes %lld", &sum, &bytes) != 2 ||
+          bytes != start) {
+        throw Error("its end is missing");
+      }
+    });
+    MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm);
+    MPI_Bcast(&sum, 1, MPI_UNSIGNED_LONG, 0, comm);
+    if (file_checksum(comm, path, bytes) != sum) {
+      throw Error("its check sum is not that of its contents");
+    }
+  } catch (const Error& error) {
+    fault = error.what();
+  }
+  return fault;
+}
+
+}  // namespace
+
+Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present)
+    : folder_(folder), options_(options), record_(record), last_time_(MPI_Wtime()) {
+  if (present >= 0) {
+    written_.push_back(present);
+    folder_.keep([name = name_of(present)](const std::string& file) { return file == name; });
+  }
+}
+
+std::string Checkpoints::name_of(int step) {
+  char name[40];
+  std::snprintf(name, sizeof name, "checkpoint_%06d.h5", step);
+  return name;
+}
+
+bool Checkpoints::due(int step) const {
+  if (options_.keep == 0 || (!written_.empty() && written_.back() == step)) {
+    return false;
+  }
+  const bool by_steps = options_.interval_steps > 0 && step % options_.interval_steps == 0;
+  bool by_time = options_.interval_wall > 0 && MPI_Wtime() - last_time_ >= options_.interval_wall;
+  MPI_Bcast(&by_time, 1, MPI_CXX_BOOL, 0, folder_.comm());
+  return by_steps || by_time;
+}
+
+void Checkpoints::write(Chain& chain) {
+  const int step = chain.step();
+  if (options_.keep == 0 || (!written_.empty() && written_.back() == step)) {
+    return;
+  }
+  MPI_Comm comm = folder_.comm();
+  const std::string name = name_of(step);
+  const std::string part = folder_.path_of_part(name);
+  on_root(comm, [&] { folder_.list({name}); });
+  try {
+    Hdf5File file(comm, part, Hdf5File::Mode::create);
+    file.write_once("format", std::vector<int>{format});
+    file.write_text("program", record_.program + " " + record_.revision);
+    file.write_text("options", record_.options);
+    for (std::size_t k = 0; k < record_.decks.size(); ++k) {
+      file.write_text("decks/" + std::to_string(k + 1), record_.decks[k].text);
+    }
+    std::string mesh;
+    for (const std::string& line : record_.mesh) {
+      mesh += line + "\n";
+    }
+    file.write_text("mesh", mesh);
+    chain.save(file);
+    file.close();
+    long long bytes = 0;
+    on_root(comm, [&] { bytes = static_cast<long long>(fs::file_size(part)); });
+    MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm);
+    const unsigned long sum = file_checksum(comm, part, bytes);
+    on_root(comm, [&] {
+      OpenFile whole(part, O_RDWR);
+      whole.append(last_line(sum, bytes));
+      fsync(whole.descriptor());
+      folder_.put_in_place(name);
+      sync(folder_.directory());
+    });
+  } catch (const Error& error) {
+    on_root(comm, [&] { folder_.remove_parts(); });
+    throw Error(std::string(error.what()) + "; " +
+                (written_.empty() ? "there is no checkpoint before it" : "the checkpoint before it is " + newest()));
+  }
+  written_.push_back(step);
+  last_time_ = MPI_Wtime();
+  while (written_.size() > static_cast<std::size_t>(options_.keep)) {
+    on_root(comm, [&] { folder_.remove(name_of(written_.front())); });
+    written_.erase(written_.begin());
+  }
+}
+
+std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path, Console& console) {
+  std::string candidates;  // the newest first, each with '\0' behind it
+  on_root(comm, [&] {
+    std::error_code none;
+    if (!fs::exists(path, none)) {
+      throw Error("restart: " + path + " is not there; expected a checkpoint or the folder of a run");
+    }
+    if (!fs::is_directory(path, none)) {
+      candidates = path + '\0';
+      return;
+    }
+    static const std::regex checkpoint(R"(checkpoint_([0-9]{6,})\.h5)");
+    std::vector<std::pair<long long, std::string>> found;
+    for (const fs::directory_entry& entry : fs::directory_iterator(path, none)) {
+      const std::string name = entry.path().filename().string();
+      std::smatch match;
+      if (std::regex_match(name, match, checkpoint)) {
+        found.emplace_back(std::stoll(match[1].str().substr(0, 18)), entry.path().string());
+      }
+    }
+    std::sort(found.rbegin(), found.rend());
+    for (const auto& [step, name] : found) {
+      candidates += name + '\0';
+    }
+  });
+  broadcast(comm, candidates);
+  std::string faults;
+  std::istringstream list(candidates);
+  for (std::string candidate; std::getline(list, candidate, '\0');) {
+    std::string fault = fault_of(comm, candidate);
+    if (fault.empty()) {
+      try {
+        auto file = std::make_unique<Hdf5File>(comm, candidate, Hdf5File::Mode::read);
+        const std::vector<int> found = file->read_all<int>("format");
+        if (found != std::vector<int>{format}) {
+          throw Error("it is of another format than " + std::to_string(format));
+        }
+        return file;
+      } catch (const Error& error) {
+        fault = error.what();
+      }
+    }
+    console.tell(candidate + " is damaged and passed over: " + fault);
+    faults += "; " + candidate + ": " + fault;
+  }
+  throw Error("restart: " + path + " has no sound checkpoint" + faults);
+}
+
+void require_same_options(const OptionTable& table, const std::string& before, const std::string& now) {
+  std::string faults;
+  for (const ChangedOption& changed : changed_options(before, now)) {
+    const std::string group = changed.key.substr(0, changed.key.find('.'));
+    const auto& options = table.options();
+    const auto option = std::find_if(options.begin(), options.end(),
+                                     [&changed](const Option& one) { return one.key() == changed.key; });
+    const bool may_change = group == "output" || group == "checkpoint" || group == "time" || group == "petsc" ||
+                            group == "restart" || (option != options.end() && option->is_solver_setting());
+    if (!may_change) {
+      const auto said = [](const std::string& value) { return value.empty() ? "not given" : value; };
+      faults += (faults.empty() ? "" : "; ") + changed.key + ": " + said(changed.now) + ", was " + said(changed.before);
+    }
+  }
+  if (!faults.empty()) {
+    throw Error("restart: " + faults +
+                "; expected the options of the run that goes on, but for its solvers, time, output and checkpoints");
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/console.h"
+#include "io/output_folder.h"
+#include "state/hdf5_file.h"
+#include "world/checkpoint_options.h"
+
+namespace pellicle {
+
+class Chain;
+
+/// The checkpoints of a run, `checkpoint_000120.h5` in its folder after step 120: all that it takes to go on from there
+/// on any number of ranks. A file is in its place when it is whole; its last line has the check sum of the rest.
+class Checkpoints {
+ public:
+  /// Folder and record must outlive it. Collective.
+  /// @param present step of a checkpoint of this run that is in the folder, at which it goes on; -1: there is none
+  Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present);
+
+  /// Whether one is asked for after this step, of which there is none. Collective.
+  bool due(int step) const;
+  /// Writes one of the state as it is, if there is none of its step; removes those that are too old. Collective.
+  /// @throws Error, on all ranks, when it cannot be written: the ones before it stay
+  void write(Chain& chain);
+
+  /// The newest one, with its folder; empty: there is none.
+  std::string newest() const { return written_.empty() ? "" : folder_.path(name_of(written_.back())); }
+
+ private:
+  static std::string name_of(int step);
+
+  OutputFolder& folder_;
+  CheckpointOptions options_;
+  const RunRecord& record_;
+  std::vector<int> written_;  ///< steps, rising
+  double last_time_;          ///< on the wall, of the last one or of the beginning [s]
+};
+
+/// The newest sound checkpoint of a folder, or the one of a file. Damaged ones are told of and passed over. Collective.
+/// @throws Error, on all ranks, when there is none
+std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path, Console& console);
+
+/// Refuses options that may not change where a run goes on. Not collective.
+/// @param before, now written decks
+/// @throws Error that names them
+void require_same_options(const OptionTable& table, const std::string& before, const std::string& now);
+
+}  // namespace pellicle
