@@ -10,15 +10,13 @@ namespace pellicle {
 
 namespace {
 
-PetscLogEvent event_named(const std::string& name) {
-  PetscLogEvent event = -1;
-  check(PetscLogEventGetId(name.c_str(), &event));
-  if (event < 0) {
-    PetscClassId class_id = 0;
-    check(PetscClassIdRegister("pellicle", &class_id));
-    check(PetscLogEventRegister(name.c_str(), class_id, &event));
+PetscLogStage stage_named(const std::string& name) {
+  PetscLogStage stage = -1;
+  check(PetscLogStageGetId(name.c_str(), &stage));
+  if (stage < 0) {
+    check(PetscLogStageRegister(name.c_str(), &stage));
   }
-  return event;
+  return stage;
 }
 
 }  // namespace
@@ -28,16 +26,16 @@ StageClock::StageClock(const std::vector<std::string>& names) : start_(MPI_Wtime
     StageTime stage;
     stage.name = name;
     stages_.push_back(stage);
-    events_.push_back(event_named(name));
+    logged_.push_back(stage_named(name));
   }
 }
 
-StageClock::Timer::Timer(StageTime& stage, PetscLogEvent event) : stage_(stage), event_(event), start_(MPI_Wtime()) {
-  check(PetscLogEventBegin(event_, 0, 0, 0, 0));
+StageClock::Timer::Timer(StageTime& stage, PetscLogStage logged) : stage_(stage), start_(MPI_Wtime()) {
+  check(PetscLogStagePush(logged));
 }
 
 StageClock::Timer::~Timer() {
-  PetscLogEventEnd(event_, 0, 0, 0, 0);
+  PetscLogStagePop();
   const double seconds = MPI_Wtime() - start_;
   stage_.seconds += seconds;
   stage_.lap_seconds += seconds;
@@ -47,7 +45,7 @@ StageClock::Timer::~Timer() {
 StageClock::Timer StageClock::time(const std::string& name) {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     if (stages_[i].name == name) {
-      return Timer(stages_[i], events_[i]);
+      return Timer(stages_[i], logged_[i]);
     }
   }
   throw std::logic_error("StageClock has no stage " + name);

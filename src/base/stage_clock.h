@@ -15,8 +15,8 @@ struct StageTime {
   double lap_seconds = 0;  ///< wall time since StageClock::start_lap
 };
 
-/// Wall time of each stage of a simulation. Every stage is also a PETSc log event, so that `-log_view` has one line a
-/// stage. Stages do not nest.
+/// Wall time of each stage of a simulation. Every stage is also a PETSc log stage, so that `-log_view` has a line and
+/// a table of events a stage. Stages do not nest.
 class StageClock {
  public:
   /// The stages in the order of the tables to come, the same on all ranks. PETSc must be initialised.
@@ -31,10 +31,9 @@ class StageClock {
 
    private:
     friend class StageClock;
-    Timer(StageTime& stage, PetscLogEvent event);
+    Timer(StageTime& stage, PetscLogStage logged);
 
     StageTime& stage_;
-    PetscLogEvent event_;
     double start_;
   };
 
@@ -51,7 +50,7 @@ class StageClock {
 
  private:
   std::vector<StageTime> stages_;
-  std::vector<PetscLogEvent> events_;
+  std::vector<PetscLogStage> logged_;
   double start_;
 };
 

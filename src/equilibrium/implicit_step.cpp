@@ -28,6 +28,7 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
   }
   defaults.rtol = options.ksp_rtol;
   defaults.max_iterations = 10000;
+  defaults.fields = {"x", "y", "z"};
   return defaults;
 }
 
@@ -50,6 +51,11 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   const double vertices = static_cast<double>(model.elements.membrane().particles.global);
   rounding_ = 20 * std::numeric_limits<double>::epsilon() * potential_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
+  defaults.fields = {{"x", "y", "z"}, "", 0};
+  if (bordered_) {
+    defaults.fields.border = "pressure";
+    defaults.fields.border_rows = bordered_->border_rows();
+  }
   defaults.atol = rounding_;
   defaults.rtol = options.snes_rtol;
   defaults.ksp_rtol = options.ksp_rtol;
@@ -179,6 +185,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
       options_.mat_type != TangentMatrix::shell) {
     // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
+    set_definite(positive_);
     system_.precondition_from(positive_);
     update_jacobian();
     again();

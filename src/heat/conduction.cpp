@@ -51,13 +51,14 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
   } else {
     create_shell();
   }
-  check(MatSetOption(matrix_, MAT_SPD, PETSC_TRUE));
-  check(MatSetOption(matrix_, MAT_SPD_ETERNAL, PETSC_TRUE));
+  set_definite(matrix_);
+  set_matrix_options(matrix_, "heat_");
   check(MatCreateVecs(matrix_, increment_.create(), right_hand_side_.create()));
 
   KspDefaults defaults;
   defaults.preconditioner = PCJACOBI;
   defaults.rtol = options.ksp_rtol;
+  defaults.fields = {"temperature"};
   defaults.divtol = 1e20;  // Where conduction is fast, conjugate gradients pass through large residuals.
   ksp_ = make_ksp(matrix_, matrix_, "heat_", defaults);
 }
@@ -156,6 +157,7 @@ void Conduction::update_operator(const ConductionInput& input) {
 Eigen::VectorXd Conduction::product(const Eigen::VectorXd& x) {
   owned_values(exchange_.data(), x.size()) = x;
   exchange_.update_ghosts();
+  check(PetscLogFlops(2.0 * static_cast<double>(x.size())));
   return graph_.capacity.cwiseProduct(x) - graph_.inflow(exchange_);  // The inflow is -h K x.
 }
 

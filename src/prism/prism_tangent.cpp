@@ -8,6 +8,7 @@
 #include "parallel/collective.h"
 #include "prism/block_product.h"
 #include "prism/gradient_stiffness.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 
@@ -56,6 +57,7 @@ PrismTangent::PrismTangent(const PrismElements& elements, const PrismOptions& op
   }
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  set_matrix_options(matrix_, "prism_");
 }
 
 void PrismTangent::make_rows() {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 
@@ -32,6 +33,7 @@ void linearise(const SpringSet& springs, const double* x, const std::vector<doub
     result.error[static_cast<Eigen::Index>(s)] = d.squaredNorm() / l - l;
     result.gradient.col(static_cast<Eigen::Index>(s)) = (2 / l) * d;
   }
+  check(PetscLogFlops(14.0 * static_cast<double>(count)));
 }
 
 double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
@@ -48,10 +50,12 @@ double squared_error(const SpringSet& springs, const double* x, const std::vecto
   return sum;
 }
 
-Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type)
+Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type, const std::string& prefix)
     : springs_(springs), particles_(particles), mat_type_(mat_type), lambda_(springs.layout, 1) {
   const PetscInt owned = springs_.owned();
   diagonal_.resize(static_cast<std::size_t>(owned));
+  preconditioner_ = {[this] { update_lines(); }, [this](Vec in, Vec out) { lines_->apply(in, out); },
+                     "tridiagonal solves along lines of springs"};
   if (mat_type_ != GramFormat::shell) {
     std::vector<PetscInt> rows(static_cast<std::size_t>(owned));
     std::iota(rows.begin(), rows.end(), 0);
@@ -60,11 +64,12 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
       columns.push_back(springs_.layout.to_global(s));
     }
     rows_ = std::make_unique<GramBlock>(springs_, particles_, std::move(rows), columns, owned);
-    check(MatSetOption(rows_->matrix(), MAT_SPD, PETSC_TRUE));
-    check(MatSetOption(rows_->matrix(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+    set_definite(rows_->matrix());
+    set_matrix_options(rows_->matrix(), prefix);
+    offer_preconditioner(rows_->matrix(), LineElimination::type, preconditioner_);
     if (mat_type_ == GramFormat::sell) {
       check(MatConvert(rows_->matrix(), MATSELL, MAT_INITIAL_MATRIX, other_.create()));
-      check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
+      set_definite(other_);
     }
     return;
   }
@@ -91,7 +96,17 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
   check(MatShellSetOperation(other_, MATOP_MULT, reinterpret_cast<void (*)()>(product_function)));
   check(MatShellSetOperation(other_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product_function)));
   check(MatShellSetOperation(other_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal_function)));
-  check(MatSetOption(other_, MAT_SPD, PETSC_TRUE));
+  set_definite(other_);
+  set_matrix_options(other_, prefix);
+  offer_preconditioner(other_, LineElimination::type, preconditioner_);
+}
+
+void Gram::update_lines() {
+  if (lines_ == nullptr) {
+    lines_ = std::make_unique<LineElimination>(springs_, particles_);
+    preconditioner_.words = lines_->words();
+  }
+  lines_->update(diagonal_, *gradient_, *inverse_mass_);
 }
 
 void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,
@@ -138,6 +153,7 @@ void Gram::apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::
     result.col(a) += force;
     result.col(b) -= force;
   }
+  check(PetscLogFlops(9.0 * static_cast<double>(springs_.ends.size())));
 }
 
 void Gram::multiply(Vec in, Vec out) {
@@ -155,6 +171,7 @@ void Gram::multiply(Vec in, Vec out) {
     values[s] = own.dot(mass_a * particle_sum_.col(a) - mass_b * particle_sum_.col(b)) +
                 (diagonal_[s] - without_shift) * lambda[s];
   }
+  check(PetscLogFlops(27.0 * static_cast<double>(diagonal_.size())));
   check(VecRestoreArrayWrite(out, &values));
 }
 

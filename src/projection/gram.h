@@ -3,11 +3,13 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/handle.h"
 #include "parallel/field.h"
 #include "projection/gram_block.h"
+#include "projection/line_elimination.h"
 #include "projection/project_options.h"
 #include "surface/sheet.h"
 
@@ -35,8 +37,9 @@ double squared_error(const SpringSet& springs, const double* x, const std::vecto
 /// The pattern is made once, from the topology; `update` fills in values, without communication other than a maximum.
 class Gram {
  public:
-  /// @param mat_type aij, sell or shell. Collective.
-  Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type);
+  /// Its matrix offers the preconditioner `lines` (LineElimination). Collective.
+  /// @param mat_type aij, sell or shell @param prefix of the options of its matrices
+  Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type, const std::string& prefix = "");
   Gram(const Gram&) = delete;
   Gram& operator=(const Gram&) = delete;
 
@@ -63,13 +66,16 @@ class Gram {
 
  private:
   void multiply(Vec in, Vec out);
+  void update_lines();
 
   const SpringSet& springs_;
   const Layout& particles_;
   GramFormat mat_type_;
-  std::unique_ptr<GramBlock> rows_;  ///< all rows, assembled
-  MatHandle other_;                  ///< sell or shell
-  std::vector<double> diagonal_;     ///< of J W J^T, then with the shift
+  std::unique_ptr<GramBlock> rows_;         ///< all rows, assembled
+  MatHandle other_;                         ///< sell or shell
+  std::unique_ptr<LineElimination> lines_;  ///< if somebody asks for the preconditioner
+  OwnPreconditioner preconditioner_;
+  std::vector<double> diagonal_;  ///< of J W J^T, then with the shift
   const Eigen::Matrix3Xd* gradient_ = nullptr;
   const std::vector<double>* inverse_mass_ = nullptr;
   Field lambda_;                   ///< on the local springs

@@ -93,6 +93,7 @@ void GramBlock::fill(Mat matrix, const std::vector<PetscInt>& rows, const Part& 
     values[k] = diagonal[static_cast<std::size_t>(part.entries[static_cast<std::size_t>(k)].spring)];
   }
   check(MatSeqAIJRestoreArrayWrite(matrix, &values));
+  check(PetscLogFlops(6.0 * static_cast<double>(part.entries.size())));
 }
 
 void GramBlock::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass,

@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/handle.h"
 #include "base/stage_result.h"
 #include "projection/gram_block.h"
+#include "solvers/own_preconditioner.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -59,11 +61,15 @@ class LineMatrices {
 ///     [A B] [x]   [a]        S y = b - B^T A^-1 a,  S = K - B^T A^-1 B
 ///     [B^T K] [y] = [b]      x = A^-1 (a - B y)
 ///
-/// with A the eliminated lines (tridiagonal) and K the kept springs, whose lines precondition S. PETSc solves with S.
+/// with A the eliminated lines (tridiagonal) and K the kept springs, whose lines precondition S: S offers them as the
+/// preconditioner `lines`. PETSc solves with S, or with the whole matrix, which can offer `apply`.
 class LineElimination {
  public:
-  /// Collective.
-  LineElimination(const SpringSet& springs, const Layout& particles);
+  /// PETSc's name for the preconditioner.
+  static constexpr const char* type = "lines";
+
+  /// Collective. @param prefix of the options of S
+  LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix = "");
   LineElimination(const LineElimination&) = delete;
   LineElimination& operator=(const LineElimination&) = delete;
 
@@ -73,22 +79,30 @@ class LineElimination {
 
   /// S, matrix-free.
   Mat schur_complement() const { return schur_; }
-  /// Makes the lines of the kept springs the preconditioner of a solver for S.
-  void precondition(KSP ksp);
 
   /// Collective.
   /// @param ksp solver for S
   /// @param right_hand_side,lambda of the owned springs
   StageResult solve(KSP ksp, Vec right_hand_side, Vec lambda);
 
+  /// out = P^-1 in of the owned springs: P is the whole matrix with K's lines for S, symmetric positive definite.
+  /// Collective.
+  void apply(Vec in, Vec out);
+
+  /// What is eliminated and what is kept on this rank, for a view.
+  std::string words() const;
+
  private:
-  LineElimination(const SpringSet& springs, const Layout& particles, SpringLines lines);
+  LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix, SpringLines lines);
+  void eliminate(Vec right_hand_side);
+  void substitute(Vec lambda);
   void multiply(Vec in, Vec out);
 
   LineMatrices eliminated_;
   LineMatrices kept_;
   std::unique_ptr<GramBlock> coupling_;        ///< B
   std::unique_ptr<GramBlock> kept_off_lines_;  ///< entries of K that are not along lines; none on a regular net
+  OwnPreconditioner preconditioner_;           ///< of S
   MatHandle schur_;
   VecHandle eliminated_right_hand_side_;
   VecHandle eliminated_values_;

@@ -74,13 +74,13 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   check(MatSetFromOptions(tangent_));
   check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), nullptr, nullptr));
   check(MatSetOption(tangent_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
-  check(MatSetOption(tangent_, MAT_SYMMETRIC, PETSC_TRUE));
-  check(MatSetOption(tangent_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  set_definite(tangent_);
   check(MatCreateVecs(tangent_, update_.create(), residual_.create()));
 
   KspDefaults defaults;
   defaults.preconditioner = PCPBJACOBI;
   defaults.rtol = 1e-6;
+  defaults.fields = {"x", "y", "z"};
   solver_ = make_ksp(tangent_, tangent_, "spring_", defaults);
 }
 

@@ -46,23 +46,26 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     System& system = systems_[index];
-    // A preconditioner that the user asks for wants the entries of the Gram matrix.
-    PetscBool has_preconditioner = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, solver_prefix(colour).c_str(), "-pc_type", &has_preconditioner));
-    const bool eliminates_lines = options.mat_type == GramFormat::lines && has_preconditioner == PETSC_FALSE;
+    // Another preconditioner, if the user asks for it, wants the entries of the Gram matrix.
+    const std::string prefix = solver_prefix(colour);
+    char preconditioner[64] = "lines";
+    check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
+    const bool eliminates_lines =
+        options.mat_type == GramFormat::lines && std::string(preconditioner) == LineElimination::type;
     system.gram = std::make_unique<Gram>(springs, sheet.particles,
                                          eliminates_lines                        ? GramFormat::shell
                                          : options.mat_type == GramFormat::lines ? GramFormat::aij
-                                                                                 : GramFormat(options.mat_type));
-    const KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
+                                                                                 : GramFormat(options.mat_type),
+                                         prefix);
+    KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
+    defaults.fields = {"lambda"};
     if (eliminates_lines) {
-      system.lines = std::make_unique<LineElimination>(springs, sheet.particles);
+      system.lines = std::make_unique<LineElimination>(springs, sheet.particles, prefix);
+      defaults.preconditioner = LineElimination::type;
       Mat schur_complement = system.lines->schur_complement();
-      system.ksp = make_ksp(schur_complement, schur_complement, solver_prefix(colour), defaults);
-      system.lines->precondition(system.ksp);
+      system.ksp = make_ksp(schur_complement, schur_complement, prefix, defaults);
     } else {
-      system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(),
-                            solver_prefix(colour), defaults);
+      system.ksp = make_ksp(system.gram->operator_matrix(), system.gram->preconditioning_matrix(), prefix, defaults);
     }
     check(
         MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(), system.right_hand_side.create()));

@@ -23,6 +23,9 @@ class BorderedSystem {
   /// The system's matrix, which can be multiplied with.
   Mat matrix() const { return matrix_; }
 
+  /// Rows of the border on this rank: all of them on rank 0.
+  PetscInt border_rows() const { return rank_ == 0 ? size() : 0; }
+
   /// A solution along which the matrix A has a negative curvature is none, as conjugate gradients would have found.
   /// Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);

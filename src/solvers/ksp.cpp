@@ -9,6 +9,8 @@
 
 #include "base/error.h"
 #include "base/spelling.h"
+#include "solvers/named_fields.h"
+#include "solvers/own_preconditioner.h"
 
 namespace pellicle {
 
@@ -133,14 +135,41 @@ void require_factor(const std::string& prefix, Mat matrix) {
               expected);
 }
 
-/// Gives a factorisation that PETSc has for one rank only to the blocks of block Jacobi. In the options, since SNES
-/// reads those of its KSP again.
-void make_parallel(PC pc, const std::string& prefix, const std::string& block_type) {
-  if (!option_value("-" + prefix + "sub_pc_type")) {
-    check(PetscOptionsSetValue(nullptr, ("-" + prefix + "sub_pc_type").c_str(), block_type.c_str()));
+/// The preconditioner that the blocks of block Jacobi shall have, on a KSP whose blocks are not made yet.
+constexpr const char* block_type_key = "pellicle_block_type";
+
+/// Gives a factorisation that PETSc has for one rank only to the blocks of block Jacobi, when `solve` has them.
+void make_parallel(KSP ksp, PC pc, PCType type) {
+  Handle<PetscContainer, PetscContainerDestroy> block_type;
+  check(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ksp)), block_type.create()));
+  check(PetscContainerSetPointer(block_type, const_cast<char*>(is(type, PCILU) ? PCILU : PCICC)));
+  check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key,
+                           reinterpret_cast<PetscObject>(PetscContainer(block_type))));
+  check(PCSetType(pc, PCBJACOBI));
+}
+
+/// Sets the type that `make_parallel` left, then the user's options for the blocks.
+void set_block_type(KSP ksp) {
+  PetscContainer block_type = nullptr;
+  check(PetscObjectQuery(reinterpret_cast<PetscObject>(ksp), block_type_key,
+                         reinterpret_cast<PetscObject*>(&block_type)));
+  if (block_type == nullptr) {
+    return;
   }
-  check(PetscOptionsSetValue(nullptr, ("-" + prefix + "pc_type").c_str(), PCBJACOBI));
-  check(PCSetFromOptions(pc));
+  void* type = nullptr;
+  PC pc = nullptr;
+  KSP* blocks = nullptr;
+  PetscInt count = 0;
+  check(PetscContainerGetPointer(block_type, &type));
+  check(KSPSetUp(ksp));
+  check(KSPGetPC(ksp, &pc));
+  check(PCBJacobiGetSubKSP(pc, &count, nullptr, &blocks));
+  for (PetscInt block = 0; block < count; ++block) {
+    check(KSPGetPC(blocks[block], &pc));
+    check(PCSetType(pc, static_cast<const char*>(type)));
+    check(KSPSetFromOptions(blocks[block]));
+  }
+  check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key, nullptr));
 }
 
 /// Refuses what PETSc would refuse in the first solve only, and what ends in a crash or in no preconditioner at all.
@@ -234,6 +263,24 @@ void run_solver(const std::string& prefix, const std::function<void()>& calls) {
   }
 }
 
+void set_definite(Mat matrix) {
+  PetscBool lacks_option = PETSC_FALSE;  // in PETSc 3.18, which refuses it
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &lacks_option, MATMPIBAIJ, MATMPISBAIJ, ""));
+  check(MatSetOption(matrix, lacks_option == PETSC_TRUE ? MAT_SYMMETRIC : MAT_SPD, PETSC_TRUE));
+  check(MatSetOption(matrix, lacks_option == PETSC_TRUE ? MAT_SYMMETRY_ETERNAL : MAT_SPD_ETERNAL, PETSC_TRUE));
+}
+
+void set_matrix_options(Mat matrix, const std::string& prefix) {
+  if (const std::optional<std::string> type = option_value("-" + prefix + "mat_type")) {
+    MatType own = nullptr;
+    check(MatGetType(matrix, &own));
+    throw Error(given_name(prefix, "mat_type") + " " + *type + ": the matrix is made as type " + own +
+                ", expected the option mat_type of its section");
+  }
+  check(MatSetOptionsPrefix(matrix, prefix.c_str()));
+  check(MatSetFromOptions(matrix));
+}
+
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults) {
   KspHandle ksp;
   PC pc = nullptr;
@@ -252,7 +299,8 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
   check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
   const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
-  check(PCSetType(pc, matrix_free ? matrix_free_default : defaults.preconditioner));
+  const bool is_offered = offers_preconditioner(preconditioning, defaults.preconditioner);
+  check(PCSetType(pc, matrix_free && !is_offered ? matrix_free_default : defaults.preconditioner));
   check(KSPInitializePackage());
   check(PCInitializePackage());
   require_known(prefix, "ksp_type", "linear solver", KSPList);
@@ -260,11 +308,19 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   if (!matrix_free) {
     require_factor(prefix, preconditioning);
   }
+  const DmHandle dm = make_dm(preconditioning, prefix, {defaults.fields, "", 0});
+  check(KSPSetDM(ksp, dm));
+  check(KSPSetDMActive(ksp, PETSC_FALSE));  // The matrices are ours.
   run_solver(prefix, [&] { check(KSPSetFromOptions(ksp)); });
 
   PCType type = nullptr;
   check(PCGetType(pc, &type));
-  if (matrix_free && !is(type, PCNONE) && !is(type, PCJACOBI) && !(has_blocks == PETSC_TRUE && is(type, PCPBJACOBI))) {
+  if (is_own_type(type) && !offers_preconditioner(preconditioning, type)) {
+    throw Error(given_name(prefix, "pc_type") + " " + type +
+                ": the matrix has nothing that it could use, expected another preconditioner");
+  }
+  if (matrix_free && !is_own_type(type) && !is(type, PCNONE) && !is(type, PCJACOBI) &&
+      !(has_blocks == PETSC_TRUE && is(type, PCPBJACOBI))) {
     throw Error(given_name(prefix, "pc_type") + " " + type +
                 ": a matrix-free operator has only its diagonal, expected none" +
                 (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") + " or jacobi");
@@ -286,7 +342,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
     require_available(type, matrix, preconditioning, prefix);
   }
   if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
-    make_parallel(pc, prefix, type);
+    make_parallel(ksp, pc, type);
   }
   return ksp;
 }
@@ -324,6 +380,7 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   PetscInt iterations = 0;
   run_solver(prefix, [&] {
     try {
+      set_block_type(ksp);
       check(KSPSolve(ksp, right_hand_side, solution));
       check(KSPGetConvergedReason(ksp, &result.ended));
       check(KSPGetIterationNumber(ksp, &iterations));

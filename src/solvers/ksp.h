@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/handle.h"
 #include "base/stage_result.h"
@@ -17,7 +18,8 @@ struct KspDefaults {
   PCType preconditioner = PCBJACOBI;  ///< its blocks are ICC(0) where the matrix is known to be symmetric
   double rtol = 1e-8;
   int max_iterations = 2000;
-  double divtol = 1e5;  ///< growth of the residual that ends a solve
+  double divtol = 1e5;                ///< growth of the residual that ends a solve
+  std::vector<std::string> fields{};  ///< names of the unknowns of a vertex, a particle or a spring, for the DM
 };
 
 /// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner
@@ -26,6 +28,14 @@ struct KspDefaults {
 /// @throws Error that names the option: a type or solver package that PETSc does not have, or that the matrix does not
 /// allow
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);
+
+/// Tells PETSc that a matrix is symmetric positive definite whatever values it gets; that it is symmetric, where
+/// PETSc's type knows no more.
+void set_definite(Mat matrix);
+
+/// Reads the options `-<prefix>mat_...` of a matrix, whose type is given. Collective. @throws Error on `mat_type`,
+/// which no option of PETSc's can change here
+void set_matrix_options(Mat matrix, const std::string& prefix);
 
 /// Runs calls of PETSc's that set up or run the solvers of `prefix`. @throws Error that names their options when PETSc
 /// cannot do as they say

@@ -47,6 +47,7 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
   check(SNESCreate(comm, snes_.create()));
   check(SNESSetOptionsPrefix(snes_, prefix.c_str()));
   check(SNESSetKSP(snes_, outer));
+  check(SNESSetDM(snes_, make_dm(system, prefix, defaults.fields)));
   check(MatCreateVecs(system, residual_.create(), nullptr));
   check(SNESSetJacobian(snes_, system, system, jacobian_callback, this));
   check(SNESSetFunction(snes_, residual_, residual_callback, this));

@@ -8,6 +8,7 @@
 
 #include "base/handle.h"
 #include "solvers/ksp.h"
+#include "solvers/named_fields.h"
 
 namespace pellicle {
 
@@ -45,6 +46,7 @@ struct NewtonDefaults {
   double stol = 1e-13;
   double ksp_rtol = 1e-6;
   int max_iterations = 50;
+  NamedFields fields;       ///< of the unknowns, for the DM
   std::string own_tangent;  ///< the options that choose the Jacobian, for a message
 };
 

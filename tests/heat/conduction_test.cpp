@@ -325,7 +325,6 @@ class PetscOptions {
     for (const auto& option : options_) {
       PetscOptionsClearValue(nullptr, option.first.c_str());
     }
-    PetscOptionsClearValue(nullptr, "-heat_sub_pc_type");  // What make_ksp adds for icc on several ranks.
   }
 
  private:

@@ -192,6 +192,17 @@ TEST_F(BalloonSolversTest, WhatCannotSolveTheStepIsRefusedByItsName) {
                  "the linear solver prism_ (preonly) does not solve: it leaves");
 }
 
+TEST_F(BalloonSolversTest, FieldsHaveNames) {
+  const DrawnFrame reference = run(1, {});
+  const DrawnFrame split =
+      run(1, {"-prism_mat_type", "aij", "-prism_pc_type", "fieldsplit", "-prism_pc_fieldsplit_type", "additive",
+              "-prism_fieldsplit_x_pc_type", "icc", "-prism_fieldsplit_y_pc_type", "jacobi",
+              "-prism_fieldsplit_z_pc_type", "icc", "-prism_dm_view", "-prism_mat_view", "::ascii_info"});
+  expect_same_balloon(reference, split, agreement, "split into directions");
+  EXPECT_NE(output_.find("DM Object: x, y, z (prism_)"), std::string::npos) << output_;
+  EXPECT_NE(output_.find("Mat Object: (prism_)"), std::string::npos) << output_;
+}
+
 TEST_F(BalloonSolversTest, AStepThatEndsOutOfBalanceIsSaid) {
   run(2, {"-prism_newton", "fixed", "-prism_snes_max_it", "1"});
   const std::vector<double>& relative = history_.at("relative_residual");

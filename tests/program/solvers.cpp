@@ -108,6 +108,31 @@ TEST_F(SolversTest, MatrixFreeWithNoneAndJacobi) {
   }
 }
 
+TEST_F(SolversTest, LinesPreconditionWhateverTheMatrix) {
+  const DrawnFrame reference = run(1, {});
+  for (const int ranks : {1, 2}) {
+    for (const char* matrix : {"lines", "aij", "shell"}) {
+      const DrawnFrame frame =
+          run(ranks, {"-project_mat_type", matrix, "-project_pc_type", "lines", "-project_ksp_type", "minres"});
+      expect_same_fields(reference, frame, agreement, matrix);
+    }
+  }
+  const CommandResult refused = pellicle(1, {write("scene.yaml", burning_scene), "-heat_pc_type", "lines"});
+  EXPECT_NE(refused.exit_code, 0) << refused;
+  EXPECT_NE(refused.errors.find("-heat_pc_type lines: "), std::string::npos) << refused;
+}
+
+TEST_F(SolversTest, ViewsShowWhatASolverWorksOn) {
+  const CommandResult result =
+      succeed(1, {write("scene.yaml", burning_scene), "-time_max_steps", "1", "-project_max_steps", "1",
+                  "-heat_dm_view", "-heat_mat_view", "::ascii_info", "-project_red_dm_view", "-project_red_ksp_view"});
+  EXPECT_EQ(result.errors, "") << "all options were used";
+  EXPECT_EQ(count(result.output, "DM Object: temperature \\(heat_\\)"), 1) << result;
+  EXPECT_EQ(count(result.output, "DM Object: lambda \\(project_red_\\)"), 1) << result;
+  EXPECT_GT(count(result.output, "Mat Object: \\(heat_\\)"), 0) << result;
+  EXPECT_GT(count(result.output, "tridiagonal solves along lines of springs"), 0) << result;
+}
+
 TEST_F(SolversTest, ReasonsAreToldForEachSolve) {
   const CommandResult result =
       succeed(2, {write("scene.yaml", burning_scene), "-time_max_steps", "1", "-project_max_steps", "3",

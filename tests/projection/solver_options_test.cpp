@@ -60,6 +60,18 @@ TEST_P(ProjectionSolver, gives_the_same_positions) {
   }
 }
 
+TEST(ProjectionSolverOptions, lines_precondition_every_matrix_under_every_solver) {
+  const Eigen::Matrix3Xd expected = projected("aij");
+  for (const char* mat_type : {"lines", "aij", "sell", "shell"}) {
+    for (const char* ksp : {"cg", "minres", "gmres"}) {
+      SolverOptions options;
+      set_for_all_colours(options, "ksp_type", ksp);
+      set_for_all_colours(options, "pc_type", "lines");
+      EXPECT_LE((projected(mat_type) - expected).cwiseAbs().maxCoeff(), 1e-7) << mat_type << ", " << ksp;
+    }
+  }
+}
+
 TEST(ProjectionSolverOptions, matrix_free_operator_takes_no_factorisation) {
   for (const char* preconditioner : {"icc", "gamg", "cholesky"}) {
     SolverOptions options;

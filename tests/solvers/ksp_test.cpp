@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "solvers/own_preconditioner.h"
 #include "tests/solvers/chain_matrix.h"
 #include "tests/support/solver_options.h"
 
@@ -107,6 +108,86 @@ TEST(Ksp, refusals_name_what_was_given_and_what_is_wrong_with_it) {
             0U);
   EXPECT_EQ(refusal("chain_red_", {{"chain_pc_type", "icc"}, {"chain_red_pc_type", "bddc"}}).find("-chain_red_pc_type"),
             0U);
+}
+
+TEST(Ksp, nothing_is_put_among_the_users_options) {
+  for (const char* type : {"icc", "ilu"}) {  // which are blocks of block Jacobi on several ranks
+    Chain chain;
+    SolverOptions options;
+    options.set("chain_pc_type", type);
+    const KspHandle ksp = make_ksp(chain.matrix, chain.matrix, "chain_", {KSPCG, PCNONE, 1e-10});
+    const LinearResult result = solve(ksp, chain.b, chain.x);
+    EXPECT_TRUE(result.converged) << result.reason;
+    if (ranks() > 1) {
+      PC pc = nullptr;
+      KSP* blocks = nullptr;
+      PCType block_type = nullptr;
+      check(KSPGetPC(ksp, &pc));
+      check(PCBJacobiGetSubKSP(pc, nullptr, nullptr, &blocks));
+      check(KSPGetPC(blocks[0], &pc));
+      check(PCGetType(pc, &block_type));
+      EXPECT_STREQ(block_type, type);
+    }
+    char* all = nullptr;
+    check(PetscOptionsGetAll(nullptr, &all));
+    EXPECT_EQ(std::string(all), std::string("-chain_pc_type ") + type + " ");
+    check(PetscFree(all));
+  }
+}
+
+TEST(Ksp, a_matrix_offers_a_preconditioner_of_its_own) {
+  Chain chain;
+  chain.solve({{"pc_type", "jacobi"}});
+  int updates = 0;
+  const OwnPreconditioner halves{[&updates] { ++updates; },
+                                 [](Vec in, Vec out) {
+                                   check(VecCopy(in, out));
+                                   check(VecScale(out, 0.5));
+                                 },
+                                 "halves"};
+  offer_preconditioner(chain.matrix, "halves", halves);
+  const int expected = chain.solve({{"pc_type", "jacobi"}}).iterations;
+  for (const char* type : {"cg", "minres", "gmres"}) {
+    const LinearResult result = chain.solve({{"ksp_type", type}, {"pc_type", "halves"}});
+    EXPECT_TRUE(result.converged) << result.reason;
+    EXPECT_LT(chain.residual(), 1e-6) << type;
+    if (std::string(type) == "cg") {
+      EXPECT_EQ(result.iterations, expected) << "it is Jacobi's here";
+    }
+  }
+  EXPECT_EQ(updates, 3);
+  EXPECT_EQ(refusal("chain_", {{"chain_pc_type", "halves"}}),
+            "-chain_pc_type halves: the matrix has nothing that it could use, expected another preconditioner");
+}
+
+TEST(Ksp, a_matrix_of_any_type_is_definite_for_good) {
+  for (const char* type : {MATAIJ, MATBAIJ, MATSBAIJ, MATSELL}) {
+    MatHandle matrix;
+    PetscBool is_set = PETSC_FALSE;
+    PetscBool is_definite = PETSC_FALSE;
+    check(MatCreate(PETSC_COMM_WORLD, matrix.create()));
+    check(MatSetSizes(matrix, 2, 2, PETSC_DETERMINE, PETSC_DETERMINE));
+    check(MatSetType(matrix, type));
+    check(MatSetUp(matrix));
+    set_definite(matrix);
+    PetscInt first = 0;
+    PetscInt end = 0;
+    check(MatGetOwnershipRange(matrix, &first, &end));
+    for (PetscInt i = first; i < end; ++i) {
+      check(MatSetValue(matrix, i, i, 1, INSERT_VALUES));
+    }
+    check(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
+    check(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+    check(MatIsSymmetricKnown(matrix, &is_set, &is_definite));
+    EXPECT_TRUE(is_set == PETSC_TRUE && is_definite == PETSC_TRUE) << type;
+  }
+}
+
+TEST(Ksp, a_type_of_matrix_is_no_option_of_petscs) {
+  Chain chain;
+  SolverOptions options;
+  options.set("chain_mat_type", "sell");
+  EXPECT_THROW(set_matrix_options(chain.matrix, "chain_"), Error);
 }
 
 TEST(Ksp, what_petsc_refuses_in_the_solve_is_the_options_fault) {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <petscdm.h>
+
+#include <string>
+#include <vector>
+
+#include "base/handle.h"
+
+namespace pellicle {
+
+using DmHandle = Handle<DM, DMDestroy>;
+
+/// What the rows of a system are called: they go round the names, x, y, z, x, y, z, ...; of the last rows of rank 0
+/// those of a border have a name of their own.
+struct NamedFields {
+  std::vector<std::string> components;
+  std::string border;
+  PetscInt border_rows = 0;  ///< of this rank
+};
+
+/// A DM that knows the fields of vectors such as a matrix multiplies, so that `-<prefix>dm_view` shows them and
+/// PCFIELDSPLIT splits by their names. Collective.
+DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& fields);
+
+}  // namespace pellicle
