@@ -32,7 +32,10 @@ void describe(OptionTable& table, MeshOptions& options) {
           "quarter of an airbag; a file, when mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
       .file()
-      .help("mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; empty: generate one");
+      .help(
+          "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
+          "-mesh_only "
+          "writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
   add("mesh.cells", options.cells, {"rectangle", "torus", "roof", "shirt", "square"})
       .length(2)
       .at_least(1)

@@ -113,6 +113,19 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
   return rows;
 }
 
+MeshRows rows_of_mesh(const Sheet& sheet) {
+  MeshRows rows = rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.owned_cells), true), {}, {});
+  for (MeshRows::Point& cell : rows.cells) {
+    cell.id -= sheet.first_lattice_id;
+    cell.position = {};
+    cell.mass = 0;
+  }
+  for (MeshRows::Point& vertex : rows.vertices) {
+    vertex.mass = 0;
+  }
+  return rows;
+}
+
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options) {
   const SpringSet& blue = sheet.of(Colour::blue);
   double sum = std::accumulate(blue.initial_length.begin(), blue.initial_length.begin() + blue.owned(), 0.0);

@@ -42,6 +42,9 @@ LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const 
 /// @param cells what belongs to the owned cells
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells);
 
+/// The mesh from which a sheet was made, as rows. Collective.
+MeshRows rows_of_mesh(const Sheet& sheet);
+
 /// Rest positions plus the initial noise, in shares of the mean cell edge (surface/perturbation.h). Collective.
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);

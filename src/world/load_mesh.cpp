@@ -5,6 +5,9 @@
 #include <utility>
 
 #include "base/error.h"
+#include "meshing/triangulation.h"
+#include "state/hdf5_file.h"
+#include "state/mesh_tables.h"
 
 namespace pellicle {
 
@@ -51,7 +54,74 @@ std::string fault_of_chambers(const Options& options) {
   return "";
 }
 
+/// In words, what a mesh without texture coordinates makes impossible.
+std::vector<std::string> faults_without_uv(const Options& options) {
+  std::vector<std::string> faults;
+  for (const auto& [key, file] : texture_files(options)) {
+    faults.push_back(key + ": " + file +
+                     " needs texture coordinates, and the mesh has none, expected a mesh with them" +
+                     (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
+  }
+  return faults;
+}
+
+/// @throws Error of these faults, if there are any
+void refuse(const std::string& summary, const std::vector<std::string>& faults) {
+  std::string line;
+  for (const std::string& fault : faults) {
+    line += fault.empty() ? "" : "; " + fault;
+  }
+  if (!line.empty()) {
+    throw Error(summary + line);
+  }
+}
+
+bool has_partition(const MeshOptions& options) {
+  const std::string& file = options.file;
+  return file.size() > 3 && file.compare(file.size() - 3, 3, ".h5") == 0;
+}
+
+/// Collective.
+LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
+  LoadedMesh loaded;
+  const Hdf5File file(comm, options.mesh.file, Hdf5File::Mode::read);
+  loaded.rows = read_mesh(file, mesh_file_group);
+  const MeshRows& rows = loaded.rows;
+  const std::string cells = rows.corners == 3 ? " triangles" : " quads";
+  const std::string summary = options.mesh.file + ": " +
+                              std::to_string(file.rows(std::string(mesh_file_group) + "/vertices/id")) + " points, " +
+                              std::to_string(file.rows(std::string(mesh_file_group) + "/cells/id")) + cells;
+  loaded.lines = {summary};
+  std::vector<std::string> faults = rows.has_uv ? std::vector<std::string>{} : faults_without_uv(options);
+  if (options.chain == ChainKind::burn && rows.corners != 4 && !options.mesh_only) {
+    faults.emplace_back("a burning sheet needs quads");
+  }
+  if (options.chain == ChainKind::inflate && rows.corners != 3) {
+    faults.emplace_back("expected triangles, which -mesh_only writes of any mesh with -chain inflate");
+  }
+  refuse(summary, faults);
+  return loaded;
+}
+
 }  // namespace
+
+std::string mesh_file_name(const OutputOptions& options) { return options.name + ".mesh.h5"; }
+
+LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
+  if (has_partition(options.mesh)) {
+    return read_mesh_file(comm, options);
+  }
+  CheckedMesh checked = load_mesh(comm, options.mesh);
+  on_root(comm, [&] {
+    if (!options.mesh_only) {
+      require_fit(checked, options);
+    }
+    if (options.chain == ChainKind::inflate || !fault_of_quads(checked.mesh).empty()) {
+      checked.mesh = triangulated(checked.mesh);
+    }
+  });
+  return {rows_of(comm, checked.mesh), mesh_lines(checked.report, options.chain), {checked.report.quality()}};
+}
 
 void require_fit(const CheckedMesh& checked, const Options& options) {
   std::vector<std::string> faults;
@@ -60,20 +130,11 @@ void require_fit(const CheckedMesh& checked, const Options& options) {
   } else if (checked.report.boundary_edges > 0) {
     faults.push_back(fault_of_chambers(options));
   }
-  for (const auto& [key, file] : texture_files(options)) {
-    if (checked.mesh.uv.empty()) {
-      faults.push_back(key + ": " + file +
-                       " needs texture coordinates, and the mesh has none, expected a mesh with them" +
-                       (key.find("heat.sources.") == 0 ? "" : " or -" + command_line_name(key) + " \"\""));
-    }
+  if (checked.mesh.uv.empty()) {
+    const std::vector<std::string> of_textures = faults_without_uv(options);
+    faults.insert(faults.end(), of_textures.begin(), of_textures.end());
   }
-  std::string line;
-  for (const std::string& fault : faults) {
-    line += fault.empty() ? "" : "; " + fault;
-  }
-  if (!line.empty()) {
-    throw Error(checked.report.summary() + line);
-  }
+  refuse(checked.report.summary(), faults);
 }
 
 std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "meshing/checked_mesh.h"
+#include "surface/mesh_rows.h"
 #include "surface/point_set.h"
 #include "world/options.h"
 
@@ -16,6 +17,24 @@ namespace pellicle {
 /// @returns on rank 0 the mesh and its report, elsewhere empty ones
 /// @throws Error, on all ranks, see make_checked_mesh
 CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options);
+
+/// A mesh as rows, and what there is to say of it.
+struct LoadedMesh {
+  MeshRows rows;
+  std::vector<std::string> lines;    ///< see mesh_lines
+  std::vector<std::string> figures;  ///< MeshReport::quality; none of a file that has been checked before
+};
+
+/// Loads the mesh of a run: reads or generates it on rank 0, and for the inflating chain splits its faces into
+/// triangles, or reads on each rank its share of a file of `-mesh_only` (mesh_file_name), which is checked and in its
+/// place. Collective.
+/// @throws Error, on all ranks; with `-mesh_only` no mesh is refused because the chain cannot be built on it
+LoadedMesh load_mesh(MPI_Comm comm, const Options& options);
+
+/// The name of the file in which `-mesh_only` writes the mesh and its partition: "sheet.mesh.h5".
+std::string mesh_file_name(const OutputOptions& options);
+/// The group of its tables.
+inline constexpr const char* mesh_file_group = "mesh";
 
 /// Refuses a mesh on which the run's chain cannot be built, or to which its textures cannot be put. Not collective.
 /// @throws Error, one line that says what the mesh is like and all that is wrong

@@ -14,7 +14,8 @@
 #include "base/error.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
-#include "meshing/triangulation.h"
+#include "state/hdf5_file.h"
+#include "state/mesh_tables.h"
 #include "surface/shell.h"
 #include "world/load_mesh.h"
 
@@ -93,8 +94,8 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
 
 /// Tells of a distributed mesh and writes it. Collective.
 template <class Mesh, std::size_t corners>
-void write_mesh(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
-                const Drawing& surface, OutputOptions output, OutputFolder& folder, Console& console) {
+void write_frame(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
+                 const Drawing& surface, OutputOptions output, OutputFolder& folder, Console& console) {
   const Quality quality = quality_of(mesh.rest, cells);
   console.say(quality_line(mesh.comm(), quality, owned));
   console.say(partition_line(mesh));
@@ -109,37 +110,41 @@ void write_mesh(const Mesh& mesh, const std::vector<std::array<PetscInt, corners
   console.say(output.directory + "/" + output.name + ".pvd");
 }
 
+/// Writes the mesh with its partition, for runs to read in parallel. Collective.
+void write_mesh_file(const MeshRows& rows, const OutputOptions& output, OutputFolder& folder, Console& console) {
+  const std::string name = mesh_file_name(output);
+  on_root(folder.comm(), [&] { folder.list({name}); });
+  Hdf5File file(folder.comm(), folder.path_of_part(name), Hdf5File::Mode::create);
+  write_mesh(file, mesh_file_group, rows);
+  file.close();
+  on_root(folder.comm(), [&] { folder.put_in_place(name); });
+  console.say(folder.path(name));
+}
+
 }  // namespace
 
 void mesh_only(MPI_Comm comm, const Options& options, RunRecord record) {
   Console console(comm, 1);
   OutputFolder folder(comm, options.output, record);
-  CheckedMesh checked = load_mesh(comm, options.mesh);
-  SurfaceMesh& mesh = checked.mesh;
-  record.mesh = mesh_lines(checked.report, options.chain);
+  LoadedMesh loaded = load_mesh(comm, options);
+  record.mesh = loaded.lines;
   for (const std::string& line : record.mesh) {
     console.tell(line);
   }
-  console.say(checked.report.quality());
-  int as_sheet = 0;
-  on_root(comm, [&] {
-    as_sheet =
-        options.chain == ChainKind::burn && std::all_of(mesh.faces.begin(), mesh.faces.end(),
-                                                        [](const std::vector<int>& face) { return face.size() == 4; });
-    if (as_sheet == 0) {
-      mesh = triangulated(mesh);
-    }
-  });
-  MPI_Bcast(&as_sheet, 1, MPI_INT, 0, comm);
-  if (as_sheet != 0) {
-    const Sheet sheet = make_sheet(comm, mesh, options.sheet);
+  for (const std::string& line : loaded.figures) {
+    console.say(line);
+  }
+  if (loaded.rows.corners == 4) {
+    const Sheet sheet = make_sheet(comm, std::move(loaded.rows), options.sheet);
     const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
     const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
-    write_mesh(sheet, sheet.cells, sheet.owned_cells, surface, options.output, folder, console);
+    write_frame(sheet, sheet.cells, sheet.owned_cells, surface, options.output, folder, console);
+    write_mesh_file(rows_of_mesh(sheet), options.output, folder, console);
   } else {
-    const Membrane membrane = make_membrane(comm, mesh, options.sheet);
-    write_mesh(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, folder,
-               console);
+    const Membrane membrane = make_membrane(comm, std::move(loaded.rows), options.sheet).membrane;
+    write_frame(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, folder,
+                console);
+    write_mesh_file(rows_of(membrane, {}, {}), options.output, folder, console);
   }
 }
 

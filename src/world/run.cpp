@@ -8,8 +8,6 @@
 #include "base/error.h"
 #include "base/stage_clock.h"
 #include "io/console.h"
-#include "meshing/mesh_check.h"
-#include "meshing/triangulation.h"
 #include "state/mesh_tables.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
@@ -61,9 +59,10 @@ class Run {
       steps(chain, {spring_line(chain.sheet()), partition_line(chain.sheet())}, clock);
       return;
     }
-    const CheckedMesh checked = load();
-    BurnRun chain(make_sheet(comm_, checked.mesh, options_.sheet), options_, folder_, console_, clock);
-    steps(chain, {checked.report.quality(), spring_line(chain.sheet()), partition_line(chain.sheet())}, clock);
+    LoadedMesh loaded = load();
+    BurnRun chain(make_sheet(comm_, std::move(loaded.rows), options_.sheet), options_, folder_, console_, clock);
+    loaded.figures.insert(loaded.figures.end(), {spring_line(chain.sheet()), partition_line(chain.sheet())});
+    steps(chain, loaded.figures, clock);
   }
 
   void inflate() {
@@ -75,19 +74,18 @@ class Run {
       steps(chain, {partition_line(membrane)}, clock);
       return;
     }
-    CheckedMesh checked = load();
-    on_root(comm_, [&] { checked.mesh = triangulated(checked.mesh); });
-    const Membrane membrane = make_membrane(comm_, checked.mesh, options_.sheet);
+    LoadedMesh loaded = load();
+    const Membrane membrane = make_membrane(comm_, std::move(loaded.rows), options_.sheet).membrane;
     InflateRun chain(membrane, options_, folder_, clock);
-    steps(chain, {checked.report.quality(), partition_line(membrane)}, clock);
+    loaded.figures.push_back(partition_line(membrane));
+    steps(chain, loaded.figures, clock);
   }
 
  private:
-  CheckedMesh load() {
-    CheckedMesh checked = load_mesh(comm_, options_.mesh);
-    on_root(comm_, [&] { require_fit(checked, options_); });
-    record_.mesh = mesh_lines(checked.report, options_.chain);
-    return checked;
+  LoadedMesh load() {
+    LoadedMesh loaded = load_mesh(comm_, options_);
+    record_.mesh = loaded.lines;
+    return loaded;
   }
 
   /// Whether the run goes on from a checkpoint.

@@ -31,6 +31,10 @@ class MeshOnlyTest : public ProgramTest {
     return read_pvtp(frames[0].second);
   }
 
+  vtkSmartPointer<vtkPolyData> last_frame(const std::string& output) const {
+    return read_pvtp(read_pvd(folder() / output / "run.pvd").back().second);
+  }
+
   static std::vector<double> cell_values(vtkPolyData* mesh, const char* name) {
     vtkDataArray* array = mesh->GetCellData()->GetArray(name);
     EXPECT_NE(array, nullptr) << name;
@@ -96,6 +100,41 @@ TEST_F(MeshOnlyTest, GeneratedTriangles) {
 TEST_F(MeshOnlyTest, QuadsOfTheInflatingChainAreSplit) {
   const auto mesh = write_mesh(2, {"-mesh_cells", "4,4", "-chain", "inflate"}, {"16 quads"});
   EXPECT_EQ(mesh->GetNumberOfCells(), 32);
+}
+
+// The file with the partition stands for the mesh: the same run, to the last digit on as many ranks.
+TEST_F(MeshOnlyTest, ARunReadsTheMeshWithItsPartition) {
+  const Arguments options{"-time_step", "2 ms", "-time_end", "6 ms", "-output_name", "run"};
+  for (const Arguments& mesh : {Arguments{"-mesh_cells", "9,7"},
+                                Arguments{"-mesh_shape", "icosphere", "-mesh_level", "2", "-chain", "inflate"}}) {
+    const Arguments chain(mesh.begin() + (mesh.size() > 2 ? 4 : 2), mesh.end());
+    write_mesh(3, mesh, {"mesh.mesh.h5"});
+    succeed(3, mesh + options + Arguments{"-output_directory", "whole"});
+    for (const int ranks : {3, 2}) {
+      succeed(ranks, chain + options + Arguments{"-mesh_file", "out/mesh.mesh.h5", "-output_directory", "parts"});
+      const std::vector<vtkSmartPointer<vtkPolyData>> frames{last_frame("whole"), last_frame("parts")};
+      EXPECT_EQ(frames[0]->GetNumberOfCells(), frames[1]->GetNumberOfCells());
+      if (ranks == 3) {
+        ASSERT_EQ(frames[0]->GetNumberOfPoints(), frames[1]->GetNumberOfPoints());
+        double point[3];
+        for (vtkIdType i = 0; i < frames[0]->GetNumberOfPoints(); ++i) {
+          frames[0]->GetPoint(i, point);
+          EXPECT_EQ(Eigen::Vector3d(point), Eigen::Vector3d(frames[1]->GetPoint(i)));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(MeshOnlyTest, AMeshWithAPartitionMustFitTheRun) {
+  write_mesh(2, {"-mesh_cells", "4,4"}, {});
+  const Arguments file{"-mesh_file", "out/mesh.mesh.h5"};
+  EXPECT_NE(pellicle(2, file + Arguments{"-chain", "inflate"}).errors.find("16 quads; expected triangles"),
+            std::string::npos);
+  write_mesh(2, {"-mesh_shape", "icosphere", "-mesh_level", "1", "-chain", "inflate"}, {});
+  EXPECT_NE(pellicle(2, file).errors.find("80 triangles; a burning sheet needs quads"), std::string::npos);
+  write("no.h5", "this is no file of HDF5");
+  EXPECT_NE(pellicle(2, {"-mesh_file", "no.h5"}).errors.find("no.h5: is no whole file of HDF5"), std::string::npos);
 }
 
 TEST_F(MeshOnlyTest, FieldsChosenForTheRunDoNotMatter) {
