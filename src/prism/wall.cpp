@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 #include "base/units.h"
@@ -207,25 +208,33 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
   return chosen;
 }
 
-/// Gives a region's elements what is different in them.
+/// Gives a region's elements what is different in them. Collective.
 /// @param number of the region's material
 void apply_region(Wall& wall, const Membrane& membrane, const std::string& name, const RegionOptions& options,
                   int number, const std::vector<std::string>& names) {
   const std::vector<bool> chosen = select(membrane, "regions." + name + ".", options);
-  together(membrane.comm(), [&] {
-    for (std::size_t e = 0; e < chosen.size(); ++e) {
-      if (!chosen[e]) {
-        continue;
-      }
-      if (wall.material[e] != 0) {
-        throw Error("regions." + name + ": element " + std::to_string(membrane.element_id[e]) + " is also in regions." +
-                    names[static_cast<std::size_t>(wall.material[e])] + ", expected each element in one region");
-      }
+  // The lowest element of two regions, which does not depend on the ranks.
+  struct {
+    int element = std::numeric_limits<int>::max();
+    int material = 0;
+  } twice;
+  for (std::size_t e = 0; e < chosen.size(); ++e) {
+    if (chosen[e] && wall.material[e] != 0 && membrane.element_id[e] < twice.element) {
+      twice = {membrane.element_id[e], wall.material[e]};
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &twice, 1, MPI_2INT, MPI_MINLOC, membrane.comm());
+  if (twice.material != 0) {
+    throw Error("regions." + name + ": element " + std::to_string(twice.element) + " is also in regions." +
+                names[static_cast<std::size_t>(twice.material)] + ", expected each element in one region");
+  }
+  for (std::size_t e = 0; e < chosen.size(); ++e) {
+    if (chosen[e]) {
       wall.material[e] = number;
       wall.thickness[e] = options.thickness.value_or(wall.thickness[e]);
       wall.density[e] = options.density.value_or(wall.density[e]);
     }
-  });
+  }
 }
 
 }  // namespace
