@@ -18,7 +18,9 @@ namespace {
 /// aside, sqrt(2) ln(2) k, as a circle of that radius does, sqrt(2) - 1.
 const double width_of_blend = (std::sqrt(2.0) - 1) / (std::sqrt(2.0) * std::log(2.0));
 
-bool has_two_ends(const BlobOptions& options) { return options.shape == "capsule" || options.shape == "cylinder"; }
+bool has_two_ends(const BlobOptions& options) {
+  return options.shape == BlobShape::capsule || options.shape == BlobShape::cylinder;
+}
 
 Eigen::Matrix3d rotation_of(const BlobOptions& options) {
   if (has_two_ends(options)) {
@@ -40,17 +42,19 @@ void require_valid(const std::string& key, const BlobOptions& options) {
   if (has_two_ends(options) && !(length > 0)) {
     throw Error(key + ".end: the same as centre, expected another point");
   }
-  if (options.shape == "capsule" && std::abs(options.radius - options.end_radius.value_or(options.radius)) >= length) {
+  if (options.shape == BlobShape::capsule &&
+      std::abs(options.radius - options.end_radius.value_or(options.radius)) >= length) {
     refuse(key + ".end_radius", *options.end_radius, "one end that is not inside the other");
   }
-  if ((options.shape == "box" || options.shape == "ellipsoid") && !(options.size.minCoeff() > 0)) {
+  if ((options.shape == BlobShape::box || options.shape == BlobShape::ellipsoid) && !(options.size.minCoeff() > 0)) {
     refuse(key + ".size", options.size.minCoeff(), "lengths above 0");
   }
-  const double thinnest = options.shape == "box" ? options.size.minCoeff() : std::min(2 * options.radius, length);
-  if ((options.shape == "box" || options.shape == "cylinder") && options.round > 0.5 * thinnest) {
+  const double thinnest =
+      options.shape == BlobShape::box ? options.size.minCoeff() : std::min(2 * options.radius, length);
+  if ((options.shape == BlobShape::box || options.shape == BlobShape::cylinder) && options.round > 0.5 * thinnest) {
     refuse(key + ".round", options.round, "at most half of its thickness");
   }
-  if (options.shape == "torus" && options.tube_radius >= options.radius) {
+  if (options.shape == BlobShape::torus && options.tube_radius >= options.radius) {
     refuse(key + ".tube_radius", options.tube_radius, "less than the radius");
   }
 }
@@ -61,21 +65,21 @@ std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOption
   const double r = options.radius;
   const double length = (options.end - options.centre).norm();
   const Eigen::Vector3d half = 0.5 * options.size;
-  if (options.shape == "sphere") {
+  if (options.shape == BlobShape::sphere) {
     return [r](const Point& point) { return distance_from_sphere(point, r); };
   }
-  if (options.shape == "ellipsoid") {
+  if (options.shape == BlobShape::ellipsoid) {
     return [half](const Point& point) { return distance_from_ellipsoid(point, half); };
   }
-  if (options.shape == "box") {
+  if (options.shape == BlobShape::box) {
     return [half, round = options.round](const Point& point) { return distance_from_box(point, half, round); };
   }
-  if (options.shape == "capsule") {
+  if (options.shape == BlobShape::capsule) {
     return [r, s = options.end_radius.value_or(r), length](const Point& point) {
       return distance_from_round_cone(point, r, s, length);
     };
   }
-  if (options.shape == "cylinder") {
+  if (options.shape == BlobShape::cylinder) {
     return [r, length, round = options.round](const Point& point) {
       return distance_from_cylinder(point, r, length, round);
     };
@@ -87,44 +91,45 @@ std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOption
 
 void describe(OptionTable& table, BlobOptions& options) {
   table.add("shape", options.shape)
-      .choices({"sphere", "ellipsoid", "box", "capsule", "cylinder", "torus"})
       .help("what the solid is; a capsule is a cylinder with round ends, a round cone if its ends differ");
   table.add("operation", options.operation)
-      .choices({"add", "subtract"})
       .help("whether the solid is joined to the others or taken away from them; all adding comes first");
   table.add("centre", options.centre).unit("m").help("its centre; of capsule and cylinder that of the first end");
-  const auto shape = [&options](std::vector<std::string> names) {
-    return one_of("shape", options.shape, std::move(names));
+  const auto shape = [&options](const std::vector<BlobShape>& shapes) {
+    return one_of("shape", options.shape, shapes);
   };
   table.add("radius", options.radius)
       .unit("m")
       .more_than(0)
-      .acts_with(shape({"sphere", "capsule", "cylinder", "torus"}))
+      .acts_with(shape({BlobShape::sphere, BlobShape::capsule, BlobShape::cylinder, BlobShape::torus}))
       .help("its radius; of the torus that of the circle in the middle of its tube");
-  table.add("end", options.end).unit("m").acts_with(shape({"capsule", "cylinder"})).help("centre of the other end");
+  table.add("end", options.end)
+      .unit("m")
+      .acts_with(shape({BlobShape::capsule, BlobShape::cylinder}))
+      .help("centre of the other end");
   table.add("end_radius", options.end_radius)
       .unit("m")
       .more_than(0)
-      .acts_with(shape({"capsule"}))
+      .acts_with(shape({BlobShape::capsule}))
       .help("radius of the other end; none: the same");
   table.add("tube_radius", options.tube_radius)
       .unit("m")
       .more_than(0)
-      .acts_with(shape({"torus"}))
+      .acts_with(shape({BlobShape::torus}))
       .help("radius of its tube");
   table.add("size", options.size)
       .unit("m")
       .more_than(0)
-      .acts_with(shape({"box", "ellipsoid"}))
+      .acts_with(shape({BlobShape::box, BlobShape::ellipsoid}))
       .help("lengths along its own x, y and z");
   table.add("rotation", options.rotation)
       .unit("rad")
-      .acts_with(shape({"ellipsoid", "box", "torus"}))
+      .acts_with(shape({BlobShape::ellipsoid, BlobShape::box, BlobShape::torus}))
       .help("turned by these angles about the axes x, y and z, in this order, through its centre");
   table.add("round", options.round)
       .unit("m")
       .at_least(0)
-      .acts_with(shape({"box", "cylinder"}))
+      .acts_with(shape({BlobShape::box, BlobShape::cylinder}))
       .help("radius of the edges");
   table.add("blend", options.blend)
       .unit("m")
@@ -150,7 +155,7 @@ Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   for (const auto& [name, given] : options) {
     require_valid("mesh.blobs." + name, given);
     Solid solid{name, given, rotation_of(given).transpose(), distance_function(given), width_of_blend * given.blend};
-    (given.operation == "add" ? added_ : subtracted_).push_back(solid);
+    (given.operation == BlobOperation::add ? added_ : subtracted_).push_back(solid);
   }
   if (added_.empty()) {
     throw Error("mesh.blobs: no object that adds, expected at least one, such as {ball: {shape: sphere}}");
@@ -173,9 +178,9 @@ Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
 /// Of a ball round the centre, or round each end, that holds the solid.
 double Blobs::Solid::reach() const {
   const BlobOptions& o = options;
-  const double smooth = o.shape == "box" || o.shape == "ellipsoid" ? 0.5 * o.size.norm()
-                        : o.shape == "torus"                       ? o.radius + o.tube_radius
-                                                                   : std::max(o.radius, o.end_radius.value_or(0));
+  const double smooth = o.shape == BlobShape::box || o.shape == BlobShape::ellipsoid ? 0.5 * o.size.norm()
+                        : o.shape == BlobShape::torus                                ? o.radius + o.tube_radius
+                                                      : std::max(o.radius, o.end_radius.value_or(0));
   return smooth + o.relief;
 }
 

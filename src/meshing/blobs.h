@@ -8,16 +8,29 @@
 #include <string>
 #include <vector>
 
+#include "base/choice.h"
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
 
 class OptionTable;
 
+enum class BlobShape { sphere, ellipsoid, box, capsule, cylinder, torus };
+inline const std::vector<std::string>& names_of(BlobShape) {
+  static const std::vector<std::string> names{"sphere", "ellipsoid", "box", "capsule", "cylinder", "torus"};
+  return names;
+}
+
+enum class BlobOperation { add, subtract };
+inline const std::vector<std::string>& names_of(BlobOperation) {
+  static const std::vector<std::string> names{"add", "subtract"};
+  return names;
+}
+
 /// A solid that a closed surface is made of, as a deck gives it: one of the named objects `mesh.blobs`.
 struct BlobOptions {
-  std::string shape = "sphere";
-  std::string operation = "add";
+  Choice<BlobShape> shape = BlobShape::sphere;
+  Choice<BlobOperation> operation = BlobOperation::add;
   Eigen::Vector3d centre{0, 0, 0};         ///< of capsule and cylinder: of the first end [m]
   double radius = 0.02;                    ///< of the torus: of the circle in the middle of its tube [m]
   Eigen::Vector3d end{0, 0, 0.05};         ///< of capsule and cylinder: centre of the other end [m]

@@ -15,15 +15,11 @@ namespace pellicle {
 void describe(OptionTable& table, MeshOptions& options) {
   // A file takes the place of a generated mesh.
   const Condition generated{"no mesh.file", [&options] { return options.file.empty(); }};
-  const auto add = [&](const std::string& key, auto& variable, std::vector<std::string> shapes) -> Option& {
-    return table.add(key, variable)
-        .acts_with(generated)
-        .acts_with(one_of("mesh.shape", options.shape, std::move(shapes)));
+  const auto add = [&](const std::string& key, auto& variable, const std::vector<MeshShape>& shapes) -> Option& {
+    return table.add(key, variable).acts_with(generated).acts_with(one_of("mesh.shape", options.shape, shapes));
   };
   table.add("mesh.shape", options.shape)
-      .acts_with({"no mesh.file", [&options] { return options.file.empty() || options.shape == "file"; }})
-      .choices(
-          {"rectangle", "torus", "roof", "shirt", "icosphere", "ellipsoid", "tube", "blobs", "disc", "square", "file"})
+      .acts_with({"no mesh.file", [&options] { return options.file.empty() || options.shape == MeshShape::file; }})
       .help(
           "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
           "on their points, so that its boundary is a zigzag), a T-shirt that stands upright; of triangles and closed: "
@@ -36,40 +32,47 @@ void describe(OptionTable& table, MeshOptions& options) {
           "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
           "-mesh_only "
           "writes, in parallel and as it is: no other option of mesh acts then; empty: generate one");
-  add("mesh.cells", options.cells, {"rectangle", "torus", "roof", "shirt", "square"})
+  add("mesh.cells", options.cells,
+      {MeshShape::rectangle, MeshShape::torus, MeshShape::roof, MeshShape::shirt, MeshShape::square})
       .length(2)
       .at_least(1)
       .help(
           "cells of the generated mesh along its length and width; torus: round the axis and round the tube; square: "
           "each of four triangles; shirt: across the torso and from waist to shoulder, at least 8");
-  add("mesh.size", options.size, {"rectangle", "roof", "shirt", "square"})
+  add("mesh.size", options.size, {MeshShape::rectangle, MeshShape::roof, MeshShape::shirt, MeshShape::square})
       .length(2)
       .more_than(0)
       .unit("m")
       .help(
           "length and width of rectangle, roof and square, the roof's width along its arc; shirt: width of the torso "
           "laid flat, half its girth, and height from waist to shoulder");
-  add("mesh.major_radius", options.major_radius, {"torus"})
+  add("mesh.major_radius", options.major_radius, {MeshShape::torus})
       .more_than(0)
       .unit("m")
       .help("radius of the circle in the middle of the tube");
-  add("mesh.tube_radius", options.tube_radius, {"torus"}).more_than(0).unit("m").help("radius of the tube");
-  add("mesh.arch", options.arch, {"roof"}).more_than(0).unit("rad").help("angle of its arc");
-  add("mesh.level", options.level, {"icosphere", "ellipsoid"})
+  add("mesh.tube_radius", options.tube_radius, {MeshShape::torus}).more_than(0).unit("m").help("radius of the tube");
+  add("mesh.arch", options.arch, {MeshShape::roof}).more_than(0).unit("rad").help("angle of its arc");
+  add("mesh.level", options.level, {MeshShape::icosphere, MeshShape::ellipsoid})
       .range(0, 9)
       .help("how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices");
-  add("mesh.radius", options.radius, {"icosphere", "tube", "disc"}).more_than(0).unit("m").help("radius");
-  add("mesh.semi_axes", options.semi_axes, {"ellipsoid"}).more_than(0).unit("m").help("half axes along x, y and z");
-  add("mesh.length", options.length, {"tube"})
+  add("mesh.radius", options.radius, {MeshShape::icosphere, MeshShape::tube, MeshShape::disc})
+      .more_than(0)
+      .unit("m")
+      .help("radius");
+  add("mesh.semi_axes", options.semi_axes, {MeshShape::ellipsoid})
+      .more_than(0)
+      .unit("m")
+      .help("half axes along x, y and z");
+  add("mesh.length", options.length, {MeshShape::tube})
       .more_than(0)
       .unit("m")
       .help("length of its cylinder, without the half spheres");
-  add("mesh.rings", options.rings, {"disc"})
+  add("mesh.rings", options.rings, {MeshShape::disc})
       .at_least(1)
       .help("rings of triangles between centre and rim, 1 + 3 n (n + 1) vertices");
-  add("mesh.vertices", options.vertices, {"tube", "blobs"}).at_least(4).help("number of vertices");
+  add("mesh.vertices", options.vertices, {MeshShape::tube, MeshShape::blobs}).at_least(4).help("number of vertices");
   table.add_under(generated, [&] {
-    table.add_under(one_of("mesh.shape", options.shape, {"blobs"}), [&] {
+    table.add_under(one_of("mesh.shape", options.shape, {MeshShape::blobs}), [&] {
       table.add_objects(
           "mesh.blobs", options.blobs,
           "solids whose smooth union, less those that are subtracted, has the surface of the shape blobs");
@@ -94,31 +97,43 @@ SurfaceMesh make_mesh(const MeshOptions& options) {
   SurfaceMesh mesh;
   if (!options.file.empty()) {
     mesh = read_mesh(options.file);
-  } else if (options.shape == "file") {
+  } else if (options.shape == MeshShape::file) {
     throw Error("mesh.shape: 'file', but mesh.file is empty, expected the name of a mesh file");
   } else {
     const std::array<int, 2> cells{options.cells.at(0), options.cells.at(1)};
     const std::array<double, 2> size{options.size.at(0), options.size.at(1)};
-    if (options.shape == "torus") {
-      mesh = torus_mesh(cells, options.major_radius, options.tube_radius);
-    } else if (options.shape == "roof") {
-      mesh = roof_mesh(cells, size, options.arch);
-    } else if (options.shape == "shirt") {
-      mesh = shirt_mesh(cells, size);
-    } else if (options.shape == "icosphere") {
-      mesh = icosphere_mesh(options.level, options.radius);
-    } else if (options.shape == "ellipsoid") {
-      mesh = ellipsoid_mesh(options.level, options.semi_axes);
-    } else if (options.shape == "tube") {
-      mesh = tube_mesh(options.length, options.radius, options.vertices);
-    } else if (options.shape == "blobs") {
-      mesh = blobs_mesh(options.blobs, options.vertices);
-    } else if (options.shape == "disc") {
-      mesh = disc_mesh(options.rings, options.radius);
-    } else if (options.shape == "square") {
-      mesh = square_mesh(cells, size);
-    } else {
-      mesh = rectangle_mesh(cells, size);
+    switch (options.shape) {
+      case MeshShape::torus:
+        mesh = torus_mesh(cells, options.major_radius, options.tube_radius);
+        break;
+      case MeshShape::roof:
+        mesh = roof_mesh(cells, size, options.arch);
+        break;
+      case MeshShape::shirt:
+        mesh = shirt_mesh(cells, size);
+        break;
+      case MeshShape::icosphere:
+        mesh = icosphere_mesh(options.level, options.radius);
+        break;
+      case MeshShape::ellipsoid:
+        mesh = ellipsoid_mesh(options.level, options.semi_axes);
+        break;
+      case MeshShape::tube:
+        mesh = tube_mesh(options.length, options.radius, options.vertices);
+        break;
+      case MeshShape::blobs:
+        mesh = blobs_mesh(options.blobs, options.vertices);
+        break;
+      case MeshShape::disc:
+        mesh = disc_mesh(options.rings, options.radius);
+        break;
+      case MeshShape::square:
+        mesh = square_mesh(cells, size);
+        break;
+      case MeshShape::rectangle:
+      case MeshShape::file:
+        mesh = rectangle_mesh(cells, size);
+        break;
     }
   }
   const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(options.rotation.z(), Eigen::Vector3d::UnitZ()) *

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/choice.h"
 #include "meshing/blobs.h"
 #include "meshing/surface_mesh.h"
 
@@ -13,9 +14,17 @@ namespace pellicle {
 
 class OptionTable;
 
+/// See describe; file needs `MeshOptions::file`.
+enum class MeshShape { rectangle, torus, roof, shirt, icosphere, ellipsoid, tube, blobs, disc, square, file };
+inline const std::vector<std::string>& names_of(MeshShape) {
+  static const std::vector<std::string> names{"rectangle", "torus", "roof", "shirt",  "icosphere", "ellipsoid",
+                                              "tube",      "blobs", "disc", "square", "file"};
+  return names;
+}
+
 /// Where the mesh comes from and where it is put.
 struct MeshOptions {
-  std::string shape = "rectangle";            ///< see describe; "file" needs `file`
+  Choice<MeshShape> shape = MeshShape::rectangle;
   std::string file;                           ///< mesh to read instead of generating one, if not empty
   std::vector<int> cells{40, 40};             ///< of the generated mesh, each way
   std::vector<double> size{1, 1};             ///< of the generated mesh, each way, see describe [m]
@@ -36,7 +45,7 @@ struct MeshOptions {
   Eigen::Vector3d shift{0, 0, 0};     ///< then moved [m]
 
   /// What messages call the mesh: the file, or the shape.
-  const std::string& name() const { return file.empty() ? shape : file; }
+  const std::string& name() const { return file.empty() ? shape.name() : file; }
 };
 
 void describe(OptionTable& table, MeshOptions& options);

@@ -111,9 +111,9 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
     corners.insert(corners.end(), first, first + static_cast<PetscInt>(count));
   }
   CellGraph graph = cell_graph(corners, rows.corners);
-  const std::vector<int> sorted_part = options.partitioner == "metis"
+  const std::vector<int> sorted_part = options.partitioner == Partitioner::metis
                                            ? partition_with_metis(std::move(graph), ranks)
-                                           : partition_with_petsc(comm, std::move(graph), options.partitioner);
+                                           : partition_with_petsc(comm, std::move(graph), options.partitioner.name());
   std::vector<int> part(sorted_part.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     part[static_cast<std::size_t>(order[i])] = sorted_part[i];

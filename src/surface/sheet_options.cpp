@@ -17,9 +17,7 @@ void describe(OptionTable& table, SheetOptions& options) {
       .more_than(0)
       .help("mass per area: half of a cell's mass goes to its lattice point, an eighth to each corner")
       .source("README: readings; 80 g/m^2 is office paper");
-  table.add("sheet.partitioner", options.partitioner)
-      .choices({"metis", "ptscotch", "simple"})
-      .help("what splits the cells over the ranks");
+  table.add("sheet.partitioner", options.partitioner).help("what splits the cells over the ranks");
   table.add("sheet.perturbation", options.perturbation)
       .range(0, 0.5)
       .help(

@@ -1,16 +1,25 @@
 #pragma once
 
 #include <string>
+#include <vector>
+
+#include "base/choice.h"
 
 namespace pellicle {
 
 class OptionTable;
 
+enum class Partitioner { metis, ptscotch, simple };
+inline const std::vector<std::string>& names_of(Partitioner) {
+  static const std::vector<std::string> names{"metis", "ptscotch", "simple"};
+  return names;
+}
+
 /// How a mesh becomes a distributed shell.
 struct SheetOptions {
   double thickness = 2.5e-3;    ///< offset of the lattice points along the normal [m]
   double areal_density = 0.08;  ///< [kg/m^2]
-  std::string partitioner = "metis";
+  Choice<Partitioner> partitioner = Partitioner::metis;
   double perturbation = 0;       ///< amplitude of the initial noise, as a share of the mean cell edge
   int seed = 1;                  ///< of the initial noise
   double imbalance_limit = 1.2;  ///< largest number of cells of a rank over the mean that a compaction leaves as it is

@@ -225,8 +225,8 @@ TEST(BlobOptions, AreDeclared) {
   };
   read("{shape: capsule, centre: [1 cm, 0, 0], radius: 3 mm, end_radius: 2 mm, operation: subtract, blend: 1 mm}");
   const BlobOptions& head = options.blobs.at("head");
-  EXPECT_EQ(head.shape, "capsule");
-  EXPECT_EQ(head.operation, "subtract");
+  EXPECT_EQ(head.shape, BlobShape::capsule);
+  EXPECT_EQ(head.operation, BlobOperation::subtract);
   EXPECT_DOUBLE_EQ(head.centre.x(), 0.01);
   EXPECT_DOUBLE_EQ(head.radius, 3e-3);
   EXPECT_DOUBLE_EQ(head.end_radius.value(), 2e-3);
