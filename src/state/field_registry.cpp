@@ -75,15 +75,15 @@ std::vector<double> numbers(const FieldRegistry::Entry& entry) {
 }  // namespace
 
 FieldRegistry& FieldRegistry::operator=(const FieldRegistry& other) {
-  if (entries_.size() != other.entries_.size()) {
-    refuse_other_fields();
+  if (entries_.size() < other.entries_.size()) {
+    take_over(other);
   }
-  for (std::size_t k = 0; k < entries_.size(); ++k) {
-    const Entry& from = other.entries_[k];
-    if (from.declaration.name != entries_[k].declaration.name) {
+  for (Entry& entry : entries_) {
+    const Entry* from = other.find(entry.declaration.name);
+    if (from == nullptr) {
       refuse_other_fields();
     }
-    std::visit([&from](auto* values) { *values = *std::get<decltype(values)>(from.storage); }, entries_[k].storage);
+    std::visit([from](auto* values) { *values = *std::get<decltype(values)>(from->storage); }, entry.storage);
   }
   return *this;
 }

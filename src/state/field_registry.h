@@ -55,8 +55,8 @@ class FieldRegistry {
   FieldRegistry(const Layout& particles, Extent cells) : particles_(&particles), cells_(cells) {}
   FieldRegistry(FieldRegistry&&) = default;
   FieldRegistry(const FieldRegistry&) = delete;
-  /// Copies all values, ghosts included. Not collective.
-  /// @throws std::logic_error unless the other has the same fields, of the same sizes
+  /// Copies all values, ghosts included, of fields on the same items; declares what the other has and this one has not.
+  /// Collective where it does. @throws std::logic_error when the other lacks a field, or has it of another size
   FieldRegistry& operator=(const FieldRegistry& other);
 
   /// Declares a field and makes room for it: zeros, or false. Collective for a Field.

@@ -1,8 +1,10 @@
 #include "state/field_tables.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <numeric>
+#include <sstream>
 #include <type_traits>
 
 #include "base/error.h"
@@ -134,10 +136,82 @@ void read_object_fields(const Hdf5File& file, const std::string& group, FieldReg
   }
 }
 
+// What a field is, as a line: item, kind of its values, components, whether it is drawn, unit or -, name.
+
+const std::array<const char*, 5> item_names{"particle", "cell", "spring", "object", "sum"};
+const std::array<const char*, 3> drawn_names{"no", "yes", "of_both_layers"};
+/// In the order of FieldRegistry::Storage.
+const std::array<const char*, 7> kind_names{"field", "doubles", "integers", "flags", "vector", "double", "integer"};
+
+std::string declarations_of(const FieldRegistry& fields) {
+  std::ostringstream text;
+  for (const FieldRegistry::Entry& entry : fields.entries()) {
+    const FieldDeclaration& field = entry.declaration;
+    if (!field.follows) {
+      text << item_names[static_cast<std::size_t>(field.item)] << ' ' << kind_names[entry.storage.index()] << ' '
+           << entry.components << ' ' << drawn_names[static_cast<std::size_t>(field.drawn)] << ' '
+           << (field.unit.empty() ? "-" : field.unit) << ' ' << field.name << '\n';
+    }
+  }
+  return text.str();
+}
+
+template <std::size_t count>
+std::size_t place_of(const std::array<const char*, count>& names, const std::string& name) {
+  const auto place = std::find(names.begin(), names.end(), name);
+  if (place == names.end()) {
+    throw Error("the fields of a checkpoint: '" + name + "' is none of the names expected here");
+  }
+  return static_cast<std::size_t>(place - names.begin());
+}
+
+/// Declares what the text says and the registry has not: fields that a program has added. Collective.
+void declare_missing(FieldRegistry& fields, const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string item;
+    std::string kind;
+    std::string drawn;
+    FieldDeclaration field;
+    int components = 1;
+    words >> item >> kind >> components >> drawn >> field.unit >> field.name;
+    if (fields.find(field.name) != nullptr) {
+      continue;
+    }
+    field.item = static_cast<Item>(place_of(item_names, item));
+    field.drawn = static_cast<Drawn>(place_of(drawn_names, drawn));
+    field.unit = field.unit == "-" ? "" : field.unit;
+    switch (place_of(kind_names, kind)) {
+      case 0:
+        fields.add<Field>(field, components);
+        break;
+      case 1:
+        fields.add<std::vector<double>>(field, components);
+        break;
+      case 2:
+        fields.add<std::vector<PetscInt>>(field, components);
+        break;
+      case 3:
+        fields.add<std::vector<bool>>(field, components);
+        break;
+      case 4:
+        fields.add<Eigen::VectorXd>(field, components);
+        break;
+      case 5:
+        fields.add<double>(field, components);
+        break;
+      default:
+        fields.add<PetscInt>(field, components);
+    }
+  }
+}
+
 }  // namespace
 
 void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
                   const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids) {
+  file.write_text(group + "/declarations", declarations_of(fields));
   write_items(file, group, fields, Item::particle, particle_ids);
   write_items(file, group, fields, Item::cell, cell_ids);
   for (const FieldRegistry::Entry& entry : fields.entries()) {
@@ -168,6 +242,7 @@ void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry&
 
 void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids) {
+  declare_missing(fields, file.read_text(group + "/declarations"));
   read_items(file, group, fields, Item::particle, particle_ids);
   read_items(file, group, fields, Item::cell, cell_ids);
   read_object_fields(file, group, fields);

@@ -17,8 +17,9 @@ namespace pellicle {
 void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
                   const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
 
-/// Reads the fields of a registry, ghosts included, but for those that follow from others; sums are dealt to as many
-/// ranks as have written them, otherwise rank 0 has all. Collective.
+/// Reads the fields of a registry and those that a program has added to it before it was written, ghosts included, but
+/// for those that follow from others; sums are dealt to as many ranks as have written them, otherwise rank 0 has all.
+/// Collective.
 /// @param particle_ids, cell_ids persistent, of the local items
 /// @throws Error, on all ranks, when a field has no table of its kind, or an item no row
 void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,

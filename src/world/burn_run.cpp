@@ -20,9 +20,9 @@ namespace pellicle {
 namespace {
 
 // Of a checkpoint.
-const char* const mesh_group = "objects/sheet/mesh";
-const char* const ids_table = "objects/sheet/mesh/first_lattice_id_and_end";
-const char* const state_group = "objects/sheet/state";
+const char* const sheet_mesh = "objects/sheet/mesh";
+const char* const sheet_ids = "objects/sheet/mesh/first_lattice_id_and_end";
+const char* const sheet_state = "objects/sheet/state";
 
 /// Persistent ids of the first local cells, which are those of their lattice particles.
 std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
@@ -35,8 +35,8 @@ std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
 
 /// The sheet of a checkpoint. Collective.
 Sheet read_sheet(const Hdf5File& checkpoint, const SheetOptions& options) {
-  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(ids_table);
-  return make_sheet(checkpoint.comm(), read_mesh(checkpoint, mesh_group), SheetIds{ids.at(0), ids.at(1)}, options)
+  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(sheet_ids);
+  return make_sheet(checkpoint.comm(), read_mesh(checkpoint, sheet_mesh), SheetIds{ids.at(0), ids.at(1)}, options)
       .sheet;
 }
 
@@ -193,7 +193,7 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, OutputFolde
       sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, options.sheet))),
       state_(std::make_unique<State>(*sheet_)),
       writer_(folder, options.output) {
-  read_fields(checkpoint, state_group, *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
+  read_fields(checkpoint, sheet_state, *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
   burn_ = std::make_unique<Burn>(*sheet_, options, clock, state_->pin);
   burn_->follow(*state_);
 }
@@ -329,9 +329,9 @@ void BurnRun::draw() {
 void BurnRun::save(Hdf5File& checkpoint) {
   const auto cells = static_cast<std::size_t>(sheet_->owned_cells);
   const std::vector<PetscInt>& ids = sheet_->persistent_id;
-  write_mesh(checkpoint, mesh_group, rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
-  checkpoint.write_once<PetscInt>(ids_table, {sheet_->first_lattice_id, sheet_->id_end});
-  write_fields(checkpoint, state_group, *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
+  write_mesh(checkpoint, sheet_mesh, rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
+  checkpoint.write_once<PetscInt>(sheet_ids, {sheet_->first_lattice_id, sheet_->id_end});
+  write_fields(checkpoint, sheet_state, *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
                cell_ids(*sheet_, cells));
   writer_.save(checkpoint);
   ledger_->save(checkpoint);

@@ -29,6 +29,7 @@ class BurnRun : public Chain {
   double time() const override { return state_->time; }
   int step() const override { return state_->step; }
   double& length() override { return state_->next_length; }
+  FieldRegistry& state() override { return *state_; }
   StepResult advance(double h) override;
   void accept(double time) override;
   void keep() override;

@@ -202,7 +202,8 @@ void require_same_options(const OptionTable& table, const std::string& before, c
     const auto option = std::find_if(options.begin(), options.end(),
                                      [&changed](const Option& one) { return one.key() == changed.key; });
     const bool may_change = group == "output" || group == "checkpoint" || group == "time" || group == "petsc" ||
-                            group == "restart" || (option != options.end() && option->is_solver_setting());
+                            group == "restart" || group == "verify_restart" ||
+                            (option != options.end() && option->is_solver_setting());
     if (!may_change) {
       const auto said = [](const std::string& value) { return value.empty() ? "not given" : value; };
       faults += (faults.empty() ? "" : "; ") + changed.key + ": " + said(changed.now) + ", was " + said(changed.before);

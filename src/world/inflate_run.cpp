@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "prism/wall_stress.h"
 #include "state/field_tables.h"
@@ -12,20 +13,28 @@
 
 namespace pellicle {
 
-InflateRun::InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock)
-    : membrane_(membrane),
+namespace {
+
+// Of a checkpoint.
+const char* const balloon_mesh = "objects/balloon/mesh";
+const char* const balloon_state = "objects/balloon/state";
+
+}  // namespace
+
+InflateRun::InflateRun(Membrane membrane, const Options& options, OutputFolder& folder, StageClock& clock)
+    : membrane_(std::make_unique<Membrane>(std::move(membrane))),
       folder_(folder),
       clock_(clock),
-      inflate_(membrane, options, clock),
+      inflate_(*membrane_, options, clock),
       state_(inflate_.initial_state()),
-      kept_(membrane, inflate_.chambers().count()),
-      surface_(drawing_of(membrane)),
+      kept_(*membrane_, inflate_.chambers().count()),
+      surface_(drawing_of(*membrane_)),
       writer_(folder, options.output) {}
 
-InflateRun::InflateRun(const Hdf5File& checkpoint, const Membrane& membrane, const Options& options,
-                       OutputFolder& folder, StageClock& clock)
-    : InflateRun(membrane, options, folder, clock) {
-  read_fields(checkpoint, "objects/balloon/state", state_, membrane.persistent_id, membrane.element_id);
+InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, StageClock& clock)
+    : InflateRun(make_membrane(checkpoint.comm(), read_mesh(checkpoint, balloon_mesh), options.sheet).membrane, options,
+                 folder, clock) {
+  read_fields(checkpoint, balloon_state, state_, membrane_->persistent_id, membrane_->element_id);
 }
 
 StepResult InflateRun::advance(double h) {
@@ -34,12 +43,12 @@ StepResult InflateRun::advance(double h) {
   result.converged = last_.converged;
   result.reason = last_.reason;
   if (result.converged) {
-    const auto vertices = static_cast<std::size_t>(membrane_.particles.local());
+    const auto vertices = static_cast<std::size_t>(membrane_->particles.local());
     result.reason = non_finite(
-        membrane_.comm(), {{"position", state_.position.data(), 3 * vertices},
-                           {"velocity", state_.velocity.data(), 3 * vertices},
-                           {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
-                           {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}});
+        membrane_->comm(), {{"position", state_.position.data(), 3 * vertices},
+                            {"velocity", state_.velocity.data(), 3 * vertices},
+                            {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
+                            {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}});
     result.converged = result.reason.empty();
   }
   result.iterations = last_.linear_iterations;
@@ -59,12 +68,12 @@ void InflateRun::restore() { state_ = kept_; }
 void InflateRun::draw() {
   const auto timer = clock_.time("output");
   const Wall& wall = inflate_.elements().wall();
-  const std::size_t elements = membrane_.triangles.size();
+  const std::size_t elements = membrane_->triangles.size();
   std::vector<double> thickness(elements);
   std::vector<double> stretch(2 * elements);
   std::vector<double> stress(2 * elements);
   for (std::size_t e = 0; e < elements; ++e) {
-    const auto [e12, e13] = edges_of(state_.position.data(), membrane_.triangles[e]);
+    const auto [e12, e13] = edges_of(state_.position.data(), membrane_->triangles[e]);
     thickness[e] = wall.thickness[e] * state_.thickness_ratio[e];
     const PrincipalState principal =
         principal_state(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, state_.thickness_ratio[e]);
@@ -85,12 +94,11 @@ void InflateRun::draw() {
 }
 
 void InflateRun::save(Hdf5File& checkpoint) {
-  const std::vector<PetscInt>& particles = membrane_.persistent_id;
-  const std::vector<PetscInt>& elements = membrane_.element_id;
-  write_mesh(checkpoint, "objects/balloon/mesh", rows_of(membrane_, {}, {}));
-  write_fields(checkpoint, "objects/balloon/state", state_,
-               {particles.begin(), particles.begin() + membrane_.particles.owned},
-               {elements.begin(), elements.begin() + membrane_.elements.owned});
+  const std::vector<PetscInt>& particles = membrane_->persistent_id;
+  const std::vector<PetscInt>& elements = membrane_->element_id;
+  write_mesh(checkpoint, balloon_mesh, rows_of(*membrane_, {}, {}));
+  write_fields(checkpoint, balloon_state, state_, {particles.begin(), particles.begin() + membrane_->particles.owned},
+               {elements.begin(), elements.begin() + membrane_->elements.owned});
   writer_.save(checkpoint);
   ledger_->save(checkpoint);
   inflate_.forget();

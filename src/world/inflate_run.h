@@ -13,15 +13,17 @@ namespace pellicle {
 /// The balloon with its state, frames and books, for the step control.
 class InflateRun : public Chain {
  public:
-  /// Membrane, options, folder and clock must outlive it. Collective. @throws Error on bad input, see Inflate
-  InflateRun(const Membrane& membrane, const Options& options, OutputFolder& folder, StageClock& clock);
-  /// The run as a checkpoint has it. Collective. @param membrane of the checkpoint
-  InflateRun(const Hdf5File& checkpoint, const Membrane& membrane, const Options& options, OutputFolder& folder,
-             StageClock& clock);
+  /// Options, folder and clock must outlive it. Collective. @throws Error on bad input, see Inflate
+  InflateRun(Membrane membrane, const Options& options, OutputFolder& folder, StageClock& clock);
+  /// The run as a checkpoint has it. Collective.
+  InflateRun(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, StageClock& clock);
+
+  const Membrane& membrane() const { return *membrane_; }
 
   double time() const override { return state_.time; }
   int step() const override { return state_.step; }
   double& length() override { return state_.next_length; }
+  FieldRegistry& state() override { return state_; }
   StepResult advance(double h) override;
   void accept(double time) override { state_.time = time; }
   void keep() override;
@@ -35,7 +37,7 @@ class InflateRun : public Chain {
   std::vector<std::string> remarks() const override { return ledger_->remarks(); }
 
  private:
-  const Membrane& membrane_;
+  std::unique_ptr<Membrane> membrane_;
   OutputFolder& folder_;
   StageClock& clock_;
   Inflate inflate_;

@@ -110,6 +110,12 @@ void describe(OptionTable& table, Options& options) {
   table.add("restart", options.restart)
       .file()
       .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");
+  table.add("verify_restart", options.verify_restart)
+      .at_least(0)
+      .acts_with({"checkpoint.keep: more than 0", [&options] { return options.checkpoint.keep > 0; }})
+      .help(
+          "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
+          "compares the fields; 0: an ordinary run");
   for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs"}) {
     table.find_key(key)->acts_with(burns);
   }

@@ -92,7 +92,8 @@ struct Options {
   std::map<std::string, PinOptions> pins;
   OutputOptions output;
   CheckpointOptions checkpoint;
-  std::string restart;  ///< folder of a run, or file of a checkpoint, at which the run goes on; empty: it begins
+  std::string restart;     ///< folder of a run, or file of a checkpoint, at which the run goes on; empty: it begins
+  int verify_restart = 0;  ///< so many steps are run straight and from a checkpoint, and compared; 0: an ordinary run
 };
 
 void describe(OptionTable& table, Options& options);

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <sstream>
 #include <utility>
 
 #include "base/error.h"
 #include "base/stage_clock.h"
+#include "base/units.h"
 #include "io/console.h"
-#include "state/mesh_tables.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
 #include "world/burn_run.h"
@@ -52,40 +53,50 @@ class Run {
         console_(console),
         folder_(comm, options.output, record) {}
 
-  void burn() {
-    StageClock clock(Burn::stage_names());
-    if (open_checkpoint()) {
-      BurnRun chain(*checkpoint_, options_, folder_, console_, clock);
-      steps(chain, {spring_line(chain.sheet()), partition_line(chain.sheet())}, clock);
-      return;
+  /// The whole run. Collective.
+  void run() {
+    StageClock clock(options_.chain == ChainKind::burn ? Burn::stage_names() : Inflate::stage_names());
+    const Begun begun = open_checkpoint() ? from_checkpoint(*checkpoint_, options_, folder_, clock) : from_mesh(clock);
+    const bool goes_on = goes_on_in_its_folder();
+    Checkpoints checkpoints(folder_, options_.checkpoint, record_, goes_on ? begun.chain->step() : -1);
+    begin_output(begun, goes_on);
+    if (options_.verify_restart > 0) {
+      verify(*begun.chain, clock, checkpoints);
+    } else {
+      steps(*begun.chain, clock, checkpoints);
     }
-    LoadedMesh loaded = load();
-    BurnRun chain(make_sheet(comm_, std::move(loaded.rows), options_.sheet), options_, folder_, console_, clock);
-    loaded.figures.insert(loaded.figures.end(), {spring_line(chain.sheet()), partition_line(chain.sheet())});
-    steps(chain, loaded.figures, clock);
-  }
-
-  void inflate() {
-    StageClock clock(Inflate::stage_names());
-    if (open_checkpoint()) {
-      const Membrane membrane =
-          make_membrane(comm_, read_mesh(*checkpoint_, "objects/balloon/mesh"), options_.sheet).membrane;
-      InflateRun chain(*checkpoint_, membrane, options_, folder_, clock);
-      steps(chain, {partition_line(membrane)}, clock);
-      return;
-    }
-    LoadedMesh loaded = load();
-    const Membrane membrane = make_membrane(comm_, std::move(loaded.rows), options_.sheet).membrane;
-    InflateRun chain(membrane, options_, folder_, clock);
-    loaded.figures.push_back(partition_line(membrane));
-    steps(chain, loaded.figures, clock);
   }
 
  private:
-  LoadedMesh load() {
+  /// A chain before its first step here, and lines about it for somebody who watches.
+  struct Begun {
+    std::unique_ptr<Chain> chain;
+    std::vector<std::string> figures;
+  };
+
+  Begun from_mesh(StageClock& clock) {
     LoadedMesh loaded = load_mesh(comm_, options_);
     record_.mesh = loaded.lines;
-    return loaded;
+    std::vector<std::string>& figures = loaded.figures;
+    if (options_.chain == ChainKind::burn) {
+      Sheet sheet = make_sheet(comm_, std::move(loaded.rows), options_.sheet);
+      figures.insert(figures.end(), {spring_line(sheet), partition_line(sheet)});
+      return {std::make_unique<BurnRun>(std::move(sheet), options_, folder_, console_, clock), figures};
+    }
+    Membrane membrane = make_membrane(comm_, std::move(loaded.rows), options_.sheet).membrane;
+    figures.push_back(partition_line(membrane));
+    return {std::make_unique<InflateRun>(std::move(membrane), options_, folder_, clock), figures};
+  }
+
+  Begun from_checkpoint(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, StageClock& clock) {
+    if (options.chain == ChainKind::burn) {
+      auto chain = std::make_unique<BurnRun>(checkpoint, options, folder, console_, clock);
+      const std::vector<std::string> figures{spring_line(chain->sheet()), partition_line(chain->sheet())};
+      return {std::move(chain), figures};
+    }
+    auto chain = std::make_unique<InflateRun>(checkpoint, options, folder, clock);
+    const std::vector<std::string> figures{partition_line(chain->membrane())};
+    return {std::move(chain), figures};
   }
 
   /// Whether the run goes on from a checkpoint.
@@ -112,12 +123,10 @@ class Run {
     return is_same;
   }
 
-  /// Steps a chain from its first frame, or from where it goes on, to the end of the run. What the mesh is like is told
-  /// when the input is known to be good: bad input is refused by one line.
-  /// @param figures lines for somebody who watches
-  void steps(Chain& chain, const std::vector<std::string>& figures, StageClock& clock) {
-    const bool goes_on = goes_on_in_its_folder();
-    Checkpoints checkpoints(folder_, options_.checkpoint, record_, goes_on ? chain.step() : -1);
+  /// The first frame and row, or the continuation of those of the run before. What the mesh is like is told when the
+  /// input is known to be good: bad input is refused by one line.
+  void begin_output(const Begun& begun, bool goes_on) {
+    Chain& chain = *begun.chain;
     if (goes_on) {
       folder_.keep([tables = checkpoint_->names("output/tables")](const std::string& file) {
         return std::find(tables.begin(), tables.end(), file) != tables.end();
@@ -135,9 +144,12 @@ class Run {
                     std::to_string(chain.step()));
       checkpoint_ = nullptr;
     }
-    for (const std::string& line : figures) {
+    for (const std::string& line : begun.figures) {
       console_.say(line);
     }
+  }
+
+  void steps(Chain& chain, StageClock& clock, Checkpoints& checkpoints) {
     try {
       run_steps(chain, options_.time, console_, clock, &checkpoints);
     } catch (const Error&) {
@@ -149,6 +161,42 @@ class Run {
                   duration_text(clock.elapsed()) + "; " + options_.output.directory + "/" + options_.output.name +
                   ".pvd");
     tell_of(checkpoints);
+  }
+
+  /// Whether steps from a checkpoint are those of the run that goes on without it. @throws Error if they are not
+  void verify(Chain& chain, StageClock& clock, Checkpoints& checkpoints) {
+    TimeOptions time = options_.time;
+    time.max_steps = chain.step() + options_.verify_restart;
+    run_steps(chain, time, console_, clock, &checkpoints);
+    const int middle = chain.step();
+    time.max_steps = middle + options_.verify_restart;
+    run_steps(chain, time, console_, clock);
+
+    Options options = options_;
+    options.output.directory += "/verify_restart";
+    OutputFolder folder(comm_, options.output, record_);
+    StageClock clock_again(options.chain == ChainKind::burn ? Burn::stage_names() : Inflate::stage_names());
+    const std::unique_ptr<Hdf5File> checkpoint = pellicle::open_checkpoint(comm_, checkpoints.newest(), console_);
+    const Begun again = from_checkpoint(*checkpoint, options, folder, clock_again);
+    again.chain->draw();
+    again.chain->record(0, 0);
+    run_steps(*again.chain, time, console_, clock_again);
+
+    std::string faults;
+    const auto fields = differences(chain.state(), again.chain->state());
+    for (const auto& [name, here] : fields) {
+      double difference = here;
+      MPI_Allreduce(MPI_IN_PLACE, &difference, 1, MPI_DOUBLE, MPI_MAX, comm_);
+      if (difference > 0) {
+        faults += (faults.empty() ? "" : ", ") + name + " by " + number_text(difference) + " of its largest";
+      }
+    }
+    const std::string what = "verify_restart: steps " + std::to_string(middle + 1) + " to " +
+                             std::to_string(chain.step()) + " straight and from " + checkpoints.newest();
+    if (!faults.empty()) {
+      throw Error(what + " differ: " + faults);
+    }
+    console_.tell(what + ": all " + std::to_string(fields.size()) + " fields are the same");
   }
 
   /// How to go on from the newest checkpoint, if there is one.
@@ -186,8 +234,7 @@ void run(MPI_Comm comm, const Options& options, RunRecord record, const OptionTa
     mesh_only(comm, options, std::move(record));
     return;
   }
-  Run run(comm, options, record, table, console);
-  options.chain == ChainKind::burn ? run.burn() : run.inflate();
+  Run(comm, options, record, table, console).run();
 }
 
 }  // namespace pellicle

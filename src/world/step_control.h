@@ -6,6 +6,7 @@
 
 #include "base/stage_clock.h"
 #include "io/console.h"
+#include "state/field_registry.h"
 #include "state/hdf5_file.h"
 #include "world/checkpoints.h"
 #include "world/options.h"
@@ -29,6 +30,8 @@ class Chain {
   virtual double time() const = 0;  ///< of the state [s]
   virtual int step() const = 0;     ///< accepted steps
 
+  /// All that changes from step to step.
+  virtual FieldRegistry& state() = 0;
   /// Length of the next step if nothing cuts it short [s], a part of the state; 0: not known yet.
   virtual double& length() = 0;
 

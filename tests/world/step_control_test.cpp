@@ -26,6 +26,7 @@ class FakeChain : public Chain {
   double time() const override { return time_; }
   int step() const override { return step_; }
   double& length() override { return length_; }
+  FieldRegistry& state() override { return state_; }
   void save(Hdf5File&) override {}
   void resume_output(const Hdf5File&) override {}
   StepResult advance(double h) override {
@@ -100,6 +101,8 @@ class FakeChain : public Chain {
 
  private:
   double length_ = 0;
+  Layout nothing_;
+  FieldRegistry state_{nothing_, {}};
   double time_ = 0;
   int step_ = 0;
   double sum_ = 0;

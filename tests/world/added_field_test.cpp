@@ -1,0 +1,135 @@
+// A field that a program adds to a state takes part in everything by its one declaration.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "state/hdf5_file.h"
+#include "surface/shell.h"
+#include "tests/io/files.h"
+#include "tests/support/frames.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/run_folder.h"
+#include "tests/support/solver_options.h"
+#include "tests/support/state_values.h"
+#include "world/burn_run.h"
+
+namespace pellicle {
+namespace {
+
+Options strip_options(const std::string& directory) {
+  Options options;
+  options.sheet.thickness = 0.05;
+  options.heat.initial_temperature = 0;  // so that mass may be changed without a word to the heat ledger
+  options.ablation.loss_mass = 0.5;
+  options.ablation.compact_fraction = 0.05;
+  options.output.directory = directory;
+  options.output.name = "strip";
+  return options;
+}
+
+/// What is to be at each particle and cell, by its persistent id.
+double dampness(PetscInt id) { return 0.5 + id; }
+
+class AddedField : public ::testing::Test {
+ protected:
+  TestFolder folder_;
+  Options options_ = strip_options(folder_ / "out");
+  StageClock clock_{Burn::stage_names()};
+  std::ostringstream silent_;
+  Console console_{PETSC_COMM_WORLD, 0, silent_, false};
+  RunFolder run_folder_{options_.output};
+  BurnRun run_{make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options_.sheet), options_, run_folder_.output,
+               console_, clock_};
+
+  void declare() {
+    Field& damp = run_.state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});
+    for (PetscInt i = 0; i < run_.sheet().particles.local(); ++i) {
+      damp.data()[i] = dampness(run_.sheet().persistent_id[static_cast<std::size_t>(i)]);
+    }
+    run_.state().add<PetscInt>({"visits", "", Item::object}) = 7;
+    run_.state().add<std::vector<bool>>({"marked", "", Item::cell}).flip();
+  }
+
+  static void expect_there(BurnRun& run) {
+    const FieldRegistry::Entry* entry = run.state().find("dampness");
+    ASSERT_NE(entry, nullptr);
+    EXPECT_EQ(entry->declaration.unit, "kg/m^2");
+    EXPECT_EQ(entry->declaration.drawn, Drawn::yes);
+    const Field& damp = *std::get<Field*>(entry->storage);
+    ASSERT_EQ(damp.values().cols(), run.sheet().particles.local());
+    for (PetscInt i = 0; i < run.sheet().particles.local(); ++i) {
+      EXPECT_EQ(damp.data()[i], dampness(run.sheet().persistent_id[static_cast<std::size_t>(i)]));
+    }
+    EXPECT_EQ(*std::get<PetscInt*>(run.state().find("visits")->storage), 7);
+    const auto& marked = *std::get<std::vector<bool>*>(run.state().find("marked")->storage);
+    EXPECT_EQ(marked, std::vector<bool>(run.sheet().cells.size(), true));
+  }
+
+  void step() {
+    const StepResult result = run_.advance(2e-3);
+    ASSERT_TRUE(result.converged) << result.reason;
+    run_.accept(run_.time());
+    run_.record(2e-3, 0);
+  }
+};
+
+TEST_F(AddedField, IsPutBackWithAStep) {
+  declare();
+  run_.keep();
+  spoil(run_.state());
+  run_.restore();
+  expect_there(run_);
+}
+
+TEST_F(AddedField, MovesWhenTheSheetIsCompacted) {
+  declare();
+  run_.draw();
+  const PetscInt before = run_.sheet().global_cells;
+  // The last of five cells has burnt away, with its corners.
+  Field& mass = *std::get<Field*>(run_.state().find("mass")->storage);
+  for (PetscInt i = 0; i < run_.sheet().particles.local(); ++i) {
+    mass.data()[i] *= run_.sheet().rest(0, i) > 0.35 ? 0.4 : 1;
+  }
+  step();
+  ASSERT_LT(run_.sheet().global_cells, before) << "nothing was compacted";
+  expect_there(run_);
+}
+
+TEST_F(AddedField, IsInACheckpointAndComparedWithIt) {
+  declare();
+  run_.draw();
+  step();
+  {
+    Hdf5File file(PETSC_COMM_WORLD, folder_ / "state.h5", Hdf5File::Mode::create);
+    run_.save(file);
+    file.close();
+  }
+  const Hdf5File file(PETSC_COMM_WORLD, folder_ / "state.h5", Hdf5File::Mode::read);
+  BurnRun again(file, options_, run_folder_.output, console_, clock_);
+  expect_there(again);
+  for (const auto& [name, difference] : differences(run_.state(), again.state())) {
+    EXPECT_EQ(difference, 0) << name;
+  }
+  if (again.sheet().particles.owned > 0) {
+    std::get<Field*>(again.state().find("dampness")->storage)->data()[0] += 1;
+    for (const auto& [name, difference] : differences(run_.state(), again.state())) {
+      EXPECT_EQ(difference > 0, name == "dampness") << name;
+    }
+  }
+}
+
+TEST_F(AddedField, IsDrawn) {
+  declare();
+  run_.draw();
+  if (ranks() > 1) {
+    return;  // Frames are read by one rank.
+  }
+  const auto frames = read_pvd(folder_ / "out/strip.pvd");
+  const DrawnFrame frame = read_frame(frames.begin()->first, frames.begin()->second);
+  ASSERT_EQ(frame.points.count("dampness"), 1U);
+}
+
+}  // namespace
+}  // namespace pellicle
