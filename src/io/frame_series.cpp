@@ -117,8 +117,8 @@ void FrameSeries::resume(const std::vector<double>& times) {
     frames_.emplace_back(time, stem + ".pvtp");
     stems.insert(stem);
   }
-  folder_.keep([stems](const std::string& file) {
-    return stems.count(std::filesystem::path(file).replace_extension().begin()->string()) > 0;
+  folder_.keep([stems, list = name_ + ".pvd"](const std::string& file) {
+    return file == list || stems.count(std::filesystem::path(file).replace_extension().begin()->string()) > 0;
   });
 }
 

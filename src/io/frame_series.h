@@ -30,15 +30,17 @@ class FrameSeries {
   /// Times of the frames so far [s].
   std::vector<double> times() const;
   /// Goes on after the frames of these times, which are in the folder; later ones are removed when it is started.
-  /// Before the folder is started. Collective.
+  /// Before the folder is started; write_list afterwards. Collective.
   void resume(const std::vector<double>& times);
+
+  /// Writes the .pvd, of the frames that are there. Collective. @throws Error, on all ranks
+  void write_list();
 
   /// Writes this rank's piece of a frame into the folder, which has been started. Collective. @throws Error, on all
   /// ranks, when a file cannot be written.
   void write(vtkPolyData* piece, double time);
 
  private:
-  void write_list();
   void write_pieces(vtkPolyData* piece, const std::string& file);
 
   OutputFolder& folder_;

@@ -62,6 +62,12 @@ void FrameWriter::resume(const Hdf5File& checkpoint) {
     last_time_ = times.empty() ? last_time_ : times.back();
   }
   last_step_ = checkpoint.read_all<int>("output/last_frame_step").front();
+  folder_.start();
+  for (FrameSeries* series : {&surface_series_, &spring_series_}) {
+    if (!series->empty()) {
+      series->write_list();
+    }
+  }
 }
 
 void FrameWriter::write(const Frame& frame) {

@@ -44,7 +44,8 @@ class FrameWriter {
 
   /// Notes in a checkpoint which frames there are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
-  /// Goes on behind the frames of a checkpoint, in the folder that has them. Before the folder is started. Collective.
+  /// Goes on behind the frames of a checkpoint, in the folder that has them, which is started. Collective.
+  /// @throws Error, on all ranks
   void resume(const Hdf5File& checkpoint);
 
   /// Writes a frame, if that of its step is not written yet. The first call starts the folder. Collective. @throws

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
@@ -18,7 +19,27 @@ constexpr int new_file = O_RDWR | O_CREAT | O_EXCL;
 /// Of a checkpoint: the bytes of a file.
 std::string table_of(const std::string& file) { return "output/tables/" + file; }
 
+[[noreturn]] void refuse(const std::string& path) {
+  throw Error(path +
+              ": is not the table that the run had written when its state was kept; expected the output folder as the "
+              "run left it, or another one for what follows (-output_directory)");
+}
+
 }  // namespace
+
+void keep_tables(OutputFolder& folder, const Hdf5File& checkpoint) {
+  const std::vector<std::string> names = checkpoint.names("output/tables");
+  for (const std::string& name : names) {
+    const auto bytes = static_cast<long long>(checkpoint.read_all<double>(table_of(name)).front());
+    on_root(folder.comm(), [&] {
+      const OpenFile file(folder.path(name), O_RDONLY);
+      if (!file.is_open() || file.size() < bytes) {
+        refuse(file.path());
+      }
+    });
+  }
+  folder.keep([names](const std::string& file) { return std::find(names.begin(), names.end(), file) != names.end(); });
+}
 
 History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const Hdf5File* resumed)
     : folder_(folder), name_(std::move(name)), columns_(columns.size()) {
@@ -40,10 +61,8 @@ History::History(OutputFolder& folder, std::string name, const std::vector<Colum
       return;
     }
     file_ = OpenFile(folder_.path(name_), O_RDWR);
-    if (!file_.is_open() || file_.size() < *kept || file_.text().compare(0, names.size(), names) != 0) {
-      throw Error(file_.path() +
-                  ": is not the table that the run had written when its state was kept; expected the "
-                  "output folder as the run left it, or another one for what follows (-output_directory)");
+    if (!file_.is_open() || file_.text().compare(0, names.size(), names) != 0) {
+      refuse(file_.path());
     }
     file_.truncate(*kept);
   });

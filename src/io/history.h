@@ -9,6 +9,10 @@
 
 namespace pellicle {
 
+/// Keeps the tables of a checkpoint (History::save), with which a run goes on, in its folder, which is not started yet.
+/// Collective. @throws Error, on all ranks, when one is not there or shorter than it was
+void keep_tables(OutputFolder& folder, const Hdf5File& checkpoint);
+
 /// A table of numbers over time in a CSV file, which grows by a row a step and can be read at any moment.
 class History {
  public:
@@ -19,7 +23,8 @@ class History {
 
   /// Makes the file in a folder that has been started, and writes the line of names: `time [s],step,mass_left [kg]`.
   /// Collective. @throws Error, on all ranks, if that fails.
-  /// @param resumed checkpoint from which the run goes on in its folder: rows that were added after it are cut off
+  /// @param resumed checkpoint from which the run goes on in its folder, see keep_tables: rows that were added after it
+  /// are cut off
   History(OutputFolder& folder, std::string name, const std::vector<Column>& columns,
           const Hdf5File* resumed = nullptr);
 

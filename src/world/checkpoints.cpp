@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <regex>
 #include <sstream>
 #include <utility>
@@ -30,6 +31,21 @@ std::string last_line(unsigned long sum, long long bytes) {
   char text[80];
   std::snprintf(text, sizeof text, "\npellicle checkpoint crc32 %08lx bytes %016lld\n", sum, bytes);
   return text;
+}
+
+/// The paths of the checkpoints in a folder, by their steps. Not collective.
+std::map<int, std::string> checkpoints_in(const std::string& folder) {
+  static const std::regex checkpoint(R"(checkpoint_([0-9]{6,9})\.h5)");
+  std::map<int, std::string> found;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    std::smatch match;
+    if (std::regex_match(name, match, checkpoint)) {
+      found[std::stoi(match[1].str())] = entry.path().string();
+    }
+  }
+  return found;
 }
 
 /// Sees that what is in a folder is on the disk.
@@ -76,10 +92,24 @@ std::string fault_of(MPI_Comm comm, const std::string& path) {
 
 Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present)
     : folder_(folder), options_(options), record_(record), last_time_(MPI_Wtime()) {
-  if (present >= 0) {
-    written_.push_back(present);
-    folder_.keep([name = name_of(present)](const std::string& file) { return file == name; });
+  if (present < 0) {
+    return;
   }
+  on_root(folder_.comm(), [&] {
+    for (const auto& found : checkpoints_in(folder_.directory())) {
+      if (found.first <= present) {
+        written_.push_back(found.first);
+      }
+    }
+  });
+  auto count = static_cast<int>(std::min(written_.size(), static_cast<std::size_t>(std::max(options_.keep, 1))));
+  written_.erase(written_.begin(), written_.end() - count);
+  MPI_Bcast(&count, 1, MPI_INT, 0, folder_.comm());
+  written_.resize(static_cast<std::size_t>(count));
+  MPI_Bcast(written_.data(), count, MPI_INT, 0, folder_.comm());
+  folder_.keep([steps = written_](const std::string& file) {
+    return std::any_of(steps.begin(), steps.end(), [&file](int step) { return file == name_of(step); });
+  });
 }
 
 std::string Checkpoints::name_of(int step) {
@@ -157,18 +187,9 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
       candidates = path + '\0';
       return;
     }
-    static const std::regex checkpoint(R"(checkpoint_([0-9]{6,})\.h5)");
-    std::vector<std::pair<long long, std::string>> found;
-    for (const fs::directory_entry& entry : fs::directory_iterator(path, none)) {
-      const std::string name = entry.path().filename().string();
-      std::smatch match;
-      if (std::regex_match(name, match, checkpoint)) {
-        found.emplace_back(std::stoll(match[1].str().substr(0, 18)), entry.path().string());
-      }
-    }
-    std::sort(found.rbegin(), found.rend());
-    for (const auto& [step, name] : found) {
-      candidates += name + '\0';
+    const std::map<int, std::string> found = checkpoints_in(path);
+    for (auto newest = found.rbegin(); newest != found.rend(); ++newest) {
+      candidates += newest->second + '\0';
     }
   });
   broadcast(comm, candidates);

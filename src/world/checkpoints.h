@@ -18,7 +18,8 @@ class Chain;
 class Checkpoints {
  public:
   /// Folder and record must outlive it. Collective.
-  /// @param present step of a checkpoint of this run that is in the folder, at which it goes on; -1: there is none
+  /// @param present step of a checkpoint of this run that is in the folder, at which it goes on; those before it stay,
+  /// as many as are kept; -1: there is none
   Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present);
 
   /// Whether one is asked for after this step, of which there is none. Collective.

@@ -1,6 +1,5 @@
 #include "world/run.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <sstream>
@@ -128,9 +127,7 @@ class Run {
   void begin_output(const Begun& begun, bool goes_on) {
     Chain& chain = *begun.chain;
     if (goes_on) {
-      folder_.keep([tables = checkpoint_->names("output/tables")](const std::string& file) {
-        return std::find(tables.begin(), tables.end(), file) != tables.end();
-      });
+      keep_tables(folder_, *checkpoint_);
       chain.resume_output(*checkpoint_);
     } else {
       chain.draw();  // The first frame makes the folder, or refuses the chosen fields before anything is written.
