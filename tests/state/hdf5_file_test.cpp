@@ -13,12 +13,6 @@
 namespace pellicle {
 namespace {
 
-int this_rank() {
-  int rank = 0;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  return rank;
-}
-
 /// Rows 100 r, 100 r + 1, ... of rank r; every second rank has none.
 std::vector<double> own_rows() {
   std::vector<double> rows(this_rank() % 2 == 0 ? 6 + 2 * static_cast<std::size_t>(this_rank()) : 0);

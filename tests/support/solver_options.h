@@ -60,4 +60,10 @@ inline int ranks() {
   return count;
 }
 
+inline int this_rank() {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank;
+}
+
 }  // namespace pellicle

@@ -1,0 +1,71 @@
+#include "state/sorted_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/error.h"
+#include "tests/support/solver_options.h"
+
+namespace pellicle {
+namespace {
+
+/// Ids 3, 8, 13, ..., 98 in any order, dealt to the ranks but the first of several.
+std::vector<PetscInt> own_ids() {
+  std::vector<PetscInt> ids;
+  for (PetscInt k = 0; k < 20; ++k) {
+    const PetscInt shuffled = 7 * k % 20;
+    const int rank = ranks() == 1 ? 0 : 1 + static_cast<int>(k) % (ranks() - 1);
+    if (rank == this_rank()) {
+      ids.push_back(3 + 5 * shuffled);
+    }
+  }
+  return ids;
+}
+
+/// What belongs to an id.
+std::vector<double> rows_for(const std::vector<PetscInt>& ids) {
+  std::vector<double> rows;
+  for (const PetscInt id : ids) {
+    rows.insert(rows.end(), {0.25 * id, -1.0 * id});
+  }
+  return rows;
+}
+
+TEST(SortedRows, ComeInTheOrderOfTheirIds) {
+  const std::vector<PetscInt> ids = own_ids();
+  const SortedRows by_id(PETSC_COMM_WORLD, ids);
+  const std::vector<PetscInt> sorted = by_id.sorted(ids);
+  EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
+  EXPECT_EQ(by_id.sorted(rows_for(ids), 2), rows_for(sorted));
+  // Those of one rank lie before those of the next.
+  std::array<PetscInt, 2> ends{sorted.empty() ? 1000 : sorted.front(), sorted.empty() ? -1 : sorted.back()};
+  std::vector<PetscInt> all(2 * static_cast<std::size_t>(ranks()));
+  MPI_Allgather(ends.data(), 2, MPIU_INT, all.data(), 2, MPIU_INT, PETSC_COMM_WORLD);
+  PetscInt last = -1;
+  for (std::size_t rank = 0; rank < all.size(); rank += 2) {
+    if (all[rank + 1] >= 0) {
+      EXPECT_LT(last, all[rank]);
+      last = all[rank + 1];
+    }
+  }
+  EXPECT_EQ(last, 98);
+}
+
+TEST(SortedRows, AreFoundByTheirIds) {
+  const std::vector<PetscInt> ids = own_ids();
+  const SortedRows by_id(PETSC_COMM_WORLD, ids);
+  const std::vector<PetscInt> sorted = by_id.sorted(ids);
+  const Records rows = Records::of(rows_for(sorted), static_cast<PetscInt>(sorted.size()), 2);
+  const std::vector<PetscInt> wanted{98, 3, 53, 3, 48};  // the same on every rank
+  EXPECT_EQ(rows_of_ids(PETSC_COMM_WORLD, sorted, rows, wanted).as<double>(), rows_for(wanted));
+  EXPECT_EQ(rows_of_ids(PETSC_COMM_WORLD, sorted, rows, {}).count(), 0);
+  for (const PetscInt absent : {0, 4, 99}) {
+    const std::vector<PetscInt> some = this_rank() == 0 ? std::vector<PetscInt>{absent} : std::vector<PetscInt>{};
+    EXPECT_THROW(rows_of_ids(PETSC_COMM_WORLD, sorted, rows, some), Error) << absent;
+  }
+}
+
+}  // namespace
+}  // namespace pellicle
