@@ -73,7 +73,7 @@ std::string fault_of(MPI_Comm comm, const std::string& path) {
       const long long start = size - static_cast<long long>(length);
       if (start < 0 || pread(file.descriptor(), line.data(), length, start) != static_cast<ssize_t>(length) ||
           std::sscanf(line.c_str(), "\npellicle checkpoint crc32 %lx bytes %lld", &sum, &bytes) != 2 ||
-          bytes != start) {
+          bytes != start || line != last_line(sum, bytes)) {
         throw Error("its end is missing");
       }
     });
@@ -164,8 +164,15 @@ void Checkpoints::write(Chain& chain) {
       sync(folder_.directory());
     });
   } catch (const Error& error) {
-    on_root(comm, [&] { folder_.remove_parts(); });
-    throw Error(std::string(error.what()) + "; " +
+    std::string space;
+    on_root(comm, [&] {
+      std::error_code unknown;
+      const fs::space_info disk = fs::space(folder_.directory(), unknown);
+      space = unknown ? "" : ", " + std::to_string(disk.available) + " bytes are free";
+      folder_.remove_parts();
+    });
+    broadcast(comm, space);
+    throw Error(error.what() + space + "; " +
                 (written_.empty() ? "there is no checkpoint before it" : "the checkpoint before it is " + newest()));
   }
   written_.push_back(step);

@@ -41,6 +41,20 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+/// A word as a shell reads it back.
+std::string shell_word(const std::string& word) {
+  if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%^") ==
+          std::string::npos &&
+      !word.empty()) {
+    return word;
+  }
+  std::string text = "'";
+  for (const char letter : word) {
+    text += letter == '\'' ? "'\\''" : std::string(1, letter);
+  }
+  return text + "'";
+}
+
 /// A run: what its chains and its output have in common.
 class Run {
  public:
@@ -206,11 +220,11 @@ class Run {
       if (record_.arguments[k] == "-restart") {
         ++k;
       } else {
-        command += record_.arguments[k] + " ";
+        command += shell_word(record_.arguments[k]) + " ";
       }
     }
     console_.tell("checkpoint: " + checkpoints.newest() + "; to go on: " + command + "-restart " +
-                  options_.output.directory);
+                  shell_word(options_.output.directory));
   }
 
   MPI_Comm comm_;
