@@ -73,7 +73,10 @@ class CrashTest : public ProgramTest {
     const Arguments go_on = command(ranks, scene(out) + Arguments{"-restart", out});
     const CommandResult full = run_command(go_on);
     EXPECT_EQ(full.exit_code, 1) << "neither 0 nor, since it hangs, 124: " << full;
-    const std::vector<std::string> lines = full.error_lines();
+    std::vector<std::string> lines = full.error_lines();
+    // Open MPI says so itself where ranks write through one of them.
+    const auto of_library = [](const std::string& line) { return line.rfind("mca_fbtl_posix_", 0) == 0; };
+    lines.erase(std::remove_if(lines.begin(), lines.end(), of_library), lines.end());
     ASSERT_EQ(lines.size(), 1U) << full;
     EXPECT_EQ(lines[0].find("pellicle: "), 0U) << full;
     EXPECT_NE(lines[0].find(" bytes are free; the checkpoint before it is " + out.string() + "/checkpoint_0000"),
