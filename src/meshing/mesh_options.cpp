@@ -78,19 +78,27 @@ void describe(OptionTable& table, MeshOptions& options) {
           "solids whose smooth union, less those that are subtracted, has the surface of the shape blobs");
     });
   });
-  table.add("mesh.scale", options.scale).more_than(0).help("factor on all coordinates, such as 0.001 for a file in mm");
+  const Condition placed{"no mesh.file of -mesh_only, which is in its place",
+                         [&options] { return !options.has_partition(); }};
+  table.add("mesh.scale", options.scale)
+      .acts_with(placed)
+      .more_than(0)
+      .help("factor on all coordinates, such as 0.001 for a file in mm");
   table.add("mesh.volume", options.volume)
+      .acts_with(placed)
       .more_than(0)
       .unit("m^3")
       .help("then scaled, about the origin, to enclose this volume; the mesh must be closed");
   table.add("mesh.merge", options.merge)
+      .acts_with(placed)
       .help(
           "points at exactly the same place become one; false keeps them apart, as for two layers that lie on each "
           "other");
   table.add("mesh.rotation", options.rotation)
+      .acts_with(placed)
       .unit("rad")
       .help("then turned by these angles about the axes x, y and z, in this order, through the origin");
-  table.add("mesh.shift", options.shift).unit("m").help("then moved by this vector");
+  table.add("mesh.shift", options.shift).acts_with(placed).unit("m").help("then moved by this vector");
 }
 
 SurfaceMesh make_mesh(const MeshOptions& options) {

@@ -44,6 +44,8 @@ struct MeshOptions {
   Eigen::Vector3d rotation{0, 0, 0};  ///< then turned about the axes x, y, z through the origin, in this order [rad]
   Eigen::Vector3d shift{0, 0, 0};     ///< then moved [m]
 
+  /// Whether the file is one that -mesh_only writes: checked, in its place, with its partition.
+  bool has_partition() const { return file.size() > 3 && file.compare(file.size() - 3, 3, ".h5") == 0; }
   /// What messages call the mesh: the file, or the shape.
   const std::string& name() const { return file.empty() ? shape.name() : file; }
 };

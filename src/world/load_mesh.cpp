@@ -76,11 +76,6 @@ void refuse(const std::string& summary, const std::vector<std::string>& faults) 
   }
 }
 
-bool has_partition(const MeshOptions& options) {
-  const std::string& file = options.file;
-  return file.size() > 3 && file.compare(file.size() - 3, 3, ".h5") == 0;
-}
-
 /// Collective.
 LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
   LoadedMesh loaded;
@@ -108,7 +103,7 @@ LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
 std::string mesh_file_name(const OutputOptions& options) { return options.name + ".mesh.h5"; }
 
 LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
-  if (has_partition(options.mesh)) {
+  if (options.mesh.has_partition()) {
     return read_mesh_file(comm, options);
   }
   CheckedMesh checked = load_mesh(comm, options.mesh);

@@ -133,6 +133,7 @@ TEST_F(MeshOnlyTest, AMeshWithAPartitionMustFitTheRun) {
             std::string::npos);
   write_mesh(2, {"-mesh_shape", "icosphere", "-mesh_level", "1", "-chain", "inflate"}, {});
   EXPECT_NE(pellicle(2, file).errors.find("80 triangles; a burning sheet needs quads"), std::string::npos);
+  EXPECT_NE(pellicle(2, file + Arguments{"-mesh_scale", "2"}).errors.find("mesh_scale"), std::string::npos);
   write("no.h5", "this is no file of HDF5");
   EXPECT_NE(pellicle(2, {"-mesh_file", "no.h5"}).errors.find("no.h5: is no whole file of HDF5"), std::string::npos);
 }

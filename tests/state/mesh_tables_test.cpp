@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
+#include "base/error.h"
 #include "surface/shell.h"
+#include "tests/io/files.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle {
@@ -22,14 +22,6 @@ struct MeshTables : ::testing::Test {
     }
     for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
       mesh.face_fields["thickness"].push_back(1.0 / static_cast<double>(f + 1));
-    }
-    const auto folder = std::filesystem::temp_directory_path() / ("mesh_tables_" + std::to_string(ranks));
-    path = folder.string() + ".h5";
-  }
-  ~MeshTables() override {
-    MPI_Barrier(PETSC_COMM_WORLD);
-    if (rank == 0) {
-      std::filesystem::remove(path);
     }
   }
 
@@ -58,7 +50,8 @@ struct MeshTables : ::testing::Test {
   int rank = 0;
   int ranks = 1;
   SurfaceMesh mesh;
-  std::string path;
+  TestFolder folder;
+  std::string path = folder / "mesh.h5";
 };
 
 TEST_F(MeshTables, AMeshKeepsItsPartition) {
@@ -104,6 +97,28 @@ TEST_F(MeshTables, FieldsOfElementsComeBack) {
   for (std::size_t i = 0; i < read_back.cells.size(); ++i) {
     EXPECT_EQ(read_back.field_values[i], expected[static_cast<std::size_t>(read_back.cells[i].id)]);
   }
+}
+
+TEST_F(MeshTables, WhatDoesNotFitTogetherIsRefused) {
+  MeshRows rows = rows_of(PETSC_COMM_WORLD, mesh);
+  rows.part.assign(rows.cells.size(), 9);
+  const auto fault = [this] {
+    try {
+      read(PETSC_COMM_WORLD);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  write(PETSC_COMM_WORLD, rows);
+  EXPECT_EQ(fault(), path + ": table a/mesh/cells/rank: 9; expected 0 to " + std::to_string(ranks - 1));
+  {
+    Hdf5File file(PETSC_COMM_WORLD, path, Hdf5File::Mode::create);
+    file.write_once<double>("a/mesh/vertices/weight", {1, 2});
+    write_mesh(file, "a/mesh", rows);
+    file.close();
+  }
+  EXPECT_EQ(fault(), path + ": table a/mesh/vertices/weight has 2 rows; expected those of a/mesh/vertices/id, 70");
 }
 
 }  // namespace
