@@ -185,7 +185,6 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
       options_.mat_type != TangentMatrix::shell) {
     // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
-    set_definite(positive_);
     system_.precondition_from(positive_);
     update_jacobian();
     again();

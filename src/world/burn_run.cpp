@@ -326,7 +326,7 @@ void BurnRun::draw() {
   ledger().add(state_->time, state_->step, state_->pieces, masses);
 }
 
-void BurnRun::save(Hdf5File& checkpoint) {
+void BurnRun::save(Hdf5File& checkpoint) const {
   const auto cells = static_cast<std::size_t>(sheet_->owned_cells);
   const std::vector<PetscInt>& ids = sheet_->persistent_id;
   write_mesh(checkpoint, sheet_mesh, rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
@@ -335,8 +335,9 @@ void BurnRun::save(Hdf5File& checkpoint) {
                cell_ids(*sheet_, cells));
   writer_.save(checkpoint);
   ledger_->save(checkpoint);
-  burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin);
 }
+
+void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin); }
 
 void BurnRun::resume_output(const Hdf5File& checkpoint) {
   writer_.resume(checkpoint);

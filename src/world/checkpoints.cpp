@@ -128,7 +128,7 @@ bool Checkpoints::due(int step) const {
   return by_steps || by_time;
 }
 
-void Checkpoints::write(Chain& chain) {
+void Checkpoints::write(const Chain& chain) {
   const int step = chain.step();
   if (options_.keep == 0 || (!written_.empty() && written_.back() == step)) {
     return;

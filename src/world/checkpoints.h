@@ -26,7 +26,7 @@ class Checkpoints {
   bool due(int step) const;
   /// Writes one of the state as it is, if there is none of its step; removes those that are too old. Collective.
   /// @throws Error, on all ranks, when it cannot be written: the ones before it stay
-  void write(Chain& chain);
+  void write(const Chain& chain);
 
   /// The newest one, with its folder; empty: there is none.
   std::string newest() const { return written_.empty() ? "" : folder_.path(name_of(written_.back())); }

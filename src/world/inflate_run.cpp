@@ -93,7 +93,7 @@ void InflateRun::draw() {
   writer_.write(frame);
 }
 
-void InflateRun::save(Hdf5File& checkpoint) {
+void InflateRun::save(Hdf5File& checkpoint) const {
   const std::vector<PetscInt>& particles = membrane_->persistent_id;
   const std::vector<PetscInt>& elements = membrane_->element_id;
   write_mesh(checkpoint, balloon_mesh, rows_of(*membrane_, {}, {}));
@@ -101,7 +101,6 @@ void InflateRun::save(Hdf5File& checkpoint) {
                {elements.begin(), elements.begin() + membrane_->elements.owned});
   writer_.save(checkpoint);
   ledger_->save(checkpoint);
-  inflate_.forget();
 }
 
 void InflateRun::resume_output(const Hdf5File& checkpoint) {

@@ -32,7 +32,8 @@ class InflateRun : public Chain {
   std::optional<double> next_frame_time() const override { return writer_.next_time(state_.time); }
   void draw() override;
   void record(double h, int retries) override;
-  void save(Hdf5File& checkpoint) override;
+  void save(Hdf5File& checkpoint) const override;
+  void forget() override { inflate_.forget(); }
   void resume_output(const Hdf5File& checkpoint) override;
   std::vector<std::string> remarks() const override { return ledger_->remarks(); }
 

@@ -179,6 +179,7 @@ class Run {
     TimeOptions time = options_.time;
     time.max_steps = chain.step() + options_.verify_restart;
     run_steps(chain, time, console_, clock, &checkpoints);
+    chain.forget();
     const int middle = chain.step();
     time.max_steps = middle + options_.verify_restart;
     run_steps(chain, time, console_, clock);

@@ -127,8 +127,11 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
         std::max(chain.time() / options.end, options.max_steps > 0 ? chain.step() / double(options.max_steps) : 0.0);
     console.progress({chain.step(), chain.time(), std::min(1.0, share), step.iterations, step.figures});
     chain.length() = next_length(h, length, step, options);
-    if (checkpoints != nullptr && (is_last() || signal != 0 || checkpoints->due(chain.step()))) {
+    if (is_last() || signal != 0) {
       checkpoint();
+    } else if (checkpoints != nullptr && checkpoints->due(chain.step())) {
+      checkpoint();
+      chain.forget();
     }
     if (signal != 0 && !is_last()) {
       tell_remarks();

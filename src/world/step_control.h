@@ -57,9 +57,10 @@ class Chain {
   virtual std::optional<double> next_frame_time() const = 0;
   /// Writes a frame. The first one makes the output folder.
   virtual void draw() = 0;
-  /// Writes what it takes to go on from the present state and behind the present output; forgets what solvers know of
-  /// earlier steps, so that the run goes on as one that has read this. @throws Error, on all ranks
-  virtual void save(Hdf5File& checkpoint) = 0;
+  /// Writes what it takes to go on from the present state and behind the present output. @throws Error, on all ranks
+  virtual void save(Hdf5File& checkpoint) const = 0;
+  /// Forgets what solvers know of earlier steps: the next step is that of a run that goes on from a checkpoint.
+  virtual void forget() = 0;
   /// Goes on with the output of the run that has written a checkpoint, in its folder, in place of the first frame and
   /// row. @throws Error, on all ranks, when the folder has not what the checkpoint says
   virtual void resume_output(const Hdf5File& checkpoint) = 0;

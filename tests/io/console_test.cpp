@@ -113,9 +113,9 @@ TEST(StageClock, AddsUpCallsAndLaps) {
   EXPECT_GE(clock.stages()[1].seconds, clock.stages()[1].lap_seconds);
   EXPECT_GE(clock.elapsed(), clock.stages()[1].seconds);
   EXPECT_THROW((void)clock.time("three"), std::logic_error);
-  PetscLogEvent event = -1;
-  PetscLogEventGetId("two", &event);
-  EXPECT_GE(event, 0) << "-log_view has no line for the stage";
+  PetscLogStage stage = -1;
+  PetscLogStageGetId("two", &stage);
+  EXPECT_GE(stage, 0) << "-log_view has no part for the stage";
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ class FakeChain : public Chain {
   int step() const override { return step_; }
   double& length() override { return length_; }
   FieldRegistry& state() override { return state_; }
-  void save(Hdf5File&) override {}
+  void save(Hdf5File&) const override {}
+  void forget() override {}
   void resume_output(const Hdf5File&) override {}
   StepResult advance(double h) override {
     ++attempts;
