@@ -172,6 +172,37 @@ void set_block_type(KSP ksp) {
   check(PetscObjectCompose(reinterpret_cast<PetscObject>(ksp), block_type_key, nullptr));
 }
 
+std::string prefix_of(KSP ksp) {
+  const char* prefix = nullptr;
+  check(KSPGetOptionsPrefix(ksp, &prefix));
+  return prefix != nullptr ? prefix : "";
+}
+
+/// Of what MUMPS has worked out that it needs, the share that it gets in addition [%]: on several ranks it needs more,
+/// by how much depends on who is first, and by default (20) small systems now and then fail.
+constexpr PetscInt mumps_room = 100;
+constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of it
+
+/// Gives MUMPS room where it factorises, unless the user says how much.
+void give_mumps_room(KSP ksp) {
+  PC pc = nullptr;
+  PetscBool factorises = PETSC_FALSE;
+  MatSolverType package = nullptr;
+  Mat factor = nullptr;
+  check(KSPGetPC(ksp, &pc));
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &factorises, PCLU, PCCHOLESKY, ""));
+  if (factorises == PETSC_FALSE) {
+    return;
+  }
+  check(PCFactorGetMatSolverType(pc, &package));
+  if (is(package, MATSOLVERMUMPS) &&
+      !option_value("-" + prefix_of(ksp) + "mat_mumps_icntl_" + std::to_string(mumps_room_setting))) {
+    check(PCFactorSetUpMatSolverType(pc));
+    check(PCFactorGetMatrix(pc, &factor));
+    check(MatMumpsSetIcntl(factor, mumps_room_setting, mumps_room));
+  }
+}
+
 /// Refuses what PETSc would refuse in the first solve only, and what ends in a crash or in no preconditioner at all.
 /// @param type of the preconditioner @param matrix from which it is made
 void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
@@ -242,12 +273,6 @@ Solved failure_of(KSPConvergedReason reason) {
     default:
       return Solved::no;
   }
-}
-
-std::string prefix_of(KSP ksp) {
-  const char* prefix = nullptr;
-  check(KSPGetOptionsPrefix(ksp, &prefix));
-  return prefix != nullptr ? prefix : "";
 }
 
 }  // namespace
@@ -381,6 +406,7 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   run_solver(prefix, [&] {
     try {
       set_block_type(ksp);
+      give_mumps_room(ksp);
       check(KSPSolve(ksp, right_hand_side, solution));
       check(KSPGetConvergedReason(ksp, &result.ended));
       check(KSPGetIterationNumber(ksp, &iterations));

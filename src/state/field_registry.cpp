@@ -56,22 +56,6 @@ void for_each_in_record(const std::vector<FieldRegistry::Entry>& entries, Item i
   }
 }
 
-/// All numbers of a field as doubles.
-std::vector<double> numbers(const FieldRegistry::Entry& entry) {
-  return std::visit(
-      [](const auto* values) -> std::vector<double> {
-        using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
-        if constexpr (std::is_same_v<Values, Field>) {
-          return {values->data(), values->data() + values->values().size()};
-        } else if constexpr (std::is_arithmetic_v<Values>) {
-          return {static_cast<double>(*values)};
-        } else {
-          return {values->begin(), values->end()};
-        }
-      },
-      entry.storage);
-}
-
 }  // namespace
 
 FieldRegistry& FieldRegistry::operator=(const FieldRegistry& other) {
@@ -143,6 +127,21 @@ void FieldRegistry::unpack(Item item, PetscInt local, const std::byte* record) {
 
 void FieldRegistry::make_room(Field& values, Item, int components) const { values = Field(*particles_, components); }
 
+std::vector<double> numbers_of(const FieldRegistry::Entry& entry) {
+  return std::visit(
+      [](const auto* values) -> std::vector<double> {
+        using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+        if constexpr (std::is_same_v<Values, Field>) {
+          return {values->data(), values->data() + values->values().size()};
+        } else if constexpr (std::is_arithmetic_v<Values>) {
+          return {static_cast<double>(*values)};
+        } else {
+          return {values->begin(), values->end()};
+        }
+      },
+      entry.storage);
+}
+
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other) {
   std::vector<std::pair<std::string, double>> result;
   for (const FieldRegistry::Entry& entry : one.entries()) {
@@ -150,8 +149,8 @@ std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one
     if (counterpart == nullptr) {
       refuse_other_fields();
     }
-    const std::vector<double> a = numbers(entry);
-    const std::vector<double> b = numbers(*counterpart);
+    const std::vector<double> a = numbers_of(entry);
+    const std::vector<double> b = numbers_of(*counterpart);
     double difference = a.size() == b.size() ? 0 : 1;
     double largest = 0;
     for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) {

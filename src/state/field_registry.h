@@ -114,6 +114,9 @@ class FieldRegistry {
   std::vector<std::shared_ptr<void>> owned_;
 };
 
+/// All numbers of a field, ghosts included, as doubles. Not collective.
+std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
+
 /// The largest difference of two numbers of a field, by the largest number of the field in either; a field of whole
 /// numbers or flags has 1 as soon as one differs. 0 for equal ones, and for none.
 /// @throws std::logic_error if the registries have other fields. Not collective.

@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 #include <type_traits>
 #include <utility>
 
@@ -181,6 +182,14 @@ void Hdf5File::write_text(const std::string& name, const std::string& text) {
   write_once(name, std::vector<unsigned char>(text.begin(), text.end()));
 }
 
+void Hdf5File::write_lines(const std::string& name, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) {
+    text += line + "\n";
+  }
+  write_text(name, text);
+}
+
 bool Hdf5File::has(const std::string& name) const {
   for (std::size_t end = name.find('/'); end != std::string::npos; end = name.find('/', end + 1)) {
     if (H5Lexists(file_, name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) {
@@ -286,6 +295,15 @@ std::vector<Number> Hdf5File::read_all(const std::string& name) const {
 std::string Hdf5File::read_text(const std::string& name) const {
   const std::vector<unsigned char> text = read_all<unsigned char>(name);
   return {text.begin(), text.end()};
+}
+
+std::vector<std::string> Hdf5File::read_lines(const std::string& name) const {
+  std::istringstream text(read_text(name));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) {
+    lines.push_back(line);
+  }
+  return lines;
 }
 
 template void Hdf5File::write(const std::string&, const std::vector<double>&, int);

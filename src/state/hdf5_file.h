@@ -40,6 +40,8 @@ class Hdf5File {
   void write_once(const std::string& name, const std::vector<Number>& rows);
   /// Collective.
   void write_text(const std::string& name, const std::string& text);
+  /// Texts of one line each. Collective.
+  void write_lines(const std::string& name, const std::vector<std::string>& lines);
 
   bool has(const std::string& name) const;
   /// Names of what a group has, in their order.
@@ -59,6 +61,7 @@ class Hdf5File {
   template <class Number>
   std::vector<Number> read_all(const std::string& name) const;
   std::string read_text(const std::string& name) const;
+  std::vector<std::string> read_lines(const std::string& name) const;
 
   /// First row of a rank's share, of so many rows in all.
   static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }

@@ -1,7 +1,6 @@
 #include "state/mesh_tables.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "base/error.h"
 #include "parallel/collective.h"
@@ -12,24 +11,6 @@ namespace pellicle {
 namespace {
 
 const char* const field_prefix = "FIELD_";
-
-/// One name a line.
-std::string lines(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += name + "\n";
-  }
-  return text;
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> names;
-  for (std::string name; std::getline(stream, name);) {
-    names.push_back(name);
-  }
-  return names;
-}
 
 template <class Number, std::size_t count>
 std::vector<Number> column(const std::vector<MeshRows::Point>& points,
@@ -87,8 +68,8 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) 
   MPI_Comm_size(comm, &ranks);
   file.write_once<int>(group + "/ranks", {ranks});
   file.write_once<int>(group + "/corners", {rows.corners});
-  file.write_text(group + "/groups", lines(rows.groups));
-  file.write_text(group + "/fields", lines(rows.fields));
+  file.write_lines(group + "/groups", rows.groups);
+  file.write_lines(group + "/fields", rows.fields);
   std::vector<int> sets;  // of each its size, then its numbers
   for (const std::vector<int>& numbers : rows.group_sets) {
     sets.push_back(static_cast<int>(numbers.size()));
@@ -137,8 +118,8 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   MPI_Comm_size(file.comm(), &ranks);
   MeshRows rows;
   rows.corners = file.read_all<int>(group + "/corners").at(0);
-  rows.groups = lines_of(file.read_text(group + "/groups"));
-  rows.fields = lines_of(file.read_text(group + "/fields"));
+  rows.groups = file.read_lines(group + "/groups");
+  rows.fields = file.read_lines(group + "/fields");
   rows.group_sets.clear();
   const std::vector<int> sets = file.read_all<int>(group + "/group_sets");
   for (auto next = sets.begin(); next != sets.end(); next += 1 + *next) {

@@ -145,11 +145,7 @@ void Checkpoints::write(const Chain& chain) {
     for (std::size_t k = 0; k < record_.decks.size(); ++k) {
       file.write_text("decks/" + std::to_string(k + 1), record_.decks[k].text);
     }
-    std::string mesh;
-    for (const std::string& line : record_.mesh) {
-      mesh += line + "\n";
-    }
-    file.write_text("mesh", mesh);
+    file.write_lines("mesh", record_.mesh);
     chain.save(file);
     file.close();
     long long bytes = 0;

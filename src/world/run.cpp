@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include "base/error.h"
@@ -29,16 +28,6 @@ std::string spring_line(const Sheet& sheet) {
             std::to_string(sheet.of(colour).layout.global);
   }
   return line;
-}
-
-/// The lines of a text.
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);) {
-    lines.push_back(line);
-  }
-  return lines;
 }
 
 /// A word as a shell reads it back.
@@ -119,7 +108,7 @@ class Run {
     }
     checkpoint_ = pellicle::open_checkpoint(comm_, options_.restart, console_);
     require_same_options(table_, checkpoint_->read_text("options"), record_.options);
-    record_.mesh = lines_of(checkpoint_->read_text("mesh"));
+    record_.mesh = checkpoint_->read_lines("mesh");
     return true;
   }
 

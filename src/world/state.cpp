@@ -6,7 +6,7 @@
 namespace pellicle {
 
 State::State(const Sheet& sheet)
-    : FieldRegistry(sheet.particles, {sheet.owned_cells, static_cast<PetscInt>(sheet.cells.size())}),
+    : ObjectState(sheet.particles, {sheet.owned_cells, static_cast<PetscInt>(sheet.cells.size())}),
       pieces(own<Pieces>()),
       living(own<Living>(sheet)),
       target_length(own<TargetLengths>()) {

@@ -1,30 +1,24 @@
 #pragma once
 
 #include "combustion/combustion.h"
-#include "state/field_registry.h"
 #include "surface/living.h"
 #include "surface/pieces.h"
 #include "surface/sheet.h"
+#include "world/object_state.h"
 
 namespace pellicle {
 
-/// All that changes of a sheet from step to step. Ghosts are up to date between steps. A step that fails is put back by
-/// assigning a copy.
-struct State : FieldRegistry {
+/// All that changes of a sheet from step to step.
+struct State : ObjectState {
   /// Everything lives and is at rest; the pieces are yet to be found, nothing is pinned. The sheet must outlive the
   /// state. Collective.
   explicit State(const Sheet& sheet);
   State(State&&) = default;
   State& operator=(const State& other) {
-    FieldRegistry::operator=(other);
+    ObjectState::operator=(other);
     return *this;
   }
 
-  double& time = add<double>({"time", "s", Item::object});
-  PetscInt& step = add<PetscInt>({"step", "", Item::object});             ///< accepted steps
-  double& next_length = add<double>({"next_length", "s", Item::object});  ///< of the next step, see Chain::length
-  Field& position = add<Field>({"position", "m", Item::particle}, 3);
-  Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
   Field& temperature = add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers});
   Field& mass = add<Field>({"mass", "kg", Item::particle});                ///< 0: the particle has left the sheet
   Field& mass_change = add<Field>({"mass_change", "kg", Item::particle});  ///< of the last step, at most 0

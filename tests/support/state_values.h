@@ -16,18 +16,7 @@ using StateValues = std::map<std::string, std::vector<double>>;
 inline StateValues values_of(const FieldRegistry& state) {
   StateValues result;
   for (const FieldRegistry::Entry& entry : state.entries()) {
-    result[entry.declaration.name] = std::visit(
-        [](const auto* values) -> std::vector<double> {
-          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
-          if constexpr (std::is_same_v<Values, Field>) {
-            return {values->data(), values->data() + values->values().size()};
-          } else if constexpr (std::is_arithmetic_v<Values>) {
-            return {static_cast<double>(*values)};
-          } else {
-            return {values->begin(), values->end()};
-          }
-        },
-        entry.storage);
+    result[entry.declaration.name] = numbers_of(entry);
   }
   return result;
 }
