@@ -61,11 +61,6 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
   hold(numbers);
 }
 
-Pins::Pins(const Pins& other, const PointSet& points, const std::vector<PetscInt>& numbers)
-    : points_(&points), pins_(other.pins_), pinned_(numbers.size(), false) {
-  hold(numbers);
-}
-
 void Pins::add(const std::string& name, const PinOptions& options) {
   if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
     throw Error("pins." + name + fault);

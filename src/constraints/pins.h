@@ -32,10 +32,6 @@ class Pins {
   /// @throws Error on a bad path
   Pins(const PointSet& points, const std::map<std::string, PinOptions>& options, const std::vector<PetscInt>& numbers);
 
-  /// The same pins on other points, such as what is left of a sheet. The points must outlive the pins. Not collective.
-  /// @param numbers pin of each local particle of `points`, see numbers
-  Pins(const Pins& other, const PointSet& points, const std::vector<PetscInt>& numbers);
-
   /// Number of the pin that holds each local particle, -1 where none does.
   std::vector<PetscInt> numbers() const;
 

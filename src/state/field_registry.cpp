@@ -10,51 +10,7 @@ namespace pellicle {
 
 namespace {
 
-template <class Values>
-constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
-                             std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
-
-template <class Values>
-struct NumberOf {
-  using Type = typename Values::value_type;
-};
-template <>
-struct NumberOf<Field> {
-  using Type = double;
-};
-
-/// What a number of these values is in a record: a flag is a byte.
-template <class Values>
-using Kept =
-    std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char, typename NumberOf<Values>::Type>;
-
-template <class Values>
-decltype(auto) number(Values& values, std::size_t place) {
-  if constexpr (std::is_same_v<std::remove_const_t<Values>, Field>) {
-    return (values.data()[place]);
-  } else {
-    return values[place];
-  }
-}
-
 [[noreturn]] void refuse_other_fields() { throw std::logic_error("two states have different fields"); }
-
-/// Calls `visit(entry, values)` for the fields of an item's record.
-template <class Visit>
-void for_each_in_record(const std::vector<FieldRegistry::Entry>& entries, Item item, const Visit& visit) {
-  for (const FieldRegistry::Entry& entry : entries) {
-    if (entry.declaration.item == item && !entry.declaration.follows) {
-      std::visit(
-          [&](auto* values) {
-            using Values = std::remove_pointer_t<decltype(values)>;
-            if constexpr (is_on_items<Values>) {
-              visit(entry, *values);
-            }
-          },
-          entry.storage);
-    }
-  }
-}
 
 }  // namespace
 
@@ -97,14 +53,14 @@ const FieldRegistry::Entry* FieldRegistry::find(const std::string& name) const {
 
 std::size_t FieldRegistry::record_size(Item item) const {
   std::size_t size = 0;
-  for_each_in_record(entries_, item, [&size](const Entry& entry, const auto& values) {
+  for_each_on_items(*this, item, [&size](const Entry& entry, const auto& values) {
     size += static_cast<std::size_t>(entry.components) * sizeof(Kept<std::decay_t<decltype(values)>>);
   });
   return size;
 }
 
 void FieldRegistry::pack(Item item, PetscInt local, std::byte* record) const {
-  for_each_in_record(entries_, item, [&](const Entry& entry, const auto& values) {
+  for_each_on_items(*this, item, [&](const Entry& entry, const auto& values) {
     for (int k = 0; k < entry.components; ++k) {
       const Kept<std::decay_t<decltype(values)>> kept =
           number(values, static_cast<std::size_t>(local * entry.components + k));
@@ -115,7 +71,7 @@ void FieldRegistry::pack(Item item, PetscInt local, std::byte* record) const {
 }
 
 void FieldRegistry::unpack(Item item, PetscInt local, const std::byte* record) {
-  for_each_in_record(entries_, item, [&](const Entry& entry, auto& values) {
+  for_each_on_items(*this, item, [&](const Entry& entry, auto& values) {
     for (int k = 0; k < entry.components; ++k) {
       Kept<std::decay_t<decltype(values)>> kept{};
       std::memcpy(&kept, record, sizeof kept);

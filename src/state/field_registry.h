@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -113,6 +114,41 @@ class FieldRegistry {
   std::vector<Entry> entries_;
   std::vector<std::shared_ptr<void>> owned_;
 };
+
+template <class Values>
+constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
+                             std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
+
+/// What a number of these values is where it is kept: a flag is a byte.
+template <class Values>
+using Kept = std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char,
+                                std::conditional_t<std::is_same_v<Values, std::vector<PetscInt>>, PetscInt, double>>;
+
+/// A number of a field on items, by its place among those of all local items.
+template <class Values>
+decltype(auto) number(Values& values, std::size_t place) {
+  if constexpr (std::is_same_v<std::remove_const_t<Values>, Field>) {
+    return (values.data()[place]);
+  } else {
+    return values[place];
+  }
+}
+
+/// Calls `visit(entry, values)` for the fields on particles or cells that do not follow from others, in their order.
+template <class Visit>
+void for_each_on_items(const FieldRegistry& fields, Item item, const Visit& visit) {
+  for (const FieldRegistry::Entry& entry : fields.entries()) {
+    if (entry.declaration.item == item && !entry.declaration.follows) {
+      std::visit(
+          [&](auto* values) {
+            if constexpr (is_on_items<std::remove_pointer_t<decltype(values)>>) {
+              visit(entry, *values);
+            }
+          },
+          entry.storage);
+    }
+  }
+}
 
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <numeric>
 #include <sstream>
 #include <type_traits>
@@ -21,76 +20,32 @@ std::string group_of(const std::string& group, Item item) {
                                          : "/sums/");
 }
 
-/// Calls `visit(entry, number)` for the fields of an item's record in their order, with a number of the kind that the
-/// record has: double, PetscInt, or unsigned char of a flag.
-template <class Visit>
-void for_each_column(const FieldRegistry& fields, Item item, const Visit& visit) {
-  for (const FieldRegistry::Entry& entry : fields.entries()) {
-    if (entry.declaration.item != item || entry.declaration.follows) {
-      continue;
-    }
-    std::visit(
-        [&](const auto* values) {
-          using Values = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
-          if constexpr (std::is_same_v<Values, std::vector<PetscInt>>) {
-            visit(entry, PetscInt{});
-          } else if constexpr (std::is_same_v<Values, std::vector<bool>>) {
-            visit(entry, static_cast<unsigned char>(0));
-          } else {
-            visit(entry, 0.0);
-          }
-        },
-        entry.storage);
-  }
-}
-
 void write_items(Hdf5File& file, const std::string& group, const FieldRegistry& fields, Item item,
                  const std::vector<PetscInt>& ids) {
-  Records own(fields.record_size(item), static_cast<PetscInt>(ids.size()));
-  for (PetscInt i = 0; i < own.count(); ++i) {
-    fields.pack(item, i, own.at(i));
-  }
   const SortedRows by_id(file.comm(), ids);
-  const Records rows = by_id.sorted(own);
   file.write(group_of(group, item) + "id", by_id.sorted(ids));
-  std::size_t offset = 0;
-  for_each_column(fields, item, [&](const FieldRegistry::Entry& entry, auto number) {
-    std::vector<decltype(number)> column(static_cast<std::size_t>(rows.count() * entry.components));
-    const std::size_t bytes = sizeof number * static_cast<std::size_t>(entry.components);
-    for (PetscInt i = 0; i < rows.count(); ++i) {
-      std::memcpy(column.data() + static_cast<std::ptrdiff_t>(i) * entry.components, rows.at(i) + offset, bytes);
+  for_each_on_items(fields, item, [&](const FieldRegistry::Entry& entry, const auto& values) {
+    std::vector<Kept<std::decay_t<decltype(values)>>> own(ids.size() * static_cast<std::size_t>(entry.components));
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      own[k] = number(values, k);
     }
-    offset += bytes;
-    file.write(group_of(group, item) + entry.declaration.name, column, entry.components);
+    file.write(group_of(group, item) + entry.declaration.name, by_id.sorted(own, entry.components), entry.components);
   });
-}
-
-/// This rank's share of the rows of particles or cells as records of the registry. Collective.
-Records read_records(const Hdf5File& file, const std::string& group, const FieldRegistry& fields, Item item) {
-  Records records;
-  std::size_t offset = 0;
-  for_each_column(fields, item, [&](const FieldRegistry::Entry& entry, auto number) {
-    const auto column = file.read<decltype(number)>(group_of(group, item) + entry.declaration.name, entry.components);
-    if (records.bytes() == 0) {
-      records = Records(fields.record_size(item), static_cast<PetscInt>(column.size()) / entry.components);
-    }
-    const std::size_t bytes = sizeof number * static_cast<std::size_t>(entry.components);
-    for (PetscInt i = 0; i < records.count(); ++i) {
-      std::memcpy(records.at(i) + offset, column.data() + static_cast<std::ptrdiff_t>(i) * entry.components, bytes);
-    }
-    offset += bytes;
-  });
-  return records;
 }
 
 /// Reads the fields of the local items. Collective. @param ids of them
 void read_items(const Hdf5File& file, const std::string& group, FieldRegistry& fields, Item item,
                 const std::vector<PetscInt>& ids) {
-  const Records records = rows_of_ids(file.comm(), file.read<PetscInt>(group_of(group, item) + "id"),
-                                      read_records(file, group, fields, item), ids);
-  for (PetscInt i = 0; i < records.count(); ++i) {
-    fields.unpack(item, i, records.at(i));
-  }
+  file.require_equal_rows(group + (item == Item::particle ? "/particles" : "/cells"));
+  const RowsOfIds rows(file.comm(), file.read<PetscInt>(group_of(group, item) + "id"), ids);
+  for_each_on_items(fields, item, [&](const FieldRegistry::Entry& entry, auto& values) {
+    using Number = Kept<std::decay_t<decltype(values)>>;
+    const auto found =
+        rows.of(file.read<Number>(group_of(group, item) + entry.declaration.name, entry.components), entry.components);
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      number(values, k) = found[k];
+    }
+  });
 }
 
 /// Reads what the object has once, and its sums. Collective.

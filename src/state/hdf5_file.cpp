@@ -238,6 +238,17 @@ int Hdf5File::columns(const std::string& name) const {
   return static_cast<int>(size[1]);
 }
 
+void Hdf5File::require_equal_rows(const std::string& group) const {
+  const long long expected = rows(group + "/id");
+  for (const std::string& name : names(group)) {
+    const long long found = rows(group + "/" + name);
+    if (found != expected) {
+      throw Error(path_ + ": table " + group + "/" + name + " has " + std::to_string(found) +
+                  " rows; expected those of " + group + "/id, " + std::to_string(expected));
+    }
+  }
+}
+
 void Hdf5File::read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows,
                           int columns, std::size_t number_size, bool is_share) const {
   if (this->columns(name) != columns) {
@@ -277,14 +288,6 @@ std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
 }
 
 template <class Number>
-std::vector<Number> Hdf5File::read_on_root(const std::string& name, int columns) const {
-  const long long own = rank_ == 0 ? rows(name) : 0;
-  std::vector<Number> result(static_cast<std::size_t>(own * columns));
-  read_bytes(name, type_of<Number>(), result.data(), 0, own, columns, sizeof(Number), true);
-  return result;
-}
-
-template <class Number>
 std::vector<Number> Hdf5File::read_all(const std::string& name) const {
   const long long all = rows(name);
   std::vector<Number> result(static_cast<std::size_t>(all));
@@ -309,17 +312,14 @@ std::vector<std::string> Hdf5File::read_lines(const std::string& name) const {
 template void Hdf5File::write(const std::string&, const std::vector<double>&, int);
 template void Hdf5File::write_once(const std::string&, const std::vector<double>&);
 template std::vector<double> Hdf5File::read(const std::string&, int) const;
-template std::vector<double> Hdf5File::read_on_root(const std::string&, int) const;
 template std::vector<double> Hdf5File::read_all(const std::string&) const;
 template void Hdf5File::write(const std::string&, const std::vector<int>&, int);
 template void Hdf5File::write_once(const std::string&, const std::vector<int>&);
 template std::vector<int> Hdf5File::read(const std::string&, int) const;
-template std::vector<int> Hdf5File::read_on_root(const std::string&, int) const;
 template std::vector<int> Hdf5File::read_all(const std::string&) const;
 template void Hdf5File::write(const std::string&, const std::vector<unsigned char>&, int);
 template void Hdf5File::write_once(const std::string&, const std::vector<unsigned char>&);
 template std::vector<unsigned char> Hdf5File::read(const std::string&, int) const;
-template std::vector<unsigned char> Hdf5File::read_on_root(const std::string&, int) const;
 template std::vector<unsigned char> Hdf5File::read_all(const std::string&) const;
 
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes) {

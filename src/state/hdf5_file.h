@@ -50,13 +50,13 @@ class Hdf5File {
   long long rows(const std::string& name) const;
   int columns(const std::string& name) const;
 
+  /// @throws Error, on all ranks, unless the tables of a group have as many rows as its table `id`
+  void require_equal_rows(const std::string& group) const;
+
   /// Reads this rank's share of a table: the rows, in their order, are dealt to the ranks in equal parts. Collective.
   /// @throws Error, on all ranks, when the table is not there, has other columns or numbers, or is damaged
   template <class Number>
   std::vector<Number> read(const std::string& name, int columns = 1) const;
-  /// Reads all of a table on rank 0, nothing on the others. Collective.
-  template <class Number>
-  std::vector<Number> read_on_root(const std::string& name, int columns = 1) const;
   /// Reads all of a table on every rank. Collective.
   template <class Number>
   std::vector<Number> read_all(const std::string& name) const;

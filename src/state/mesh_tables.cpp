@@ -48,18 +48,6 @@ void set(std::vector<MeshRows::Point>& points, const std::vector<Number>& number
 
 using Point = MeshRows::Point;
 
-/// @throws Error, on all ranks, unless the tables of a group have as many rows
-void require_equal_rows(const Hdf5File& file, const std::string& group) {
-  const long long expected = file.rows(group + "/id");
-  for (const std::string& name : file.names(group)) {
-    const long long rows = file.rows(group + "/" + name);
-    if (rows != expected) {
-      throw Error(file.path() + ": table " + group + "/" + name + " has " + std::to_string(rows) +
-                  " rows; expected those of " + group + "/id, " + std::to_string(expected));
-    }
-  }
-}
-
 }  // namespace
 
 void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) {
@@ -130,8 +118,8 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   const std::string of_cells = group + "/cells/";
   rows.has_uv = file.has(of_vertices + "uv");
   const bool is_sheet = file.has(of_vertices + "mass");
-  require_equal_rows(file, group + "/vertices");
-  require_equal_rows(file, group + "/cells");
+  file.require_equal_rows(group + "/vertices");
+  file.require_equal_rows(group + "/cells");
   const auto vertex_ids = file.read<PetscInt>(of_vertices + "id");
   rows.vertices.resize(vertex_ids.size());
   set(rows.vertices, vertex_ids, &Point::id);

@@ -51,21 +51,18 @@ SortedRows::SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids)
   std::sort(order_.begin(), order_.end(), [&id](PetscInt a, PetscInt b) { return id(a) < id(b); });
 }
 
-Records rows_of_ids(MPI_Comm comm, const std::vector<PetscInt>& ids, const Records& rows,
-                    const std::vector<PetscInt>& wanted) {
-  const Route route(comm, holders(comm, ids, wanted));
-  const std::vector<PetscInt> asked = route.send(wanted);
-  std::vector<PetscInt> found;
+RowsOfIds::RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted)
+    : count_(static_cast<PetscInt>(ids.size())), route_(comm, holders(comm, ids, wanted)) {
+  const std::vector<PetscInt> asked = route_.send(wanted);
   together(comm, [&] {
     for (const PetscInt id : asked) {
       const auto place = std::lower_bound(ids.begin(), ids.end(), id);
       if (place == ids.end() || *place != id) {
         throw Error("the tables have no row of the id " + std::to_string(id));
       }
-      found.push_back(static_cast<PetscInt>(place - ids.begin()));
+      asked_.push_back(static_cast<PetscInt>(place - ids.begin()));
     }
   });
-  return route.send_back(rows.of_items(found));
 }
 
 }  // namespace pellicle

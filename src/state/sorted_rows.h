@@ -29,10 +29,25 @@ class SortedRows {
   std::vector<PetscInt> order_;  ///< of what arrives
 };
 
-/// The rows of the ids that this rank wants; others may want them, too. Collective.
-/// @param ids of the rows of this rank; they rise over all ranks
-/// @throws Error, on all ranks, when there is no row of an id
-Records rows_of_ids(MPI_Comm comm, const std::vector<PetscInt>& ids, const Records& rows,
-                    const std::vector<PetscInt>& wanted);
+/// The way to the rows of the ids that this rank wants; others may want them, too.
+class RowsOfIds {
+ public:
+  /// Collective. @param ids of the rows of this rank; they rise over all ranks
+  /// @throws Error, on all ranks, when there is no row of an id
+  RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted);
+
+  /// What belongs to the wanted ids. Collective.
+  /// @param values of the rows of this rank, `columns` a row
+  template <class Value>
+  std::vector<Value> of(const std::vector<Value>& values, int columns = 1) const {
+    const Records rows = Records::of(values, count_, static_cast<std::size_t>(columns));
+    return route_.send_back(rows.of_items(asked_)).template as<Value>();
+  }
+
+ private:
+  PetscInt count_;  ///< of the rows of this rank
+  Route route_;
+  std::vector<PetscInt> asked_;  ///< rows of this rank
+};
 
 }  // namespace pellicle

@@ -47,7 +47,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, const 
     : Burn(sheet, options, clock, Pins(sheet, options.pins, pin_numbers), Textures(sheet.comm())) {}
 
 Burn::Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers)
-    : Burn(compacted, before.options_, before.clock_, Pins(before.pins_, compacted, pin_numbers),
+    : Burn(compacted, before.options_, before.clock_, Pins(compacted, before.options_.pins, pin_numbers),
            std::move(before.textures_)) {}
 
 Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures)

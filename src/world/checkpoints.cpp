@@ -119,7 +119,7 @@ std::string Checkpoints::name_of(int step) {
 }
 
 bool Checkpoints::due(int step) const {
-  if (options_.keep == 0 || (!written_.empty() && written_.back() == step)) {
+  if (!lacks(step)) {
     return false;
   }
   const bool by_steps = options_.interval_steps > 0 && step % options_.interval_steps == 0;
@@ -130,7 +130,7 @@ bool Checkpoints::due(int step) const {
 
 void Checkpoints::write(const Chain& chain) {
   const int step = chain.step();
-  if (options_.keep == 0 || (!written_.empty() && written_.back() == step)) {
+  if (!lacks(step)) {
     return;
   }
   MPI_Comm comm = folder_.comm();
@@ -149,7 +149,7 @@ void Checkpoints::write(const Chain& chain) {
     chain.save(file);
     file.close();
     long long bytes = 0;
-    on_root(comm, [&] { bytes = static_cast<long long>(fs::file_size(part)); });
+    on_root(comm, [&] { bytes = OpenFile(part, O_RDONLY).size(); });
     MPI_Bcast(&bytes, 1, MPI_LONG_LONG, 0, comm);
     const unsigned long sum = file_checksum(comm, part, bytes);
     on_root(comm, [&] {

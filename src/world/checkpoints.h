@@ -33,6 +33,8 @@ class Checkpoints {
 
  private:
   static std::string name_of(int step);
+  /// Whether there is to be one of a step, and is none yet.
+  bool lacks(int step) const { return options_.keep > 0 && (written_.empty() || written_.back() != step); }
 
   OutputFolder& folder_;
   CheckpointOptions options_;

@@ -57,7 +57,7 @@ class Run {
 
   /// The whole run. Collective.
   void run() {
-    StageClock clock(options_.chain == ChainKind::burn ? Burn::stage_names() : Inflate::stage_names());
+    StageClock clock(stage_names());
     const Begun begun = open_checkpoint() ? from_checkpoint(*checkpoint_, options_, folder_, clock) : from_mesh(clock);
     const bool goes_on = goes_on_in_its_folder();
     Checkpoints checkpoints(folder_, options_.checkpoint, record_, goes_on ? begun.chain->step() : -1);
@@ -70,6 +70,10 @@ class Run {
   }
 
  private:
+  const std::vector<std::string>& stage_names() const {
+    return options_.chain == ChainKind::burn ? Burn::stage_names() : Inflate::stage_names();
+  }
+
   /// A chain before its first step here, and lines about it for somebody who watches.
   struct Begun {
     std::unique_ptr<Chain> chain;
@@ -176,7 +180,7 @@ class Run {
     Options options = options_;
     options.output.directory += "/verify_restart";
     OutputFolder folder(comm_, options.output, record_);
-    StageClock clock_again(options.chain == ChainKind::burn ? Burn::stage_names() : Inflate::stage_names());
+    StageClock clock_again(stage_names());
     const std::unique_ptr<Hdf5File> checkpoint = pellicle::open_checkpoint(comm_, checkpoints.newest(), console_);
     const Begun again = from_checkpoint(*checkpoint, options, folder, clock_again);
     again.chain->draw();

@@ -44,19 +44,8 @@ class CrashTest : public ProgramTest {
   /// A sheet of which half burns away in 24 steps, so that it falls in two, compacted often, with a checkpoint every
   /// step.
   Arguments scene(const std::string& out) const {
-    return Arguments{write("scene.yaml", burning_scene)} + burning_away +
-           Arguments{"-mesh_cells",
-                     "14,14",
-                     "-heat_sources_spot_velocity",
-                     "15,0,0",
-                     "-ablation_compact_fraction",
-                     "0.05",
-                     "-output_interval_steps",
-                     "4",
-                     "-checkpoint_interval_steps",
-                     "1",
-                     "-output_directory",
-                     out};
+    return Arguments{write("scene.yaml", burning_scene)} + burning_away + falling_in_two +
+           Arguments{"-checkpoint_interval_steps", "1", "-output_directory", out};
   }
 
   /// Expects that a run has ended as the one without faults.

@@ -45,19 +45,8 @@ class RestartTest : public ProgramTest {
   /// A sheet of which half burns away in 24 steps, so that it falls in two, compacted often, with a checkpoint and a
   /// frame every 4 steps.
   Arguments sheet() const {
-    return Arguments{write("scene.yaml", burning_scene)} + burning_away +
-           Arguments{"-mesh_cells",
-                     "14,14",
-                     "-heat_sources_spot_velocity",
-                     "15,0,0",
-                     "-ablation_compact_fraction",
-                     "0.05",
-                     "-output_interval_steps",
-                     "4",
-                     "-output_monitor",
-                     "1000",
-                     "-checkpoint_interval_steps",
-                     "4"};
+    return Arguments{write("scene.yaml", burning_scene)} + burning_away + falling_in_two +
+           Arguments{"-output_monitor", "1000", "-checkpoint_interval_steps", "4"};
   }
   /// A ball and half a ball with gas, a moving body, pins and attachments; 20 steps.
   Arguments balloon() const {

@@ -57,13 +57,12 @@ TEST(SortedRows, AreFoundByTheirIds) {
   const std::vector<PetscInt> ids = own_ids();
   const SortedRows by_id(PETSC_COMM_WORLD, ids);
   const std::vector<PetscInt> sorted = by_id.sorted(ids);
-  const Records rows = Records::of(rows_for(sorted), static_cast<PetscInt>(sorted.size()), 2);
   const std::vector<PetscInt> wanted{98, 3, 53, 3, 48};  // the same on every rank
-  EXPECT_EQ(rows_of_ids(PETSC_COMM_WORLD, sorted, rows, wanted).as<double>(), rows_for(wanted));
-  EXPECT_EQ(rows_of_ids(PETSC_COMM_WORLD, sorted, rows, {}).count(), 0);
+  EXPECT_EQ(RowsOfIds(PETSC_COMM_WORLD, sorted, wanted).of(rows_for(sorted), 2), rows_for(wanted));
+  EXPECT_TRUE(RowsOfIds(PETSC_COMM_WORLD, sorted, {}).of(rows_for(sorted), 2).empty());
   for (const PetscInt absent : {0, 4, 99}) {
     const std::vector<PetscInt> some = this_rank() == 0 ? std::vector<PetscInt>{absent} : std::vector<PetscInt>{};
-    EXPECT_THROW(rows_of_ids(PETSC_COMM_WORLD, sorted, rows, some), Error) << absent;
+    EXPECT_THROW(RowsOfIds(PETSC_COMM_WORLD, sorted, some), Error) << absent;
   }
 }
 

@@ -55,4 +55,15 @@ inline const std::vector<std::string> burning_away{"-ablation_loss_mass",
                                                    "-project_max_steps",
                                                    "3"};
 
+/// Options that turn it, together with these, into a small one of which half burns away in 24 steps, so that it falls
+/// in two, compacted often.
+inline const std::vector<std::string> falling_in_two{"-mesh_cells",
+                                                     "14,14",
+                                                     "-heat_sources_spot_velocity",
+                                                     "15,0,0",
+                                                     "-ablation_compact_fraction",
+                                                     "0.05",
+                                                     "-output_interval_steps",
+                                                     "4"};
+
 }  // namespace pellicle
