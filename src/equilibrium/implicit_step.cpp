@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "solvers/backtracking.h"
@@ -72,7 +73,8 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   };
   problem.solve = [this](Vec residual, Vec descent, const NewtonRequest& request) {
     check(KSPSetTolerances(system_.solver(), request.rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-    check(KSPSetReusePreconditioner(system_.solver(), request.reuses_preconditioner));
+    const bool is_new = std::exchange(has_new_pattern_, false);
+    check(KSPSetReusePreconditioner(system_.solver(), is_new ? PETSC_FALSE : request.reuses_preconditioner));
     return solve(residual, descent);
   };
   if (options.line_search) {
@@ -160,9 +162,19 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
 }
 
 void ImplicitStep::update_jacobian() {
+  if (potential_.renew_pattern()) {
+    has_new_pattern_ = true;
+    if (patches_) {
+      patches_->forget_pattern();
+    }
+    if (positive_ != nullptr) {
+      system_.precondition_from(system_.sparse());
+      positive_ = {};
+    }
+  }
   const bool renews_patches = patches_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {
-    potential_.update_tangent(StepPotential::Tangent::positive, system_);
+    potential_.update_tangent(Curvature::positive, system_);
     if (renews_patches) {
       patches_->renew();
     }
@@ -170,7 +182,7 @@ void ImplicitStep::update_jacobian() {
       check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));
     }
   }
-  potential_.update_tangent(StepPotential::Tangent::exact, system_);
+  potential_.update_tangent(Curvature::exact, system_);
 }
 
 /// The step of Newton's method, J y = r, or of the positive tangent in J's place (see the class).
@@ -191,7 +203,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   }
   if (result.solved == Solved::concave) {
     ++concave_iterations_;
-    potential_.update_tangent(StepPotential::Tangent::positive, system_);
+    potential_.update_tangent(Curvature::positive, system_);
     again();
   }
   return result;

@@ -31,7 +31,7 @@ struct ImplicitResult {
 /// Where the tangent is not positive definite, Pi has no minimum near and may have several further off. Whether it is
 /// so the linear solver finds out: conjugate gradients meet a direction of negative curvature, or the solution is one.
 /// What they have reached by then depends on preconditioner, ranks and rounding, and is not used: the iteration is
-/// solved again with a tangent that is positive definite by construction (TangentInput::positive). So the steps are the
+/// solved again with a tangent that is positive definite by construction (Curvature::positive). So the steps are the
 /// same everywhere, and near a minimum the tangent is exact.
 ///
 /// Chambers of prescribed volume add their pressures as unknowns: a bordered system.
@@ -63,6 +63,7 @@ class ImplicitStep {
   std::optional<RigidPatches> patches_;     ///< of its preconditioner, if it is multigrid
   std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
+  bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress
   VecHandle unknowns_;
   VecHandle residual_;

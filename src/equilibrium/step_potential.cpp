@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
+#include "equilibrium/vertex_potential.h"
 
 namespace pellicle {
 
@@ -22,10 +24,10 @@ double rank_one_share(GasTangent gas_tangent) { return gas_tangent == GasTangent
 StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& options)
     : model_(model),
       options_(options),
-      tangent_(model.elements, options, model.constraints.projectors()),
+      wall_(model.elements, options),
+      damping_(model.elements, model.mass, options),
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
-      displacement_(model.elements.membrane().particles, 3),
       predicted_(3, owned()) {
   const Membrane& membrane = model_.elements.membrane();
   MPI_Comm_rank(comm(), &rank_);
@@ -37,6 +39,11 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   multiplier_.setZero(static_cast<Eigen::Index>(prescribed_.size()));
   gas_.resize(static_cast<std::size_t>(model_.chambers.count()));
 
+  potentials_ = {&wall_, &damping_};
+  add_vertex_potentials();
+  potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
+  tangent_.emplace(membrane.particles, potentials_, model_.constraints.projectors(), options_.mat_type, "prism_");
+
   // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
   // small stretch, since not every material can go that far.
   constexpr double strain = 1e-3;
@@ -45,21 +52,41 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
     sums[0] += model_.elements.wall().rest[e].area;
   }
   position_.values() = (1 + strain) * membrane.rest;
-  sums[1] = model_.elements.energy(position_, std::vector<double>(membrane.triangles.size(), 1.0));
+  sums[1] = wall_.value(position_);
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm());
   length_scale_ = std::sqrt(sums[0]);
   force_scale_ = sums[1] * std::pow(0.5 / strain, 2) / length_scale_;
 }
 
+void StepPotential::add_vertex_potentials() {
+  const auto add = [this](auto&& function) {
+    of_vertices_.push_back(make_vertex_potential(model_.elements.membrane().particles, function));
+    potentials_.push_back(of_vertices_.back().get());
+  };
+  if (options_.inertia) {
+    add([this](PetscInt i, const Eigen::Vector3d& x) {
+      const double stiffness = model_.mass[static_cast<std::size_t>(i)] / (h_ * h_);
+      const Eigen::Vector3d away = x - predicted_.col(i);
+      return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
+                            stiffness * Eigen::Matrix3d::Identity()};
+    });
+  }
+  add([this](PetscInt i, const Eigen::Vector3d& x) {
+    const Eigen::Vector3d weight = model_.mass[static_cast<std::size_t>(i)] * model_.gravity;
+    return PointPotential{-weight.dot(x - start_.vector(i)), -weight};
+  });
+  if (!model_.loads.empty()) {
+    add([this](PetscInt i, const Eigen::Vector3d& x) { return model_.loads.at(i, x); });
+  }
+}
+
 void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start) {
   h_ = start.h;
   time_end_ = start.time + start.h;
-  thickness_ratio_ = start.thickness_ratio;
   start_.values() = position.values();
+  wall_.set_thickness(start.thickness_ratio);
+  damping_.begin_step(start_, start.thickness_ratio, h_);
   model_.loads.begin_step(start_, time_end_, h_);
-  if (options_.stiffness_damping > 0) {
-    tangent_.lag(start_, thickness_ratio_);
-  }
   const std::vector<Eigen::Matrix3d>& projectors = model_.constraints.projectors();
   const auto start_from = [&](double share) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
@@ -70,7 +97,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   };
   start_from(1);
   predicted_ = position_.values().leftCols(owned());
-  if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), model_.elements.energy(position_, thickness_ratio_)))) {
+  if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
   multiplier_ = pressure(prescribed_);
@@ -133,61 +160,45 @@ void StepPotential::evaluate_gas() {
 
 void StepPotential::compute_residual(Vec residual) {
   evaluate_gas();
-  Eigen::Matrix3Xd wall = Eigen::Matrix3Xd::Zero(3, owned());
-  Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, owned());
-  Eigen::Matrix3Xd damping = Eigen::Matrix3Xd::Zero(3, owned());
-  model_.elements.add_force(position_, thickness_ratio_, wall);
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    gas += gas_[static_cast<std::size_t>(chamber)].pressure * model_.chambers.volume_gradient(chamber, position_);
-  }
-  if (options_.stiffness_damping > 0) {
-    displacement_.values() = position_.values() - start_.values();
-    tangent_.add_lagged_product(-options_.stiffness_damping / h_, displacement_, damping);
-  }
-  squared_forces_.fill(0);
+  squared_forces_.clear();
   double* values = nullptr;
-  check(VecGetArray(residual, &values));
-  for (PetscInt i = 0; i < owned(); ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const double mass = model_.mass[index];
-    const auto x = position_.vector(i);
-    Eigen::Matrix<double, 3, force_kinds> forces;
-    forces.col(of_wall) = wall.col(i);
-    forces.col(of_gas) = gas.col(i);
-    forces.col(of_inertia).setZero();
-    if (options_.inertia) {
-      forces.col(of_inertia) = -mass / (h_ * h_) * (x - predicted_.col(i));
+  check(VecGetArrayWrite(residual, &values));
+  Eigen::Map<Eigen::Matrix3Xd> sum(values, 3, owned());
+  sum.setZero();
+  const auto add = [&](Eigen::Matrix3Xd gradient) {
+    for (PetscInt i = 0; i < owned(); ++i) {
+      gradient.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
     }
-    forces.col(of_drag) = damping.col(i) - options_.mass_damping * mass / h_ * (x - start_.vector(i));
-    forces.col(of_weight) = mass * model_.gravity;
-    forces.col(of_loads).setZero();
-    if (!model_.loads.empty()) {
-      forces.col(of_loads) = -model_.loads.at(i, x).gradient;
-    }
-    forces = (model_.constraints.projectors()[index] * forces).eval();
-    for (int kind = 0; kind < force_kinds; ++kind) {
-      squared_forces_[static_cast<std::size_t>(kind)] += forces.col(kind).squaredNorm();
-    }
-    Eigen::Map<Eigen::Vector3d>(values + 3 * i) = -forces.rowwise().sum();
+    squared_forces_.push_back(gradient.squaredNorm());
+    sum += gradient;
+  };
+  for (const Potential* potential : potentials_) {
+    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
+    potential->add_gradient(position_, gradient);
+    add(std::move(gradient));
   }
+  Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, owned());
+  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
+    gas -= gas_[static_cast<std::size_t>(chamber)].pressure * model_.chambers.volume_gradient(chamber, position_);
+  }
+  add(std::move(gas));
   if (rank_ == 0) {
     const Eigen::VectorXd rows = -pressure_scales().cwiseProduct(excess_volume());
     std::copy(rows.begin(), rows.end(), values + 3 * owned());
   }
-  check(VecRestoreArray(residual, &values));
+  check(VecRestoreArrayWrite(residual, &values));
 }
 
-std::array<double, StepPotential::force_kinds> StepPotential::force_norms() const {
-  std::array<double, force_kinds> norms = squared_forces_;
-  MPI_Allreduce(MPI_IN_PLACE, norms.data(), force_kinds, MPI_DOUBLE, MPI_SUM, comm());
+std::vector<double> StepPotential::force_norms() const {
+  std::vector<double> norms = squared_forces_;
+  MPI_Allreduce(MPI_IN_PLACE, norms.data(), static_cast<int>(norms.size()), MPI_DOUBLE, MPI_SUM, comm());
   for (double& norm : norms) {
     norm = std::sqrt(norm);
   }
   return norms;
 }
 
-void StepPotential::update_tangent(Tangent kind, LowRankSystem& system) {
-  const bool positive = kind == Tangent::positive;
+void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
   evaluate_gas();
   const Membrane& membrane = model_.elements.membrane();
   std::vector<double> load_pressure;
@@ -198,18 +209,8 @@ void StepPotential::update_tangent(Tangent kind, LowRankSystem& system) {
       load_pressure[e] = chamber >= 0 ? gas_[static_cast<std::size_t>(chamber)].pressure : 0;
     }
   }
-  std::vector<Eigen::Matrix3d> blocks(static_cast<std::size_t>(owned()));
-  for (PetscInt i = 0; i < owned(); ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const double mass = model_.mass[index];
-    blocks[index] =
-        (options_.mass_damping * mass / h_ + (options_.inertia ? mass / (h_ * h_) : 0)) * Eigen::Matrix3d::Identity();
-    if (!model_.loads.empty()) {
-      blocks[index] += model_.loads.at(i, position_.vector(i)).hessian;
-    }
-  }
-  tangent_.update({position_, thickness_ratio_, load_pressure, model_.constraints.origin(), blocks,
-                   options_.stiffness_damping / h_, positive});
+  wall_.set_load(std::move(load_pressure), model_.constraints.origin());
+  tangent_->update(position_, curvature);
 
   Eigen::MatrixXd gradients(3 * owned(), model_.chambers.count());
   Eigen::VectorXd coefficients(model_.chambers.count());
@@ -223,7 +224,7 @@ void StepPotential::update_tangent(Tangent kind, LowRankSystem& system) {
     const double stiffness = model_.chambers.prescribes_volume(chamber)
                                  ? bordering_stiffness(chamber)
                                  : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
-    coefficients[chamber] = positive ? std::max(stiffness, 0.0) : stiffness;
+    coefficients[chamber] = curvature == Curvature::positive ? std::max(stiffness, 0.0) : stiffness;
   }
   system.update(gradients, coefficients);
 }
@@ -236,24 +237,9 @@ double StepPotential::bordering_stiffness(int chamber) const {
 
 double StepPotential::value() {
   evaluate_gas();
-  displacement_.values() = position_.values() - start_.values();
-  double sum = model_.elements.energy(position_, thickness_ratio_);
-  for (PetscInt i = 0; i < owned(); ++i) {
-    const double mass = model_.mass[static_cast<std::size_t>(i)];
-    const auto x = position_.vector(i);
-    sum += options_.mass_damping * mass / (2 * h_) * (x - start_.vector(i)).squaredNorm();
-    sum -= mass * model_.gravity.dot(x - start_.vector(i));
-    if (options_.inertia) {
-      sum += mass / (2 * h_ * h_) * (x - predicted_.col(i)).squaredNorm();
-    }
-    if (!model_.loads.empty()) {
-      sum += model_.loads.at(i, x).value;
-    }
-  }
-  if (options_.stiffness_damping > 0) {
-    Eigen::Matrix3Xd product = Eigen::Matrix3Xd::Zero(3, owned());
-    tangent_.add_lagged_product(options_.stiffness_damping / h_, displacement_, product);
-    sum += product.cwiseProduct(displacement_.values().leftCols(owned())).sum() / 2;
+  double sum = 0;
+  for (const Potential* potential : potentials_) {
+    sum += potential->value(position_);
   }
   sum = sum_over_ranks(comm(), sum);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {

@@ -2,17 +2,20 @@
 
 #include <petscvec.h>
 
-#include <array>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "gas/chambers.h"
+#include "prism/damping_potential.h"
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
-#include "prism/prism_tangent.h"
+#include "prism/wall_potential.h"
 #include "solvers/low_rank_system.h"
+#include "solvers/tangent.h"
 
 namespace pellicle {
 
@@ -26,6 +29,7 @@ struct BalloonModel {
   const std::vector<double>& mass;  ///< of the owned vertices [kg]
   Eigen::Vector3d gravity;          ///< [m/s^2]
   GasTangent gas_tangent;
+  std::vector<Potential*> others{};  ///< of its vertices' positions; what else acts on them
 };
 
 /// What an implicit step starts from.
@@ -44,15 +48,13 @@ struct StepStart {
 /// with C = mass_damping M + stiffness_damping K(x^n), elastic energy U and the gas's potential W; without inertia the
 /// first term is left out. Eq. 23 divided by h^2 is its gradient.
 ///
+/// It is a sum of potentials: wall, inertia, damping, weight, loads and the model's others. The gas stands beside them,
+/// since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
+///
 /// A chamber of prescribed volume has no W: its pressure p is the multiplier of V(x) = V*, an unknown beside x, as p
 /// over its pressure scale, and the row of the residual is that scale times V* - V(x).
 class StepPotential {
  public:
-  /// The kinds of force of which the residual is the sum.
-  enum ForceKind { of_wall, of_gas, of_inertia, of_drag, of_weight, of_loads, force_kinds };
-  /// positive: positive definite by construction (TangentInput::positive).
-  enum class Tangent { exact, positive };
-
   /// Collective.
   StepPotential(const BalloonModel& model, const PrismOptions& options);
   StepPotential(const StepPotential&) = delete;
@@ -80,15 +82,17 @@ class StepPotential {
   double inverted() const;
   /// Gradient of Pi at x, and the rows of the multipliers. Collective.
   void compute_residual(Vec residual);
-  /// Norms of the forces of each kind in the last residual [N]. Collective.
-  std::array<double, force_kinds> force_norms() const;
+  /// Norms of the forces of each potential and of the gas in the last residual [N]. Collective.
+  std::vector<double> force_norms() const;
+  /// See Tangent::renew_pattern.
+  bool renew_pattern() { return tangent_->renew_pattern(); }
   /// Sets the sparse part of the second derivative at x, and as low-rank part the volumes' gradients g with the gas's
   /// stiffness; of a prescribed chamber with several times what the pressure can fall with the volume beyond a limit
   /// point (BorderedSystem). Collective.
   /// @param system of `tangent_matrix`, with a column a chamber
-  void update_tangent(Tangent kind, LowRankSystem& system);
+  void update_tangent(Curvature curvature, LowRankSystem& system);
 
-  Mat tangent_matrix() const { return tangent_.matrix(); }
+  Mat tangent_matrix() const { return tangent_->matrix(); }
   /// The chambers of prescribed volume.
   const std::vector<int>& prescribed() const { return prescribed_; }
   /// Of their pressures, in the unknowns [Pa].
@@ -99,6 +103,7 @@ class StepPotential {
   double force_scale() const { return force_scale_; }
 
  private:
+  void add_vertex_potentials();
   void evaluate_gas();
   double bordering_stiffness(int chamber) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
@@ -106,7 +111,11 @@ class StepPotential {
 
   BalloonModel model_;
   PrismOptions options_;
-  PrismTangent tangent_;
+  WallPotential wall_;
+  DampingPotential damping_;
+  std::vector<std::unique_ptr<Potential>> of_vertices_;  ///< inertia, weight, loads
+  std::vector<Potential*> potentials_;                   ///< all of them
+  std::optional<Tangent> tangent_;
   int rank_ = 0;
   double length_scale_ = 0;
   double force_scale_ = 0;
@@ -115,15 +124,13 @@ class StepPotential {
   // The step in progress.
   double h_ = 0;
   double time_end_ = 0;
-  Field start_;                 ///< x^n
-  Field position_;              ///< x
-  Field displacement_;          ///< x - x^n, for the stiffness damping
-  Eigen::Matrix3Xd predicted_;  ///< x^n + h v^n of the owned vertices
-  std::vector<double> thickness_ratio_;
-  Eigen::VectorXd volumes_;                           ///< of the chambers at `position_`
-  std::vector<GasState> gas_;                         ///< likewise; of a prescribed chamber the pressure is the unknown
-  Eigen::VectorXd multiplier_;                        ///< pressures of the prescribed chambers [Pa]
-  std::array<double, force_kinds> squared_forces_{};  ///< this rank's part, in the last residual [N^2]
+  Field start_;                         ///< x^n
+  Field position_;                      ///< x
+  Eigen::Matrix3Xd predicted_;          ///< x^n + h v^n of the owned vertices
+  Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
+  std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown
+  Eigen::VectorXd multiplier_;          ///< pressures of the prescribed chambers [Pa]
+  std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
 };
 
 }  // namespace pellicle

@@ -11,6 +11,13 @@ const std::shared_ptr<const GhostExchange>& Layout::exchange() const {
   return made_exchange;
 }
 
+Layout with_ghosts(const Layout& layout, const std::vector<PetscInt>& global_numbers) {
+  Layout result = layout;
+  result.ghost_global.insert(result.ghost_global.end(), global_numbers.begin(), global_numbers.end());
+  result.made_exchange.reset();
+  return result;
+}
+
 Layout number_owned(MPI_Comm comm, PetscInt owned) {
   Layout layout;
   layout.comm = comm;

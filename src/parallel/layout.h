@@ -31,6 +31,9 @@ struct Layout {
   mutable std::shared_ptr<const GhostExchange> made_exchange;  ///< by exchange(), or none yet
 };
 
+/// The same with further ghosts, which come last. @param global_numbers other ranks' items that are no ghosts yet
+Layout with_ghosts(const Layout& layout, const std::vector<PetscInt>& global_numbers);
+
 /// Items of which this rank owns `owned`, without ghosts. Collective.
 Layout number_owned(MPI_Comm comm, PetscInt owned);
 

@@ -1,10 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <vector>
 
-#include "parallel/field.h"
+#include "solvers/potential.h"
 
 namespace pellicle {
 
@@ -26,9 +25,8 @@ class ElementStiffness {
   /// Adds factor K w to `result`, both (3 x local); what ghosts get is a part of the whole only.
   virtual void add_product(double factor, const double* w, double* result) const = 0;
 
-  /// The part of K for each pair of corners of a local element [N/m].
-  using Blocks = std::array<std::array<Eigen::Matrix3d, 3>, 3>;
-  virtual Blocks element_blocks(std::size_t element) const = 0;
+  /// Adds factor times the blocks of K, nine for each local element: corners (0, 0), (0, 1), ..., (2, 2) [N/m].
+  virtual void add_blocks(double factor, const HessianBlocks& blocks) const = 0;
 };
 
 }  // namespace pellicle

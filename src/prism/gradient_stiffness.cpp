@@ -45,20 +45,24 @@ void GradientStiffness::add_product(double factor, const double* w, double* resu
   }
 }
 
-ElementStiffness::Blocks GradientStiffness::element_blocks(std::size_t element) const {
-  Blocks blocks;
-  for (std::size_t b = 0; b < 3; ++b) {
-    for (int c = 0; c < 3; ++c) {
-      Eigen::Vector3d w[3] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-      Eigen::Vector3d product[3];
-      w[b][c] = 1;
-      multiply(element, w, product);
+void GradientStiffness::add_blocks(double factor, const HessianBlocks& blocks) const {
+  for (std::size_t e = 0; e < linearised_.size(); ++e) {
+    for (std::size_t b = 0; b < 3; ++b) {
+      Eigen::Matrix3d column[3];  // of the corners (0, b), (1, b), (2, b)
+      for (int c = 0; c < 3; ++c) {
+        Eigen::Vector3d w[3] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+        Eigen::Vector3d product[3];
+        w[b][c] = 1;
+        multiply(e, w, product);
+        for (std::size_t a = 0; a < 3; ++a) {
+          column[a].col(c) = product[a];
+        }
+      }
       for (std::size_t a = 0; a < 3; ++a) {
-        blocks[a][b].col(c) = product[a];
+        blocks.add(9 * e + 3 * a + b, factor * column[a]);
       }
     }
   }
-  return blocks;
 }
 
 }  // namespace pellicle

@@ -105,6 +105,34 @@ Multiply fastest_multiply() {
   return multiply_plain;
 }
 
+/// Adds the blocks of lane i of a batch. @param first number of the first of its nine
+void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std::size_t first,
+                 const HessianBlocks& blocks) {
+  const Eigen::Vector3d e12(batch.e12[0][i], batch.e12[1][i], batch.e12[2][i]);
+  const Eigen::Vector3d e13(batch.e13[0][i], batch.e13[1][i], batch.e13[2][i]);
+  const auto coupling = [&](int k) { return batch.coupling[k][i]; };
+  const Eigen::Matrix3d load_2 = batch.load[i] * cross_matrix(e13);
+  const Eigen::Matrix3d load_3 = -batch.load[i] * cross_matrix(e12);
+  Eigen::Matrix3d b22 = e12 * (coupling(0) * e12 + coupling(1) * e13).transpose() +
+                        e13 * (coupling(1) * e12 + coupling(3) * e13).transpose();
+  Eigen::Matrix3d b23 = e12 * (coupling(1) * e12 + coupling(2) * e13).transpose() +
+                        e13 * (coupling(3) * e12 + coupling(4) * e13).transpose();
+  Eigen::Matrix3d b33 = e12 * (coupling(3) * e12 + coupling(4) * e13).transpose() +
+                        e13 * (coupling(4) * e12 + coupling(5) * e13).transpose();
+  b22.diagonal().array() += batch.spread[0][i];
+  b23.diagonal().array() += batch.spread[1][i];
+  b33.diagonal().array() += batch.spread[2][i];
+  const Eigen::Matrix3d b32 = b23.transpose();
+  const Eigen::Matrix3d block[3][2] = {{load_2 - b22 - b32, load_3 - b23 - b33},  // of the corners (a, 1) and (a, 2)
+                                       {b22 + load_2, b23 + load_3},
+                                       {b32 + load_2, b33 + load_3}};
+  for (std::size_t a = 0; a < 3; ++a) {
+    blocks.add(first + 3 * a, -factor * (block[a][0] + block[a][1]));
+    blocks.add(first + 3 * a + 1, factor * block[a][0]);
+    blocks.add(first + 3 * a + 2, factor * block[a][1]);
+  }
+}
+
 }  // namespace
 
 MetricStiffness::MetricStiffness(const PrismElements& elements, bool positive)
@@ -149,34 +177,11 @@ void MetricStiffness::add_product(double factor, const double* w, double* result
   multiply_fast(batches_.data(), batches_.size(), factor, w, result);
 }
 
-ElementStiffness::Blocks MetricStiffness::element_blocks(std::size_t element) const {
-  const StiffnessBatch& batch = batches_[element / lanes];
-  const std::size_t i = element % lanes;
-  const Eigen::Vector3d e12(batch.e12[0][i], batch.e12[1][i], batch.e12[2][i]);
-  const Eigen::Vector3d e13(batch.e13[0][i], batch.e13[1][i], batch.e13[2][i]);
-  const auto coupling = [&](int k) { return batch.coupling[k][i]; };
-  const Eigen::Matrix3d load_2 = batch.load[i] * cross_matrix(e13);
-  const Eigen::Matrix3d load_3 = -batch.load[i] * cross_matrix(e12);
-  Eigen::Matrix3d b22 = e12 * (coupling(0) * e12 + coupling(1) * e13).transpose() +
-                        e13 * (coupling(1) * e12 + coupling(3) * e13).transpose();
-  Eigen::Matrix3d b23 = e12 * (coupling(1) * e12 + coupling(2) * e13).transpose() +
-                        e13 * (coupling(3) * e12 + coupling(4) * e13).transpose();
-  Eigen::Matrix3d b33 = e12 * (coupling(3) * e12 + coupling(4) * e13).transpose() +
-                        e13 * (coupling(4) * e12 + coupling(5) * e13).transpose();
-  b22.diagonal().array() += batch.spread[0][i];
-  b23.diagonal().array() += batch.spread[1][i];
-  b33.diagonal().array() += batch.spread[2][i];
-  Blocks blocks;
-  blocks[1][1] = b22 + load_2;
-  blocks[1][2] = b23 + load_3;
-  blocks[2][1] = b23.transpose() + load_2;
-  blocks[2][2] = b33 + load_3;
-  blocks[0][1] = load_2 - b22 - b23.transpose();
-  blocks[0][2] = load_3 - b23 - b33;
-  for (std::size_t a = 0; a < 3; ++a) {
-    blocks[a][0] = -blocks[a][1] - blocks[a][2];
+void MetricStiffness::add_blocks(double factor, const HessianBlocks& blocks) const {
+  const std::size_t elements = elements_->membrane().triangles.size();
+  for (std::size_t e = 0; e < elements; ++e) {
+    add_element(batches_[e / lanes], e % lanes, factor, 9 * e, blocks);
   }
-  return blocks;
 }
 
 }  // namespace pellicle

@@ -37,7 +37,7 @@ class MetricStiffness : public ElementStiffness {
 
   void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) override;
   void add_product(double factor, const double* w, double* result) const override;
-  Blocks element_blocks(std::size_t element) const override;
+  void add_blocks(double factor, const HessianBlocks& blocks) const override;
 
  private:
   const PrismElements* elements_;

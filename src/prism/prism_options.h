@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/choice.h"
+#include "solvers/tangent.h"
 
 namespace pellicle {
 
@@ -13,12 +14,6 @@ class OptionTable;
 enum class NewtonEnd { converged, fixed };
 inline const std::vector<std::string>& names_of(NewtonEnd) {
   static const std::vector<std::string> names{"converged", "fixed"};
-  return names;
-}
-
-enum class TangentMatrix { baij, aij, sbaij, shell };
-inline const std::vector<std::string>& names_of(TangentMatrix) {
-  static const std::vector<std::string> names{"baij", "aij", "sbaij", "shell"};
   return names;
 }
 

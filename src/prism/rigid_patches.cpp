@@ -188,4 +188,9 @@ void RigidPatches::renew() {
   check(KSPSetOperators(coarse_solver_, coarse_, coarse_));
 }
 
+void RigidPatches::forget_pattern() {
+  rows_ = {};
+  coarse_ = {};
+}
+
 }  // namespace pellicle

@@ -35,6 +35,9 @@ class RigidPatches {
   /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
   void renew();
 
+  /// To be called when the tangent has another pattern, before it has values: the coarse level is due.
+  void forget_pattern();
+
  private:
   KSP solver_ = nullptr;
   Mat tangent_ = nullptr;

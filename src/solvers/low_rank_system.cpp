@@ -48,6 +48,17 @@ void LowRankSystem::precondition_from(Mat matrix) {
   Mat system = nullptr;
   check(KSPGetOperators(solver_, &system, nullptr));
   check(KSPSetOperators(solver_, system, matrix));
+  PC pc = nullptr;
+  PetscBool is_multigrid = PETSC_FALSE;
+  check(KSPGetPC(solver_, &pc));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
+  if (is_multigrid == PETSC_TRUE) {  // Its smoother keeps the operators that it has.
+    PetscInt levels = 0;
+    KSP smoother = nullptr;
+    check(PCMGGetLevels(pc, &levels));
+    check(PCMGGetSmoother(pc, levels - 1, &smoother));
+    check(KSPSetOperators(smoother, system, matrix));
+  }
 }
 
 LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution) {

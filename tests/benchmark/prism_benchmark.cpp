@@ -26,9 +26,11 @@
 #include "base/stage_clock.h"
 #include "geometry/pressure_load.h"
 #include "meshing/closed_shapes.h"
-#include "prism/prism_tangent.h"
+#include "prism/damping_potential.h"
 #include "prism/wall.h"
+#include "prism/wall_potential.h"
 #include "solvers/ksp.h"
+#include "solvers/tangent.h"
 #include "surface/membrane.h"
 #include "world/inflate.h"
 #include "world/load_mesh.h"
@@ -53,11 +55,7 @@ struct Inflated {
     thickness_ratio.assign(membrane.triangles.size(), 1.0);
     elements.update_thickness(positions, thickness_ratio);
     load_pressure.assign(membrane.triangles.size(), pressure);
-    constexpr double h = 0.01;      // [s]
-    constexpr double damping = 20;  // [1/s]
-    for (const double mass : vertex_masses(membrane, wall)) {
-      vertex_blocks.emplace_back(mass * (1 / (h * h) + damping / h) * Eigen::Matrix3d::Identity());
-    }
+    mass = vertex_masses(membrane, wall);
     volume_gradient = Eigen::Matrix3Xd::Zero(3, membrane.particles.local());
     for (const auto& [a, b, c] : membrane.triangles) {
       const Eigen::Vector3d share = area_vector(positions.vector(a), positions.vector(b), positions.vector(c)) / 3;
@@ -70,22 +68,16 @@ struct Inflated {
     elements.add_force(positions, thickness_ratio, force);
   }
 
-  /// @param loads whether the exact tangent of the gas is wanted
-  TangentInput input(bool loads) const {
-    return {positions, thickness_ratio, loads ? load_pressure : no_pressure, Eigen::Vector3d::Zero(), vertex_blocks};
-  }
-
   Membrane membrane;
   Wall wall;
   PrismElements elements;
   Field positions;
   std::vector<double> thickness_ratio;
   std::vector<double> load_pressure;
-  std::vector<double> no_pressure;
   double volume = 0;                 ///< of the gas [m^3]
   Eigen::Matrix3Xd volume_gradient;  ///< [m^2]
-  std::vector<Eigen::Matrix3d> vertex_blocks;
-  Eigen::Matrix3Xd force;  ///< elastic and of the gas [N]
+  std::vector<double> mass;          ///< of the vertices [kg]
+  Eigen::Matrix3Xd force;            ///< elastic and of the gas [N]
 };
 
 /// What is made once and must die before PETSc ends.
@@ -135,9 +127,36 @@ PrismOptions options_of(const std::string& mat_type, const std::string& tangent)
   return options;
 }
 
-std::vector<Eigen::Matrix3d> no_constraints(const Inflated& inflated) {
-  return std::vector<Eigen::Matrix3d>(inflated.membrane.persistent_id.size(), Eigen::Matrix3d::Identity());
-}
+/// K of the wall and M (1/h^2 + 20/(s h)), inertia and damping of a step of 10 ms.
+struct InflatedTangent {
+  /// @param loads whether the exact tangent of the gas is wanted
+  InflatedTangent(const Inflated& given, const PrismOptions& options, bool loads)
+      : inflated(given),
+        wall(given.elements, options),
+        damping(given.elements, given.mass, inertia_too(options)),
+        tangent(given.membrane.particles, {&wall, &damping},
+                std::vector<Eigen::Matrix3d>(given.membrane.persistent_id.size(), Eigen::Matrix3d::Identity()),
+                options.mat_type, "prism_") {
+    wall.set_thickness(given.thickness_ratio);
+    wall.set_load(loads ? given.load_pressure : std::vector<double>(), Eigen::Vector3d::Zero());
+    damping.begin_step(given.positions, given.thickness_ratio, h);
+  }
+
+  void update() { tangent.update(inflated.positions, Curvature::exact); }
+  Mat matrix() const { return tangent.matrix(); }
+
+ private:
+  static PrismOptions inertia_too(PrismOptions options) {
+    options.mass_damping = 20 + 1 / h;
+    return options;
+  }
+
+  static constexpr double h = 0.01;  // [s]
+  const Inflated& inflated;
+  WallPotential wall;
+  DampingPotential damping;
+  Tangent tangent;
+};
 
 /// Bytes that a product must read or write once: its matrix or the elements' data, argument, result, vertex blocks.
 double product_bytes(const Inflated& inflated, const std::string& mat_type, const std::string& tangent) {
@@ -181,8 +200,8 @@ double triad_bandwidth(double bytes) {
 
 void product(benchmark::State& state, const std::string& mat_type, const std::string& tangent_name, int level) {
   const Inflated& inflated = balloon(level);
-  PrismTangent tangent(inflated.elements, options_of(mat_type, tangent_name), no_constraints(inflated));
-  tangent.update(inflated.input(true));
+  InflatedTangent tangent(inflated, options_of(mat_type, tangent_name), true);
+  tangent.update();
   VecHandle in, out;
   check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
   check(VecSet(in, 1));
@@ -202,9 +221,9 @@ void product(benchmark::State& state, const std::string& mat_type, const std::st
 
 void update(benchmark::State& state, const std::string& mat_type, const std::string& tangent_name, int level) {
   const Inflated& inflated = balloon(level);
-  PrismTangent tangent(inflated.elements, options_of(mat_type, tangent_name), no_constraints(inflated));
+  InflatedTangent tangent(inflated, options_of(mat_type, tangent_name), true);
   for (auto _ : state) {
-    tangent.update(inflated.input(true));
+    tangent.update();
   }
 }
 
@@ -219,9 +238,9 @@ struct Solver {
 
 void linear_solve(benchmark::State& state, const Solver& solver, int level) {
   const Inflated& inflated = balloon(level);
-  PrismTangent tangent(inflated.elements, options_of(solver.mat_type, solver.tangent), no_constraints(inflated));
   const bool exact = solver.tangent != "paper";
-  tangent.update(inflated.input(exact));
+  InflatedTangent tangent(inflated, options_of(solver.mat_type, solver.tangent), exact);
+  tangent.update();
   // The gas: p V constant, -dp/dV = p/V, a third of it in the paper's tangent.
   MatHandle column, system;
   VecHandle slope;
@@ -248,7 +267,7 @@ void linear_solve(benchmark::State& state, const Solver& solver, int level) {
     check(KSPSetReusePreconditioner(ksp, PETSC_TRUE));
   }
   for (auto _ : state) {
-    tangent.update(inflated.input(exact));
+    tangent.update();
     result = solve(ksp, b, x);
   }
   if (!result.converged) {

@@ -1,4 +1,3 @@
-#include "prism/prism_tangent.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +7,10 @@
 
 #include "base/error.h"
 #include "geometry/pressure_load.h"
+#include "prism/damping_potential.h"
+#include "prism/wall_potential.h"
 #include "solvers/ksp.h"
+#include "solvers/tangent.h"
 #include "tests/prism/balloons.h"
 
 namespace pellicle {
@@ -27,28 +29,73 @@ std::vector<Way> ways() {
           {"shell", "exact"}, {"shell", "gradient"}, {"baij", "gradient"}};
 }
 
+/// A quadratic potential of single vertices.
+struct VertexBlocks : Potential {
+  explicit VertexBlocks(const Layout& layout)
+      : vertices(layout), hessian(static_cast<std::size_t>(layout.owned), Eigen::Matrix3d::Zero()) {}
+  double value(const Field& x) const override {
+    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, vertices.owned);
+    add_gradient(x, gradient);
+    return gradient.cwiseProduct(x.values().leftCols(vertices.owned)).sum() / 2;
+  }
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
+    for (PetscInt i = 0; i < vertices.owned; ++i) {
+      gradient.col(i) += hessian[static_cast<std::size_t>(i)] * x.vector(i);
+    }
+  }
+  std::vector<VertexPair> pattern() const override {
+    std::vector<VertexPair> pairs;
+    for (PetscInt i = 0; i < vertices.owned; ++i) {
+      pairs.push_back({i, vertices.to_global(i)});
+    }
+    return pairs;
+  }
+  void update_hessian(const Field&, Curvature) override {}
+  void add_hessian(const HessianBlocks& blocks) const override {
+    for (std::size_t i = 0; i < hessian.size(); ++i) {
+      blocks.add(i, hessian[i]);
+    }
+  }
+
+  const Layout& vertices;
+  std::vector<Eigen::Matrix3d> hessian;
+};
+
 /// A tangent of a balloon with what it is made of.
-class Tangent {
+class BalloonTangent {
  public:
-  Tangent(Balloon& balloon, const Way& way, bool positive = false)
-      : balloon_(balloon), projectors(balloon.membrane.particles.local(), Eigen::Matrix3d::Identity()) {
+  BalloonTangent(Balloon& balloon, const Way& way, bool positive = false)
+      : balloon_(balloon),
+        blocks_(balloon.membrane.particles),
+        projectors(balloon.membrane.particles.local(), Eigen::Matrix3d::Identity()),
+        vertex_blocks(blocks_.hessian) {
     options.mat_type = way.mat_type;
     options.tangent = way.tangent;
     options.positive_elements = positive;
-    vertex_blocks.assign(static_cast<std::size_t>(balloon.membrane.particles.owned), Eigen::Matrix3d::Zero());
+    options.mass_damping = 0;
   }
 
-  PrismTangent& made() {
-    if (tangent_ == nullptr) {
-      tangent_ = std::make_unique<PrismTangent>(balloon_.elements, options, projectors);
-    }
-    return *tangent_;
+  /// Adds damping with this factor of the stiffness at these positions.
+  void damp(double factor, const Field& start) {
+    options.stiffness_damping = factor;
+    damping = std::make_unique<DampingPotential>(balloon_.elements, no_mass_, options);
+    damping->begin_step(start, balloon_.thickness_ratio, 1);
   }
 
   Mat matrix() {
-    made().update({balloon_.x, balloon_.thickness_ratio, load_pressure, Eigen::Vector3d::Zero(), vertex_blocks,
-                   lagged_factor, positive});
-    return made().matrix();
+    if (tangent_ == nullptr) {
+      wall_ = std::make_unique<WallPotential>(balloon_.elements, options);
+      std::vector<Potential*> potentials{wall_.get(), &blocks_};
+      if (damping != nullptr) {
+        potentials.push_back(damping.get());
+      }
+      tangent_ =
+          std::make_unique<Tangent>(balloon_.membrane.particles, potentials, projectors, options.mat_type, "prism_");
+    }
+    wall_->set_thickness(balloon_.thickness_ratio);
+    wall_->set_load(load_pressure, Eigen::Vector3d::Zero());
+    tangent_->update(balloon_.x, positive ? Curvature::positive : Curvature::exact);
+    return tangent_->matrix();
   }
 
   /// K w by persistent id.
@@ -71,14 +118,17 @@ class Tangent {
 
  private:
   Balloon& balloon_;
-  std::unique_ptr<PrismTangent> tangent_;
+  std::vector<double> no_mass_;
+  VertexBlocks blocks_;
+  std::unique_ptr<WallPotential> wall_;
+  std::unique_ptr<Tangent> tangent_;
 
  public:
   PrismOptions options;
   std::vector<Eigen::Matrix3d> projectors;
   std::vector<double> load_pressure;
-  std::vector<Eigen::Matrix3d> vertex_blocks;
-  double lagged_factor = 0;
+  std::vector<Eigen::Matrix3d>& vertex_blocks;
+  std::unique_ptr<DampingPotential> damping;
   bool positive = false;
 };
 
@@ -105,7 +155,7 @@ TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
   const Field w = balloon.random_field(1, 2);
   const Eigen::Matrix3Xd expected = -balloon.force_change(w, 1e-7);
   for (const Way& way : ways()) {
-    EXPECT_LE(largest(Tangent(balloon, way).times(w) - expected), 1e-6 * largest(expected))
+    EXPECT_LE(largest(BalloonTangent(balloon, way).times(w) - expected), 1e-6 * largest(expected))
         << way.mat_type << " " << way.tangent;
   }
 }
@@ -114,7 +164,7 @@ TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
 TEST_P(TangentOf, leaves_a_remainder_of_second_order) {
   Dented balloon(PETSC_COMM_WORLD, GetParam(), 6e5);
   const Field w = balloon.random_field(1, 3);
-  const Eigen::Matrix3Xd product = Tangent(balloon, {"baij", "exact"}).times(w);
+  const Eigen::Matrix3Xd product = BalloonTangent(balloon, {"baij", "exact"}).times(w);
   const Eigen::Matrix3Xd force = balloon.by_id(balloon.force(balloon.x));
   const auto remainder = [&](double h) {
     return (balloon.by_id(balloon.force(balloon.moved(w, h))) - force + h * product).norm();
@@ -125,7 +175,7 @@ TEST_P(TangentOf, leaves_a_remainder_of_second_order) {
 }
 
 /// Everything that a tangent may hold.
-void fill(Tangent& tangent, const Balloon& balloon) {
+void fill(BalloonTangent& tangent, const Balloon& balloon) {
   const Membrane& membrane = balloon.membrane;
   tangent.load_pressure.assign(membrane.triangles.size(), 2500.0);
   for (std::size_t i = 0; i < tangent.vertex_blocks.size(); ++i) {
@@ -143,20 +193,19 @@ void fill(Tangent& tangent, const Balloon& balloon) {
       tangent.projectors[i].setZero();
     }
   }
-  tangent.lagged_factor = 0.3;
-  tangent.made().lag(balloon.moved(balloon.random_field(0.1, 7), 0.01), balloon.thickness_ratio);
+  tangent.damp(0.3, balloon.moved(balloon.random_field(0.1, 7), 0.01));
 }
 
-TEST(PrismTangent, all_ways_agree) {
+TEST(WallTangent, all_ways_agree) {
   for (const bool positive : {false, true}) {
     Dented balloon(PETSC_COMM_WORLD);
     const Field w = balloon.random_field(1, 4);
-    Tangent first(balloon, {"baij", "exact"}, positive);
+    BalloonTangent first(balloon, {"baij", "exact"}, positive);
     fill(first, balloon);
     const Eigen::Matrix3Xd expected = first.times(w);
     for (const Way& way : ways()) {
       if (way.tangent == "exact" || !positive) {
-        Tangent tangent(balloon, way, positive);
+        BalloonTangent tangent(balloon, way, positive);
         fill(tangent, balloon);
         EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected)) << way.mat_type << way.tangent;
         EXPECT_LE(largest(tangent.times(w) - expected), 1e-12 * largest(expected)) << "a second time";
@@ -165,15 +214,15 @@ TEST(PrismTangent, all_ways_agree) {
   }
 }
 
-TEST(PrismTangent, without_the_directors_derivative_matrix_and_product_agree) {
+TEST(WallTangent, without_the_directors_derivative_matrix_and_product_agree) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
-  const Eigen::Matrix3Xd expected = Tangent(balloon, {"shell", "paper"}).times(w);
-  EXPECT_LE(largest(Tangent(balloon, {"baij", "paper"}).times(w) - expected), 1e-12 * largest(expected));
-  EXPECT_GE(largest(Tangent(balloon, {"shell", "gradient"}).times(w) - expected), 1e-3 * largest(expected));
+  const Eigen::Matrix3Xd expected = BalloonTangent(balloon, {"shell", "paper"}).times(w);
+  EXPECT_LE(largest(BalloonTangent(balloon, {"baij", "paper"}).times(w) - expected), 1e-12 * largest(expected));
+  EXPECT_GE(largest(BalloonTangent(balloon, {"shell", "gradient"}).times(w) - expected), 1e-3 * largest(expected));
 }
 
-TEST(PrismTangent, is_symmetric) {
+TEST(WallTangent, is_symmetric) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field u = balloon.random_field(1, 4);
   const Field w = balloon.random_field(1, 5);
@@ -181,14 +230,14 @@ TEST(PrismTangent, is_symmetric) {
   const Eigen::Matrix3Xd all_u = balloon.by_id(u.values().leftCols(owned));
   const Eigen::Matrix3Xd all_w = balloon.by_id(w.values().leftCols(owned));
   for (const Way& way : ways()) {
-    Tangent tangent(balloon, way);
+    BalloonTangent tangent(balloon, way);
     fill(tangent, balloon);
     const double product = tangent.times(w).cwiseProduct(all_u).sum();
     EXPECT_NEAR(tangent.times(u).cwiseProduct(all_w).sum(), product, 1e-11 * std::abs(product)) << way.mat_type;
   }
 }
 
-TEST(PrismTangent, rigid_motion_meets_no_stiffness_at_rest) {
+TEST(WallTangent, rigid_motion_meets_no_stiffness_at_rest) {
   Balloon balloon(PETSC_COMM_WORLD, 2, wall_options("incompressible"));
   Field shift(balloon.membrane.particles, 3);
   shift.values().colwise() = Eigen::Vector3d(0.3, -0.5, 0.2);
@@ -197,21 +246,21 @@ TEST(PrismTangent, rigid_motion_meets_no_stiffness_at_rest) {
     turn.vector(i) = Eigen::Vector3d(2, 3, -1).cross(Eigen::Vector3d(balloon.x.vector(i)));
   }
   for (const Way& way : ways()) {
-    Tangent tangent(balloon, way);
+    BalloonTangent tangent(balloon, way);
     EXPECT_LE(largest(tangent.times(shift)), 1e-12 * stiffness_scale) << way.mat_type << way.tangent;
     EXPECT_LE(largest(tangent.times(turn)), 1e-12 * stiffness_scale) << way.mat_type << way.tangent;
   }
 }
 
 // P K P w where the vertices may move, s w with one s where they are held.
-TEST(PrismTangent, moves_nothing_in_directions_that_are_held) {
+TEST(WallTangent, moves_nothing_in_directions_that_are_held) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   const Field w = balloon.random_field(1, 4);
-  Tangent held(balloon, {"baij", "exact"});
+  BalloonTangent held(balloon, {"baij", "exact"});
   fill(held, balloon);
-  held.lagged_factor = 0;
-  Tangent free(balloon, {"baij", "exact"});
+  held.damping.reset();
+  BalloonTangent free(balloon, {"baij", "exact"});
   free.load_pressure = held.load_pressure;
   free.vertex_blocks = held.vertex_blocks;
   Field projected(balloon.membrane.particles, 3);
@@ -243,7 +292,7 @@ TEST(PrismTangent, moves_nothing_in_directions_that_are_held) {
   EXPECT_LE(largest(product_across - s * expected_across), 1e-12 * largest(product));
 }
 
-TEST(PrismTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) {
+TEST(WallTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   const double pressure = 2500;
@@ -262,37 +311,40 @@ TEST(PrismTangent, load_stiffness_is_minus_the_derivative_of_the_pressure_force)
   const Eigen::Matrix3Xd expected =
       -balloon.by_id((load(balloon.moved(w, step)) - load(balloon.moved(w, -step))) / (2 * step));
   for (const Way& way : ways()) {
-    Tangent tangent(balloon, way);
+    BalloonTangent tangent(balloon, way);
     const Eigen::Matrix3Xd without = tangent.times(w);
     tangent.load_pressure.assign(balloon.membrane.triangles.size(), pressure);
     EXPECT_LE(largest(tangent.times(w) - without - expected), 1e-8 * largest(expected)) << way.mat_type << way.tangent;
   }
 }
 
-TEST(PrismTangent, lagged_stiffness_stays_where_it_was_taken) {
+TEST(WallTangent, lagged_stiffness_stays_where_it_was_taken) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
-  Tangent tangent(balloon, {"shell", "exact"}, true);
-  const Eigen::Matrix3Xd before = tangent.times(w);
-  tangent.made().lag(balloon.x, balloon.thickness_ratio);
+  const Eigen::Matrix3Xd before = BalloonTangent(balloon, {"shell", "exact"}, true).times(w);
+  BalloonTangent tangent(balloon, {"shell", "exact"}, true);
+  tangent.damp(0.25, balloon.x);
+  const Field displaced = balloon.moved(w, 1);
   balloon.deform({1.5, 1.4, 1.3}, 0.01);
-  const Eigen::Matrix3Xd after = tangent.times(w);
-  tangent.lagged_factor = 0.25;
+  const Eigen::Matrix3Xd after = BalloonTangent(balloon, {"shell", "exact"}, true).times(w);
   EXPECT_LE(largest(tangent.times(w) - (after + 0.25 * before)), 1e-12 * largest(before));
-  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Constant(3, balloon.membrane.particles.owned, 2.0);
-  tangent.made().add_lagged_product(0.25, w, result);
-  EXPECT_LE(largest(balloon.by_id(result) - (0.25 * before + Eigen::Matrix3Xd::Constant(3, before.cols(), 2.0))),
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Constant(3, balloon.membrane.particles.owned, 2.0);
+  tangent.damping->add_gradient(displaced, gradient);
+  EXPECT_LE(largest(balloon.by_id(gradient) - (0.25 * before + Eigen::Matrix3Xd::Constant(3, before.cols(), 2.0))),
             1e-12 * largest(before));
+  const double value = balloon.summed(tangent.damping->value(displaced));
+  const PetscInt owned = balloon.membrane.particles.owned;
+  EXPECT_NEAR(value, 0.125 * before.cwiseProduct(balloon.by_id(w.values().leftCols(owned))).sum(), 1e-12 * value);
 }
 
-TEST(PrismTangent, values_are_those_of_the_last_update) {
+TEST(WallTangent, values_are_those_of_the_last_update) {
   Dented balloon(PETSC_COMM_WORLD);
   const Field w = balloon.random_field(1, 4);
   for (const Way& way : ways()) {
-    Tangent used(balloon, way);
+    BalloonTangent used(balloon, way);
     used.times(w);
     balloon.deform({1.5, 1.2, 1.1}, 0.01);
-    Tangent fresh(balloon, way);
+    BalloonTangent fresh(balloon, way);
     const Eigen::Matrix3Xd expected = fresh.times(w);
     EXPECT_LE(largest(used.times(w) - expected), 1e-13 * largest(expected)) << way.mat_type << way.tangent;
     balloon.deform({1.3, 1.1, 0.9}, 0.02);
@@ -313,20 +365,20 @@ double lowest_eigenvalue(Mat matrix) {
 }
 
 // On every rank for itself: the matrix is small and dense.
-TEST(PrismTangent, positive_elements_have_no_negative_eigenvalue) {
+TEST(WallTangent, positive_elements_have_no_negative_eigenvalue) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
   balloon.deform({0.8, 0.7, 1.1}, 0.02);
-  EXPECT_LT(lowest_eigenvalue(Tangent(balloon, {"baij", "exact"}, false).matrix()), -0.1 * stiffness_scale);
-  EXPECT_GT(lowest_eigenvalue(Tangent(balloon, {"baij", "exact"}, true).matrix()), -1e-12 * stiffness_scale);
+  EXPECT_LT(lowest_eigenvalue(BalloonTangent(balloon, {"baij", "exact"}, false).matrix()), -0.1 * stiffness_scale);
+  EXPECT_GT(lowest_eigenvalue(BalloonTangent(balloon, {"baij", "exact"}, true).matrix()), -1e-12 * stiffness_scale);
 }
 
 // Compressed, under a load that would blow it up, and free to move as a whole.
-TEST(PrismTangent, a_positive_one_is_positive_definite_whatever_the_state) {
+TEST(WallTangent, a_positive_one_is_positive_definite_whatever_the_state) {
   Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
   balloon.deform({0.8, 0.7, 1.1}, 0.02);
   for (const Way& way : ways()) {
     for (const bool held : {false, true}) {
-      Tangent tangent(balloon, way);
+      BalloonTangent tangent(balloon, way);
       tangent.load_pressure.assign(balloon.membrane.triangles.size(), 1e4);
       if (held) {
         tangent.projectors[3] = Eigen::Vector3d(1, 0, 1).asDiagonal();
@@ -340,25 +392,25 @@ TEST(PrismTangent, a_positive_one_is_positive_definite_whatever_the_state) {
   }
 }
 
-TEST(PrismTangent, every_number_of_ranks_gives_the_same) {
+TEST(WallTangent, every_number_of_ranks_gives_the_same) {
   Dented balloon(PETSC_COMM_WORLD);
   Dented whole(PETSC_COMM_SELF);
-  Tangent serial(whole, {"baij", "exact"}, true);
+  BalloonTangent serial(whole, {"baij", "exact"}, true);
   fill(serial, whole);
   const Eigen::Matrix3Xd expected = serial.times(whole.random_field(1, 4));
   for (const Way& way : {Way{"baij", "exact"}, Way{"sbaij", "exact"}, Way{"shell", "exact"}}) {
-    Tangent tangent(balloon, way, true);
+    BalloonTangent tangent(balloon, way, true);
     fill(tangent, balloon);
     EXPECT_LE(largest(tangent.times(balloon.random_field(1, 4)) - expected), 1e-11 * largest(expected)) << way.mat_type;
   }
 }
 
-TEST(PrismTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
+TEST(WallTangent, systems_are_solved_with_the_blocks_of_the_diagonal) {
   Dented balloon(PETSC_COMM_WORLD);
   const PetscInt owned = balloon.membrane.particles.owned;
   std::vector<int> iterations;
   for (const Way& way : {Way{"baij", "exact"}, Way{"aij", "exact"}, Way{"shell", "exact"}}) {
-    Tangent tangent(balloon, way, true);
+    BalloonTangent tangent(balloon, way, true);
     fill(tangent, balloon);
     Mat matrix = tangent.matrix();
     VecHandle x, b;

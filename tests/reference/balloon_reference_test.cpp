@@ -5,8 +5,8 @@
 
 #include "base/error.h"
 #include "meshing/readers.h"
-#include "prism/prism_tangent.h"
 #include "prism/volume_preservation.h"
+#include "prism/wall_potential.h"
 #include "surface/membrane.h"
 #include "tests/reference/reference_cases.h"
 #include "tests/support/solver_options.h"
@@ -85,8 +85,6 @@ TEST_P(ReferenceBalloon, elements) {
   const Field w = c.field(c.params["w"]);
   const std::vector<double> ratio(c.membrane.triangles.size(), c.params["h_ratio"].as<double>());
   const std::vector<Eigen::Matrix3d> free(c.membrane.persistent_id.size(), Eigen::Matrix3d::Identity());
-  const std::vector<Eigen::Matrix3d> no_blocks(static_cast<std::size_t>(c.membrane.particles.owned),
-                                               Eigen::Matrix3d::Zero());
   for (const auto& entry : c.params["materials"]) {
     const auto name = entry.first.as<std::string>();
     const YAML::Node expected = c.expected[name];
@@ -102,8 +100,10 @@ TEST_P(ReferenceBalloon, elements) {
         PrismOptions options;
         options.positive_elements = positive;
         options.mat_type = type;
-        PrismTangent tangent(elements, options, free);
-        tangent.update({x, ratio, {}, Eigen::Vector3d::Zero(), no_blocks});
+        WallPotential potential(elements, options);
+        potential.set_thickness(ratio);
+        Tangent tangent(c.membrane.particles, {&potential}, free, options.mat_type, "prism_");
+        tangent.update(x, Curvature::exact);
         VecHandle in;
         VecHandle out;
         check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));

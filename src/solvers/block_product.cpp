@@ -1,4 +1,4 @@
-#include "prism/block_product.h"
+#include "solvers/block_product.h"
 
 #include "base/error.h"
 

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "constraints/point_loads.h"
+#include "parallel/layout.h"
+#include "solvers/potential.h"
+
+namespace pellicle {
+
+/// A sum over single vertices, sum_i f(i, x_i). Nothing here communicates.
+/// @tparam Function of an owned vertex and its position [m], gives a PointPotential
+template <class Function>
+class VertexPotential : public Potential {
+ public:
+  /// The layout must outlive it.
+  VertexPotential(const Layout& vertices, Function function) : vertices_(vertices), function_(std::move(function)) {}
+
+  double value(const Field& x) const override {
+    double sum = 0;
+    for (PetscInt i = 0; i < vertices_.owned; ++i) {
+      sum += function_(i, x.vector(i)).value;
+    }
+    return sum;
+  }
+
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
+    for (PetscInt i = 0; i < vertices_.owned; ++i) {
+      gradient.col(i) += function_(i, x.vector(i)).gradient;
+    }
+  }
+
+  std::vector<VertexPair> pattern() const override {
+    std::vector<VertexPair> pairs;
+    for (PetscInt i = 0; i < vertices_.owned; ++i) {
+      pairs.push_back({i, vertices_.to_global(i)});
+    }
+    return pairs;
+  }
+
+  void update_hessian(const Field& x, Curvature /*curvature*/) override {
+    hessian_.resize(static_cast<std::size_t>(vertices_.owned));
+    for (PetscInt i = 0; i < vertices_.owned; ++i) {
+      hessian_[static_cast<std::size_t>(i)] = function_(i, x.vector(i)).hessian;
+    }
+  }
+
+  void add_hessian(const HessianBlocks& blocks) const override {
+    for (std::size_t i = 0; i < hessian_.size(); ++i) {
+      blocks.add(i, hessian_[i]);
+    }
+  }
+
+ private:
+  const Layout& vertices_;
+  Function function_;
+  std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned vertices, positive semi-definite [N/m]
+};
+
+template <class Function>
+std::unique_ptr<Potential> make_vertex_potential(const Layout& vertices, Function function) {
+  return std::make_unique<VertexPotential<Function>>(vertices, std::move(function));
+}
+
+}  // namespace pellicle

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "prism/metric_stiffness.h"
+#include "prism/prism_elements.h"
+#include "prism/prism_options.h"
+#include "solvers/potential.h"
+
+namespace pellicle {
+
+/// The pairs of corners of the local elements, nine for each, as ElementStiffness::add_blocks has them.
+std::vector<VertexPair> pairs_of_elements(const Membrane& membrane);
+
+/// The elastic energy of the wall. Its exact Hessian has the stiffness of the pressure on the elements, too, which the
+/// same kernels add. The positive one is that of MetricStiffness, without the pressure's. Nothing here communicates.
+class WallPotential : public Potential {
+ public:
+  /// Elements must outlive it.
+  WallPotential(const PrismElements& elements, const PrismOptions& options);
+
+  /// From here on the thickness starts from these ratios (PrismElements::energy).
+  void set_thickness(const std::vector<double>& ratio) { thickness_ratio_ = ratio; }
+  /// @param pressure of the local elements: whose load stiffness counts [Pa], or empty
+  /// @param origin about which it is taken [m]
+  void set_load(std::vector<double> pressure, const Eigen::Vector3d& origin);
+
+  double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override { return pairs_of_elements(elements_.membrane()); }
+  void update_hessian(const Field& x, Curvature curvature) override;
+  void add_hessian(const HessianBlocks& blocks) const override { in_use_->add_blocks(1, blocks); }
+  bool multiplies() const override { return true; }
+  void add_product(const double* w, double* result) const override { in_use_->add_product(1, w, result); }
+
+ private:
+  const PrismElements& elements_;
+  std::unique_ptr<ElementStiffness> exact_;
+  MetricStiffness positive_;
+  const ElementStiffness* in_use_;  ///< one of the two
+  std::vector<double> thickness_ratio_;
+  std::vector<double> pressure_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace pellicle

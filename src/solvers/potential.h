@@ -1,0 +1,76 @@
+#pragma once
+
+#include <petscsys.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "parallel/field.h"
+
+namespace pellicle {
+
+/// Which second derivative of a potential is wanted.
+enum class Curvature {
+  exact,
+  positive  ///< a part of it that is positive semi-definite whatever the state
+};
+
+/// A block (3 x 3) of a Hessian.
+struct VertexPair {
+  PetscInt row = 0;     ///< local vertex; the rows of ghosts are passed over
+  PetscInt column = 0;  ///< global vertex, on whichever rank
+};
+
+/// Takes the blocks of a Hessian, one for each pair of its pattern.
+class HessianBlocks {
+ public:
+  /// @param places in `blocks` of the pairs' blocks, -1 for those that are not wanted @param blocks [N/m]
+  HessianBlocks(const std::vector<PetscInt>& places, std::vector<Eigen::Matrix3d>& blocks)
+      : places_(places.data()), blocks_(blocks.data()) {}
+
+  /// @param pair its number in the pattern
+  template <class Block>
+  void add(std::size_t pair, const Block& block) const {
+    if (const PetscInt place = places_[pair]; place >= 0) {
+      blocks_[place] += block;
+    }
+  }
+
+ private:
+  const PetscInt* places_;
+  Eigen::Matrix3d* blocks_;
+};
+
+/// A part of the energy that a step makes stationary, by the positions x of the vertices of a layout: what a tangent
+/// and Newton's method need to know of an elastic wall, inertia, loads, contact.
+///
+/// Positions are fields with ghosts up to date. Every rank does its share of a sum over all ranks, and has the whole of
+/// what concerns the vertices that it owns. All functions may be collective, as far as nothing else is said.
+class Potential {
+ public:
+  virtual ~Potential() = default;
+
+  /// This rank's share of the energy [J].
+  virtual double value(const Field& x) const = 0;
+
+  /// Adds the derivative by the owned vertices, minus the force, to (3 x owned) `gradient` [N].
+  virtual void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const = 0;
+
+  /// The blocks that a Hessian may have: with (i, j) also (j, i), on the ranks that own the rows. A pair may be there
+  /// several times, and is then a sum.
+  virtual std::vector<VertexPair> pattern() const = 0;
+  /// Grows whenever the pattern becomes another one, by as much on every rank. Not collective.
+  virtual PetscInt pattern_version() const { return 0; }
+
+  /// Takes over the Hessian at x, for what follows.
+  virtual void update_hessian(const Field& x, Curvature curvature) = 0;
+  /// Adds its blocks. Not collective.
+  virtual void add_hessian(const HessianBlocks& blocks) const = 0;
+
+  /// Whether a matrix-free tangent is to multiply with `add_product` in place of the blocks. Not collective.
+  virtual bool multiplies() const { return false; }
+  /// Adds H w to `result`, both (3 x local); what ghosts get is a part of the whole only. Not collective.
+  virtual void add_product(const double* /*w*/, double* /*result*/) const {}
+};
+
+}  // namespace pellicle

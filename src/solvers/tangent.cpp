@@ -1,0 +1,375 @@
+#include "solvers/tangent.h"
+
+#include <petsc/private/matimpl.h>  // a matrix that takes another one's place must have another count of patterns
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "parallel/collective.h"
+#include "solvers/block_product.h"
+#include "solvers/ksp.h"
+
+namespace pellicle {
+
+namespace {
+
+/// Of the mean of the diagonal: what a positive tangent has besides. Makes it definite where the potentials alone leave
+/// motions free, and changes no other.
+constexpr double definite_share = 1e-6;
+
+Tangent& self_of(Mat matrix) {
+  Tangent* self = nullptr;
+  check(MatShellGetContext(matrix, &self));
+  return *self;
+}
+
+}  // namespace
+
+Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials,
+                 const std::vector<Eigen::Matrix3d>& projectors, const Choice<TangentMatrix>& type,
+                 const std::string& prefix)
+    : vertices_(vertices), type_(type), prefix_(prefix), projectors_(projectors) {
+  for (Potential* potential : potentials) {
+    parts_.push_back({potential, {}, is_shell() && potential->multiplies()});
+  }
+  if (is_shell()) {
+    make_shell();
+  }
+  version_ = -1;
+  renew_pattern();
+}
+
+bool Tangent::renew_pattern() {
+  PetscInt version = 0;
+  for (const Part& part : parts_) {
+    version += part.potential->pattern_version();
+  }
+  if (version == version_) {
+    return false;
+  }
+  version_ = version;
+  make_rows();
+  if (is_shell()) {
+    argument_ = Field(reach_, 3);
+    product_.resize(3, vertices_.local());
+    diagonal_.clear();
+  } else {
+    make_assembled();
+  }
+  return true;
+}
+
+/// Takes in the vertices beyond the local ones that owned ones are coupled with, and their projectors.
+void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns) {
+  reach_ = vertices_;
+  ghosts_.clear();
+  for (PetscInt i = owned(); i < vertices_.local(); ++i) {
+    ghosts_.emplace_back(vertices_.to_global(i), i);
+  }
+  std::sort(ghosts_.begin(), ghosts_.end());
+  std::vector<PetscInt> beyond;
+  for (const auto& pattern : patterns) {
+    for (const VertexPair& pair : pattern) {
+      if (pair.row < owned() && find_local(pair.column) < 0) {
+        beyond.push_back(pair.column);
+      }
+    }
+  }
+  std::sort(beyond.begin(), beyond.end());
+  beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
+  projectors_.resize(static_cast<std::size_t>(vertices_.local()));
+  if (on_any_rank(vertices_.comm, !beyond.empty())) {
+    reach_ = with_ghosts(vertices_, beyond);
+    for (PetscInt i = vertices_.local(); i < reach_.local(); ++i) {
+      ghosts_.emplace_back(reach_.to_global(i), i);
+    }
+    std::sort(ghosts_.begin(), ghosts_.end());
+    Field projectors(reach_, 9);
+    for (std::size_t i = 0; i < projectors_.size(); ++i) {
+      projectors.values().col(static_cast<Eigen::Index>(i)) = projectors_[i].reshaped();
+    }
+    projectors.update_ghosts();
+    for (PetscInt i = vertices_.local(); i < reach_.local(); ++i) {
+      projectors_.emplace_back(projectors.values().col(i).reshaped(3, 3));
+    }
+  }
+  constrained_.clear();
+  for (std::size_t i = 0; i < projectors_.size(); ++i) {
+    if (projectors_[i] != Eigen::Matrix3d::Identity()) {
+      constrained_.push_back(static_cast<PetscInt>(i));
+    }
+  }
+  any_constrained_ = on_any_rank(vertices_.comm, !constrained_.empty());
+}
+
+/// In `reach_`, or -1.
+PetscInt Tangent::find_local(PetscInt global) const {
+  if (global >= vertices_.first && global < vertices_.first + owned()) {
+    return global - vertices_.first;
+  }
+  const auto found = std::lower_bound(ghosts_.begin(), ghosts_.end(), std::pair<PetscInt, PetscInt>(global, 0));
+  return found != ghosts_.end() && found->first == global ? found->second : -1;
+}
+
+void Tangent::make_rows() {
+  std::vector<std::vector<VertexPair>> patterns;
+  for (const Part& part : parts_) {
+    patterns.push_back(part.potential->pattern());
+  }
+  extend_reach(patterns);
+  const auto is_wanted = [&](const VertexPair& pair) {
+    return pair.row < owned() && !(type_ == TangentMatrix::sbaij && pair.column < vertices_.first + pair.row);
+  };
+  std::vector<std::vector<PetscInt>> columns(static_cast<std::size_t>(owned()));
+  for (PetscInt i = 0; i < owned(); ++i) {
+    columns[static_cast<std::size_t>(i)].push_back(vertices_.first + i);
+  }
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    for (const VertexPair& pair : patterns[p]) {
+      if (!parts_[p].multiplies && is_wanted(pair)) {
+        columns[static_cast<std::size_t>(pair.row)].push_back(pair.column);
+      }
+    }
+  }
+  rows_ = {};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    auto& row = columns[i];
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    for (const PetscInt column : row) {
+      if (column == vertices_.first + static_cast<PetscInt>(i)) {
+        rows_.diagonal.push_back(static_cast<PetscInt>(rows_.columns.size()));
+      }
+      rows_.columns.push_back(column);
+      rows_.local_columns.push_back(find_local(column));
+    }
+    rows_.offsets.push_back(static_cast<PetscInt>(rows_.columns.size()));
+  }
+  rows_.blocks.assign(rows_.columns.size(), Eigen::Matrix3d::Zero());
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    std::vector<PetscInt>& places = parts_[p].places;
+    places.assign(patterns[p].size(), -1);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const VertexPair& pair = patterns[p][k];
+      if (parts_[p].multiplies) {
+        places[k] = pair.row < owned() && pair.column == vertices_.first + pair.row ? pair.row : -1;
+      } else if (is_wanted(pair)) {
+        const auto& row = columns[static_cast<std::size_t>(pair.row)];
+        const auto found = std::lower_bound(row.begin(), row.end(), pair.column);
+        places[k] = rows_.offsets[static_cast<std::size_t>(pair.row)] + static_cast<PetscInt>(found - row.begin());
+      }
+    }
+  }
+}
+
+void Tangent::make_assembled() {
+  std::vector<PetscInt> own_blocks;
+  std::vector<PetscInt> foreign_blocks;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
+    const auto first = rows_.local_columns.begin() + rows_.offsets[i];
+    const auto last = rows_.local_columns.begin() + rows_.offsets[i + 1];
+    const auto own = static_cast<PetscInt>(std::count_if(first, last, [&](PetscInt j) { return j < owned(); }));
+    own_blocks.push_back(own);
+    foreign_blocks.push_back(static_cast<PetscInt>(last - first) - own);
+  }
+  MatHandle made;
+  check(MatCreate(vertices_.comm, made.create()));
+  check(MatSetSizes(made, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE));
+  check(MatSetType(made, type_.name().c_str()));
+  check(MatXAIJSetPreallocation(made, 3, own_blocks.data(), foreign_blocks.data(), own_blocks.data(),
+                                foreign_blocks.data()));
+  check(MatSetOption(made, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
+  if (type_ == TangentMatrix::baij) {
+    use_fast_product(made);
+  }
+  if (matrix_ == nullptr) {
+    matrix_ = std::move(made);
+  } else {
+    PetscObjectState state = 0;
+    check(MatGetNonzeroState(matrix_, &state));
+    pattern_state_ = state + 1;
+    check(MatHeaderReplace(matrix_, made.slot()));
+  }
+  check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+  check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  set_matrix_options(matrix_, prefix_);
+}
+
+void Tangent::make_shell() {
+  check(MatCreateShell(vertices_.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
+                       matrix_.create()));
+  check(MatSetBlockSize(matrix_, 3));
+  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
+    return as_petsc_callback([&] { self_of(matrix).multiply(in, out); });
+  };
+  PetscErrorCode (*diagonal)(Mat, Vec) = [](Mat matrix, Vec out) {
+    return as_petsc_callback([&] {
+      Tangent& self = self_of(matrix);
+      self.make_diagonal();
+      double* values = nullptr;
+      check(VecGetArrayWrite(out, &values));
+      for (std::size_t i = 0; i < self.diagonal_.size(); ++i) {
+        Eigen::Map<Eigen::Vector3d>(values + 3 * i) = self.diagonal_[i].diagonal();
+      }
+      check(VecRestoreArrayWrite(out, &values));
+    });
+  };
+  PetscErrorCode (*inverse_blocks)(Mat, const PetscScalar**) = [](Mat matrix, const PetscScalar** values) {
+    return as_petsc_callback([&] {
+      Tangent& self = self_of(matrix);
+      self.invert_diagonal();
+      *values = self.inverse_.empty() ? nullptr : self.inverse_.front().data();
+    });
+  };
+  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
+  check(MatShellSetOperation(matrix_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product)));
+  check(MatShellSetOperation(matrix_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal)));
+  check(MatShellSetOperation(matrix_, MATOP_INVERT_BLOCK_DIAGONAL, reinterpret_cast<void (*)()>(inverse_blocks)));
+  check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+  check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  set_matrix_options(matrix_, prefix_);
+}
+
+void Tangent::update(const Field& x, Curvature curvature) {
+  renew_pattern();
+  std::fill(rows_.blocks.begin(), rows_.blocks.end(), Eigen::Matrix3d::Zero());
+  for (const Part& part : parts_) {
+    part.potential->update_hessian(x, curvature);
+    if (!part.multiplies) {
+      part.potential->add_hessian({part.places, rows_.blocks});
+    }
+  }
+  diagonal_.clear();
+  if (!is_shell()) {
+    assemble(curvature);
+  } else if (any_constrained_ || curvature == Curvature::positive) {
+    held_ = 0;
+    make_diagonal();
+    double sum = 0;
+    for (const Eigen::Matrix3d& block : diagonal_) {
+      sum += block.trace();
+    }
+    held_ = mean_of_diagonal(sum);
+    for (const PetscInt k : rows_.diagonal) {
+      rows_.blocks[static_cast<std::size_t>(k)].diagonal().array() +=
+          curvature == Curvature::positive ? definite_share * held_ : 0;
+    }
+    diagonal_.clear();
+  }
+  check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+  if (pattern_state_ > 0) {
+    Mat(matrix_)->nonzerostate = pattern_state_;
+  }
+}
+
+double Tangent::mean_of_diagonal(double own_sum) const {
+  MPI_Allreduce(MPI_IN_PLACE, &own_sum, 1, MPI_DOUBLE, MPI_SUM, vertices_.comm);
+  return own_sum > 0 ? own_sum / static_cast<double>(3 * vertices_.global) : 1;
+}
+
+void Tangent::assemble(Curvature curvature) {
+  const auto vertices = static_cast<std::size_t>(owned());
+  const auto diagonal_block = [&](std::size_t vertex) -> Eigen::Matrix3d& {
+    return rows_.blocks[static_cast<std::size_t>(rows_.diagonal[vertex])];
+  };
+  if (any_constrained_ || curvature == Curvature::positive) {
+    double trace = 0;
+    for (std::size_t i = 0; i < vertices; ++i) {
+      for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]);
+           ++k) {
+        const auto j = static_cast<std::size_t>(rows_.local_columns[k]);
+        rows_.blocks[k] = (projectors_[i] * rows_.blocks[k] * projectors_[j]).eval();
+      }
+      trace += diagonal_block(i).trace();
+    }
+    const double held = mean_of_diagonal(trace);
+    for (std::size_t i = 0; curvature == Curvature::positive && i < vertices; ++i) {
+      diagonal_block(i) += definite_share * held * projectors_[i];
+    }
+    for (const PetscInt i : constrained_) {
+      if (i < owned()) {
+        const auto vertex = static_cast<std::size_t>(i);
+        diagonal_block(vertex) += held * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
+      }
+    }
+  }
+  // Here and not once for all: MatConvert makes the part of other ranks' columns anew, without the option.
+  check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
+  for (std::size_t i = 0; i < vertices; ++i) {
+    const PetscInt row = vertices_.first + static_cast<PetscInt>(i);
+    const auto first = static_cast<std::size_t>(rows_.offsets[i]);
+    check(MatSetValuesBlocked(matrix_, 1, &row, rows_.offsets[i + 1] - rows_.offsets[i], rows_.columns.data() + first,
+                              rows_.blocks[first].data(), INSERT_VALUES));
+  }
+}
+
+void Tangent::make_diagonal() {
+  if (!diagonal_.empty()) {
+    return;
+  }
+  for (const PetscInt k : rows_.diagonal) {
+    diagonal_.push_back(rows_.blocks[static_cast<std::size_t>(k)]);
+  }
+  for (const Part& part : parts_) {
+    if (part.multiplies) {
+      part.potential->add_hessian({part.places, diagonal_});
+    }
+  }
+  for (const PetscInt i : constrained_) {
+    if (i < owned()) {
+      const Eigen::Matrix3d& projector = projectors_[static_cast<std::size_t>(i)];
+      Eigen::Matrix3d& block = diagonal_[static_cast<std::size_t>(i)];
+      block = (projector * block * projector + held_ * (Eigen::Matrix3d::Identity() - projector)).eval();
+    }
+  }
+}
+
+void Tangent::invert_diagonal() {
+  make_diagonal();
+  inverse_.resize(diagonal_.size());
+  std::transform(diagonal_.begin(), diagonal_.end(), inverse_.begin(),
+                 [](const Eigen::Matrix3d& block) -> Eigen::Matrix3d { return block.inverse(); });
+}
+
+void Tangent::multiply(Vec in, Vec out) {
+  const double* w = nullptr;
+  double* y = nullptr;
+  check(VecGetArrayRead(in, &w));
+  check(VecGetArrayWrite(out, &y));
+  using Vectors = Eigen::Map<const Eigen::Matrix3Xd>;
+  const Vectors given(w, 3, owned());
+  argument_.values().leftCols(owned()) = given;
+  argument_.update_ghosts();
+  for (const PetscInt i : constrained_) {
+    argument_.vector(i) = projectors_[static_cast<std::size_t>(i)] * argument_.vector(i).eval();
+  }
+  for (PetscInt i = 0; i < owned(); ++i) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    const auto row = static_cast<std::size_t>(i);
+    for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
+         ++k) {
+      sum.noalias() += rows_.blocks[k] * argument_.vector(rows_.local_columns[k]);
+    }
+    product_.col(i) = sum;
+  }
+  product_.rightCols(product_.cols() - owned()).setZero();
+  for (const Part& part : parts_) {
+    if (part.multiplies) {
+      part.potential->add_product(argument_.data(), product_.data());
+    }
+  }
+  for (const PetscInt i : constrained_) {
+    if (i < owned()) {
+      product_.col(i) = projectors_[static_cast<std::size_t>(i)] * product_.col(i).eval() +
+                        held_ * (given.col(i) - argument_.vector(i));
+    }
+  }
+  Eigen::Map<Eigen::Matrix3Xd>(y, 3, owned()) = product_.leftCols(owned());
+  check(VecRestoreArrayWrite(out, &y));
+  check(VecRestoreArrayRead(in, &w));
+}
+
+}  // namespace pellicle

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "base/choice.h"
+#include "base/handle.h"
+#include "solvers/potential.h"
+
+namespace pellicle {
+
+enum class TangentMatrix { baij, aij, sbaij, shell };
+inline const std::vector<std::string>& names_of(TangentMatrix) {
+  static const std::vector<std::string> names{"baij", "aij", "sbaij", "shell"};
+  return names;
+}
+
+/// The matrix of Newton's method for a sum of potentials with the Hessian H: P H P + s (1 - P) with projectors P on the
+/// directions in which the vertices may move (and s the mean of the diagonal, so that held directions do not spoil the
+/// spectrum). Assembled (baij, aij, sbaij; block size 3) or matrix-free (shell); a shell still holds the blocks of
+/// potentials that do not multiply for themselves.
+class Tangent {
+ public:
+  /// Makes pattern and matrix. Collective. @param vertices and potentials must outlive it
+  /// @param projectors of the local vertices @param prefix of the options of the matrix, such as "prism_"
+  Tangent(const Layout& vertices, std::vector<Potential*> potentials, const std::vector<Eigen::Matrix3d>& projectors,
+          const Choice<TangentMatrix>& type, const std::string& prefix);
+  Tangent(const Tangent&) = delete;  // PETSc's matrix points to this object.
+  Tangent& operator=(const Tangent&) = delete;
+
+  /// If the sum of the potentials' pattern versions has changed, makes the rows anew: `matrix` stays the same object,
+  /// without values, but preconditioners and copies made from it are of no more use. Collective.
+  /// @returns whether it has
+  bool renew_pattern();
+
+  /// Renews the pattern and sets the values. Of the curvature `positive` they are positive definite: besides the
+  /// potentials' part there is a millionth of the diagonal's mean on the diagonal. Collective.
+  void update(const Field& x, Curvature curvature);
+
+  Mat matrix() const { return matrix_; }
+
+ private:
+  /// The owned vertices' rows: blocks (3 x 3, by columns) in the order of their global columns.
+  struct Rows {
+    std::vector<PetscInt> offsets{0};     ///< first block of each row, (owned + 1)
+    std::vector<PetscInt> columns;        ///< global vertex of each block
+    std::vector<PetscInt> local_columns;  ///< vertex of each block in `reach_`
+    std::vector<PetscInt> diagonal;       ///< block of each owned vertex with itself
+    std::vector<Eigen::Matrix3d> blocks;  ///< [N/m]
+  };
+  struct Part {
+    Potential* potential;
+    std::vector<PetscInt>
+        places;               ///< of each pair of its pattern: block in `rows_`, or of the diagonal if it multiplies
+    bool multiplies = false;  ///< of a shell
+  };
+
+  void make_rows();
+  void extend_reach(const std::vector<std::vector<VertexPair>>& patterns);
+  PetscInt find_local(PetscInt global) const;
+  void make_assembled();
+  void make_shell();
+  void assemble(Curvature curvature);
+  void make_diagonal();
+  void invert_diagonal();
+  void multiply(Vec in, Vec out);
+  /// Of all ranks; 1 where every direction is held. Collective. @param own_sum of the diagonal of the owned vertices
+  double mean_of_diagonal(double own_sum) const;
+  bool is_shell() const { return type_ == TangentMatrix::shell; }
+  PetscInt owned() const { return vertices_.owned; }
+
+  const Layout& vertices_;
+  std::vector<Part> parts_;
+  Choice<TangentMatrix> type_;
+  std::string prefix_;
+  PetscInt version_ = 0;  ///< of the pattern: the sum of the potentials'
+
+  Layout reach_;  ///< the vertices, and as further ghosts those that are coupled with owned ones beyond
+  std::vector<std::pair<PetscInt, PetscInt>> ghosts_;  ///< of `reach_`: global and local number, sorted
+  std::vector<Eigen::Matrix3d> projectors_;            ///< of its vertices
+  std::vector<PetscInt> constrained_;                  ///< of them those whose projector is not the identity
+  bool any_constrained_ = false;                       ///< on any rank
+
+  Rows rows_;
+  double held_ = 0;                        ///< s of a shell [N/m]
+  Field argument_;                         ///< of a product of the shell, on `reach_`
+  Eigen::Matrix3Xd product_;               ///< likewise, (3 x local)
+  std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, or none until somebody asks
+  std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, when last asked for
+  MatHandle matrix_;
+  PetscObjectState pattern_state_ = 0;  ///< PETSc's count of patterns, by which preconditioners know of a new one
+};
+
+}  // namespace pellicle
