@@ -79,6 +79,9 @@ std::vector<std::string> number_words(const Numbers& numbers) {
   return words;
 }
 
+/// Where an option has more, its help says what they are.
+constexpr std::size_t most_listed_choices = 20;
+
 template <class T>
 inline constexpr bool is_list = std::is_same_v<T, Eigen::Vector3d> || std::is_same_v<T, std::vector<double>> ||
                                 std::is_same_v<T, std::vector<int>> || std::is_same_v<T, std::vector<std::string>>;
@@ -182,7 +185,7 @@ std::string Option::range_text() const {
     parts.push_back(std::to_string(*length_) +
                     (std::holds_alternative<Rows*>(variable_) ? " numbers a row" : " numbers"));
   }
-  if (!choices_.empty()) {
+  if (!choices_.empty() && choices_.size() <= most_listed_choices) {
     parts.push_back(join(choices_, ", "));
   }
   if (lowest_ && highest_) {

@@ -96,7 +96,7 @@ class Option {
   const std::string& source() const { return source_; }
   /// The value at declaration, in SI without its unit.
   const std::string& default_text() const { return default_text_; }
-  /// "0 to 1", "at least 0", "3 numbers", the choices; empty when anything goes.
+  /// "0 to 1", "at least 0", "3 numbers", the choices unless they are many; empty when anything goes.
   std::string range_text() const;
   bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
   bool is_solver_setting() const { return is_solver_setting_; }

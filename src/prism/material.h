@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace pellicle {
@@ -24,6 +25,11 @@ struct Material {
   std::vector<double> ogden_mu;     ///< [Pa]
   std::vector<double> ogden_alpha;  ///< exponents, as many
 };
+
+inline const std::vector<std::string>& names_of(Material::Law) {
+  static const std::vector<std::string> names{"st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"};
+  return names;
+}
 
 /// psi and its derivatives by (t, d, c), in this order.
 struct EnergyDensity {

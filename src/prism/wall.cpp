@@ -14,17 +14,10 @@ namespace pellicle {
 
 namespace {
 
-Material::Law law_of(const std::string& name) {
-  return name == "st_venant_kirchhoff" ? Material::Law::st_venant_kirchhoff
-         : name == "neo_hookean"       ? Material::Law::neo_hookean
-         : name == "mooney_rivlin"     ? Material::Law::mooney_rivlin
-                                       : Material::Law::ogden;
-}
-
 /// Sets mu and lambda from Young's modulus and Poisson's ratio where these are given.
 /// @param key "wall." or "regions.NAME."
-template <class Number>
-void set_from_young(Material& material, const std::string& key, const MaterialOptions<Number>& options) {
+template <class Law, class Number>
+void set_from_young(Material& material, const std::string& key, const MaterialOptions<Law, Number>& options) {
   if (options.young_modulus.has_value() != options.poisson_ratio.has_value()) {
     const bool has_young = options.young_modulus.has_value();
     throw Error(key + (has_young ? "young_modulus" : "poisson_ratio") + ": given without " + key +
@@ -91,9 +84,9 @@ void require_stable(const Material& material, const std::string& key) {
   }
 }
 
-Material wall_material(const MaterialOptions<double>& options) {
-  Material material{law_of(options.law), options.mu,       options.lambda,     options.c1,
-                    options.c2,          options.ogden_mu, options.ogden_alpha};
+Material wall_material(const MaterialOptions<Material::Law, double>& options) {
+  Material material{options.law, options.mu,       options.lambda,     options.c1,
+                    options.c2,  options.ogden_mu, options.ogden_alpha};
   set_from_young(material, "wall.", options);
   require_stable(material, "wall.");
   return material;
@@ -101,11 +94,9 @@ Material wall_material(const MaterialOptions<double>& options) {
 
 /// @param key "regions.NAME."
 Material region_material(const Material& wall, const std::string& key,
-                         const MaterialOptions<std::optional<double>>& options) {
+                         const MaterialOptions<RegionLaw, std::optional<double>>& options) {
   Material material = wall;
-  if (options.law != "wall") {
-    material.law = law_of(options.law);
-  }
+  material.law = law_of(options.law, wall.law);
   if (options.young_modulus && (options.mu || options.lambda)) {
     throw Error(key + "young_modulus: given beside mu or lambda, expected one pair of constants");
   }

@@ -11,32 +11,28 @@ namespace {
 
 /// What the constants of a material need to have an effect: a law that takes them, as the wall's or a region's.
 struct LawConditions {
-  std::function<bool(const std::string& law)> is_used;
+  std::function<bool(Material::Law law)> is_used;
   bool is_region;
 
-  Condition of(std::vector<std::string> laws) const {
+  Condition of(const std::vector<Material::Law>& laws) const {
     const std::string key = is_region ? "material" : "wall.material";
     std::string words = key + ":";
-    for (const std::string& law : laws) {
-      words += (law == laws.front() ? " " : ", ") + law;
+    for (const Material::Law law : laws) {
+      words += (law == laws.front() ? " " : ", ") + Choice<Material::Law>(law).name();
     }
     return {words, [used = is_used, laws] { return std::any_of(laws.begin(), laws.end(), used); }};
   }
 };
 
 /// @param prefix of the keys: "wall." or ""
-/// @param choices of the law before the laws themselves
 /// @param keeps_volume whether every element keeps its volume
-template <class Number>
-void describe_material(OptionTable& table, const std::string& prefix, std::vector<std::string> choices,
-                       MaterialOptions<Number>& material, const LawConditions& laws,
-                       const std::function<bool()>& keeps_volume) {
-  choices.insert(choices.end(), {"st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"});
-  const Condition has_shear_modulus = laws.of({"st_venant_kirchhoff", "neo_hookean"});
+template <class Law, class Number>
+void describe_material(OptionTable& table, const std::string& prefix, MaterialOptions<Law, Number>& material,
+                       const LawConditions& laws, const std::function<bool()>& keeps_volume) {
+  const Condition has_shear_modulus = laws.of({Material::Law::st_venant_kirchhoff, Material::Law::neo_hookean});
   const Condition without_young{"no " + prefix + "young_modulus",
                                 [&material] { return !material.young_modulus.has_value(); }};
   table.add(prefix + "material", material.law)
-      .choices(choices)
       .help("law of the hyperelastic material")
       .source("balloon paper, section 4; README: readings");
   table.add(prefix + "mu", material.mu)
@@ -49,8 +45,9 @@ void describe_material(OptionTable& table, const std::string& prefix, std::vecto
   table.add(prefix + "lambda", material.lambda)
       .unit("Pa")
       .acts_with(without_young)
-      .acts_with({laws.of({"st_venant_kirchhoff"}).words + ", or prism.thickness: global, plane_stress, fixed",
-                  [used = laws.is_used, keeps_volume] { return used("st_venant_kirchhoff") || !keeps_volume(); }})
+      .acts_with(
+          {laws.of({Material::Law::st_venant_kirchhoff}).words + ", or prism.thickness: global, plane_stress, fixed",
+           [used = laws.is_used, keeps_volume] { return used(Material::Law::st_venant_kirchhoff) || !keeps_volume(); }})
       .help(
           "Lame's first parameter, of all laws: what a change of volume costs; where every element keeps its volume it "
           "matters to St. Venant-Kirchhoff only")
@@ -58,20 +55,20 @@ void describe_material(OptionTable& table, const std::string& prefix, std::vecto
   table.add(prefix + "c1", material.c1)
       .unit("Pa")
       .at_least(0)
-      .acts_with(laws.of({"mooney_rivlin"}))
+      .acts_with(laws.of({Material::Law::mooney_rivlin}))
       .help("first constant");
   table.add(prefix + "c2", material.c2)
       .unit("Pa")
       .at_least(0)
-      .acts_with(laws.of({"mooney_rivlin"}))
+      .acts_with(laws.of({Material::Law::mooney_rivlin}))
       .help("second constant");
   table.add(prefix + "ogden_mu", material.ogden_mu)
       .unit("Pa")
-      .acts_with(laws.of({"ogden"}))
+      .acts_with(laws.of({Material::Law::ogden}))
       .help("moduli of the terms, any number of terms")
       .source("Ogden's rubber");
   table.add(prefix + "ogden_alpha", material.ogden_alpha)
-      .acts_with(laws.of({"ogden"}))
+      .acts_with(laws.of({Material::Law::ogden}))
       .help("exponents of the terms, one a modulus")
       .source("Ogden's rubber");
   table.add(prefix + "young_modulus", material.young_modulus)
@@ -99,14 +96,30 @@ void describe(OptionTable& table, RegionOptions& options, const WallOptions& wal
   table.add("radius", options.radius).unit("m").more_than(0).help("of the ball; there is none without a radius");
   table.add("thickness", options.thickness).unit("m").more_than(0).help("undeformed thickness instead of the wall's");
   table.add("density", options.density).unit("kg/m^3").more_than(0).help("undeformed density instead of the wall's");
-  const auto is_used = [&options, &wall](const std::string& law) {
-    return law == (options.material.law == "wall" ? wall.material.law : options.material.law);
+  const auto is_used = [&options, &wall](Material::Law law) {
+    return law == law_of(options.material.law, wall.material.law);
   };
-  describe_material(table, "", {"wall"}, options.material, {is_used, true},
+  describe_material(table, "", options.material, {is_used, true},
                     [&wall] { return wall.thickness_rule == WallThickness::incompressible; });
 }
 
 }  // namespace
+
+Material::Law law_of(RegionLaw law, Material::Law of_wall) {
+  switch (law) {
+    case RegionLaw::st_venant_kirchhoff:
+      return Material::Law::st_venant_kirchhoff;
+    case RegionLaw::neo_hookean:
+      return Material::Law::neo_hookean;
+    case RegionLaw::mooney_rivlin:
+      return Material::Law::mooney_rivlin;
+    case RegionLaw::ogden:
+      return Material::Law::ogden;
+    case RegionLaw::wall:
+      break;
+  }
+  return of_wall;
+}
 
 void describe(OptionTable& table, WallOptions& options) {
   table.add("prism.thickness", options.thickness_rule)
@@ -141,11 +154,13 @@ void describe(OptionTable& table, WallOptions& options) {
       .help("undeformed density of the wall")
       .source("balloon paper, eq. 19; README: parameters");
   // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
-  const auto is_used = [&options](const std::string& law) {
-    return law == options.material.law || std::any_of(options.regions.begin(), options.regions.end(),
-                                                      [&](const auto& r) { return r.second.material.law == law; });
+  const auto is_used = [&options](Material::Law law) {
+    const Material::Law of_wall = options.material.law;
+    return law == of_wall || std::any_of(options.regions.begin(), options.regions.end(), [&](const auto& region) {
+             return law == law_of(region.second.material.law, of_wall);
+           });
   };
-  describe_material(table, "wall.", {}, options.material, {is_used, false},
+  describe_material(table, "wall.", options.material, {is_used, false},
                     [&options] { return options.thickness_rule == WallThickness::incompressible; });
   table.add_objects("regions", options.regions,
                     "parts of the wall that differ in thickness, density or material; they may not overlap",

@@ -7,21 +7,30 @@
 #include <vector>
 
 #include "base/choice.h"
+#include "prism/material.h"
 
 namespace pellicle {
 
 class OptionTable;
 
+/// Law of the material of a part of the wall: the wall's, or as in Material.
+enum class RegionLaw { wall, st_venant_kirchhoff, neo_hookean, mooney_rivlin, ogden };
+inline const std::vector<std::string>& names_of(RegionLaw) {
+  static const std::vector<std::string> names{"wall", "st_venant_kirchhoff", "neo_hookean", "mooney_rivlin", "ogden"};
+  return names;
+}
+Material::Law law_of(RegionLaw law, Material::Law of_wall);
+
 /// A material as a deck gives it; `Number` is double, or std::optional<double> where values may be left out.
-template <class Number>
+template <class Law, class Number>
 struct MaterialOptions {
-  std::string law;                    ///< st_venant_kirchhoff, neo_hookean, mooney_rivlin or ogden; "wall": the wall's
-  Number mu{};                        ///< [Pa]
-  Number lambda{};                    ///< [Pa]
-  Number c1{};                        ///< [Pa]
-  Number c2{};                        ///< [Pa]
-  std::vector<double> ogden_mu{};     ///< [Pa]
-  std::vector<double> ogden_alpha{};  ///< as many
+  Choice<Law> law;
+  Number mu{};                            ///< [Pa]
+  Number lambda{};                        ///< [Pa]
+  Number c1{};                            ///< [Pa]
+  Number c2{};                            ///< [Pa]
+  std::vector<double> ogden_mu{};         ///< [Pa]
+  std::vector<double> ogden_alpha{};      ///< as many
   std::optional<double> young_modulus{};  ///< E, with nu in place of mu and lambda [Pa]
   std::optional<double> poisson_ratio{};  ///< nu
 };
@@ -35,7 +44,7 @@ struct RegionOptions {
   std::optional<double> radius;                      ///< of the ball [m], none: no ball
   std::optional<double> thickness;                   ///< [m]
   std::optional<double> density;                     ///< [kg/m^3]
-  MaterialOptions<std::optional<double>> material{"wall"};
+  MaterialOptions<RegionLaw, std::optional<double>> material{RegionLaw::wall};
 };
 
 /// What becomes of the wall's thickness (`prism.thickness`).
@@ -53,7 +62,8 @@ struct WallOptions {
   std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
-  MaterialOptions<double> material{"neo_hookean", 4e5, 0, 2e5, 2e4, {6.3e5, 1.2e3, -1e4}, {1.3, 5, -2}};
+  MaterialOptions<Material::Law, double> material{Material::Law::neo_hookean, 4e5,         0, 2e5, 2e4,
+                                                  {6.3e5, 1.2e3, -1e4},       {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;
 };
 

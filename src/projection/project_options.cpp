@@ -1,9 +1,38 @@
 #include "projection/project_options.h"
 
+#include <algorithm>
+
 #include "base/options.h"
-#include "surface/sheet.h"
 
 namespace pellicle {
+
+namespace {
+
+constexpr char letters[] = "RGBY";  // of all_colours
+
+}  // namespace
+
+const std::vector<std::string>& names_of(ColourOrder) {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    std::array<Colour, 4> order = all_colours;
+    do {
+      std::string& name = all.emplace_back();
+      for (const Colour colour : order) {
+        name += letters[static_cast<std::size_t>(colour)];
+      }
+    } while (std::next_permutation(order.begin(), order.end()));
+    return all;
+  }();
+  return names;
+}
+
+std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order) {
+  std::array<Colour, 4> colours{};
+  std::transform(order.name().begin(), order.name().end(), colours.begin(),
+                 [](char letter) { return static_cast<Colour>(std::string(letters).find(letter)); });
+  return colours;
+}
 
 void describe(OptionTable& table, ProjectOptions& options) {
   table.add("project.max_steps", options.max_steps)

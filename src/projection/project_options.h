@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/choice.h"
+#include "surface/sheet.h"
 
 namespace pellicle {
 
@@ -30,12 +31,18 @@ inline const std::vector<std::string>& names_of(GramFormat) {
   return names;
 }
 
+/// A permutation of the colours, called "RGBY", "RGYB", ..., "YBGR".
+enum class ColourOrder {};
+const std::vector<std::string>& names_of(ColourOrder);
+/// The colours in this order.
+std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order);
+
 /// Successive fast projection (burning paper, section 7).
 struct ProjectOptions {
   int max_steps = 7;        ///< full projection steps, each of the four colours in turn
   double threshold = 1e-7;  ///< of ||C|| over all springs [m]
   double error_limit = 1;   ///< of ||C|| / ||l||, beyond which the projection has failed
-  std::string order = "RGBY";
+  Choice<ColourOrder> order = ColourOrder{};
   Choice<GramMasses> masses = GramMasses::actual;
   Choice<GramPins> pins = GramPins::exact;
   double shift = 1e-2;

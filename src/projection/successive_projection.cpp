@@ -11,22 +11,6 @@ namespace pellicle {
 
 namespace {
 
-std::vector<Colour> parse_order(const std::string& order) {
-  std::string sorted = order;
-  std::sort(sorted.begin(), sorted.end());
-  if (sorted != "BGRY") {
-    throw Error("project.order: '" + order + "', expected a permutation of RGBY");
-  }
-  std::vector<Colour> colours;
-  for (const char letter : order) {
-    colours.push_back(letter == 'R'   ? Colour::red
-                      : letter == 'G' ? Colour::green
-                      : letter == 'B' ? Colour::blue
-                                      : Colour::yellow);
-  }
-  return colours;
-}
-
 std::string solver_prefix(Colour colour) {
   return std::string("project_") + colour_names[static_cast<std::size_t>(colour)] + "_";
 }
@@ -40,7 +24,7 @@ double global_sum(MPI_Comm comm, double value) {
 
 SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                                            std::array<std::vector<double>, 4> spring_weight)
-    : sheet_(sheet), options_(options), order_(parse_order(options.order)) {
+    : sheet_(sheet), options_(options), order_(colours_of(options.order)) {
   require_shift_at_irregular_vertices(sheet, options);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);

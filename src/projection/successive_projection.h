@@ -80,7 +80,7 @@ class SuccessiveProjection {
   const Sheet& sheet_;
   ProjectOptions options_;
   std::array<System, 4> systems_;
-  std::vector<Colour> order_;
+  std::array<Colour, 4> order_;
   std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
   std::vector<double> move_inverse_mass_;  ///< W of the displacement
   Eigen::Matrix3Xd displacement_;

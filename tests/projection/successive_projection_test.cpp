@@ -449,15 +449,16 @@ TEST(SuccessiveProjection, positions_that_are_not_numbers_are_a_failure) {
 }
 
 TEST(SuccessiveProjection, order_is_a_permutation) {
-  const Sheet sheet = grid_sheet(2, 0.5);
-  for (const char* order : {"RGB", "RGBB", "RGBYR", "rgby", ""}) {
+  EXPECT_EQ(names_of(ColourOrder{}).size(), 24U);
+  EXPECT_EQ(ProjectOptions().order.name(), "RGBY");
+  EXPECT_EQ(colours_of("GYRB"), (std::array{Colour::green, Colour::yellow, Colour::red, Colour::blue}));
+  for (const std::string order : {"RGB", "RGBB", "RGBYR", "rgby", ""}) {
     ProjectOptions options;
-    options.order = order;
     try {
-      const SuccessiveProjection projection(sheet, options);
+      options.order = order;
       FAIL() << order;
     } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find("'" + options.order + "'"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("\"" + order + "\""), std::string::npos) << error.what();
     }
   }
   Scene scene(grid_sheet(4, 0.5));

@@ -23,7 +23,7 @@ std::map<std::string, std::vector<std::vector<std::string>>> values_of(const Opt
 /// Gives an option another value, of its kind and within its range. @returns whether one was found
 bool change(Option& option) {
   const WrittenValue before = option.value();
-  std::vector<std::string> words{"0.37", "0.5", "2", "3", "true", "false", "word"};
+  std::vector<std::string> words{"0.37", "0.5", "2", "3", "true", "false", "word", "YBGR"};  // an order of colours
   std::istringstream choices(option.range_text());
   for (std::string word; choices >> word;) {
     words.push_back(word.substr(0, word.find(',')));
