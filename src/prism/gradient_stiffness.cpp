@@ -1,9 +1,20 @@
 #include "prism/gradient_stiffness.h"
 
+#include "base/log_event.h"
 #include "geometry/pressure_load.h"
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
+
+namespace {
+
+// Operations an element: of gradient_action (edges, strain, stress, forces; the shear stress where the director is left
+// out) with the change of sign, and of the pressure.
+double product_flops(Director director, bool has_pressure) {
+  return 18 + 22 + 58 + 22 + 9 + (director == Director::left_out ? 28 : 0) + (has_pressure ? 1 + 3 * (18 + 3 + 6) : 0);
+}
+
+}  // namespace
 
 GradientStiffness::GradientStiffness(const PrismElements& elements, Director director)
     : elements_(&elements), director_(director), linearised_(elements.membrane().triangles.size()) {}
@@ -11,6 +22,14 @@ GradientStiffness::GradientStiffness(const PrismElements& elements, Director dir
 void GradientStiffness::update(const Field& positions, const std::vector<double>& thickness_ratio,
                                const LoadInput& load) {
   const Wall& wall = elements_->wall();
+  static const PetscLogEvent event = log_event("PrismStiffness");
+  // Besides the energy, inverse edges and F, C, the shear moduli (which evaluate the density again), and stress and
+  // stiffness by the inverse of a matrix (3 x 3).
+  double flops = elements_->energy_flops() + (6 + 18 + 21 + 24 + 40 + 163.0) * static_cast<double>(linearised_.size());
+  for (std::size_t e = 0; e < linearised_.size(); ++e) {
+    flops += energy_density_flops(wall.material_of(e));
+  }
+  const LogScope scope(event, flops);
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
     const auto [e12, e13] = edges_of(positions.data(), elements_->membrane().triangles[e]);
     linearised_[e] = gradient_element(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, thickness_ratio[e]);
@@ -32,6 +51,10 @@ void GradientStiffness::multiply(std::size_t element, const Eigen::Vector3d w[3]
 }
 
 void GradientStiffness::add_product(double factor, const double* w, double* result) const {
+  static const PetscLogEvent event = log_event("PrismProduct");
+  constexpr double sums = 2 * 9;
+  const LogScope scope(event,
+                       (product_flops(director_, !pressure_.empty()) + sums) * static_cast<double>(linearised_.size()));
   using Map = Eigen::Map<Eigen::Vector3d>;
   using ConstMap = Eigen::Map<const Eigen::Vector3d>;
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
@@ -46,6 +69,10 @@ void GradientStiffness::add_product(double factor, const double* w, double* resu
 }
 
 void GradientStiffness::add_blocks(double factor, const HessianBlocks& blocks) const {
+  static const PetscLogEvent event = log_event("PrismBlocks");
+  constexpr double sums = 2 * 81;
+  const double columns = 9 * product_flops(director_, !pressure_.empty());
+  const LogScope scope(event, (columns + sums) * static_cast<double>(linearised_.size()));
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
     for (std::size_t b = 0; b < 3; ++b) {
       Eigen::Matrix3d column[3];  // of the corners (0, b), (1, b), (2, b)

@@ -143,4 +143,19 @@ EnergyDensity energy_density(const Material& material, double t, double d, doubl
   return psi;
 }
 
+int energy_density_flops(const Material& material) {
+  constexpr int volumetric = 23;
+  switch (material.law) {
+    case Material::Law::st_venant_kirchhoff:
+      return 36;
+    case Material::Law::neo_hookean:
+      return 8 + volumetric;
+    case Material::Law::mooney_rivlin:
+      return 19 + volumetric;
+    case Material::Law::ogden:  // in closed form, and 2 a term for the sum of the moduli
+      return 13 + (91 + 2) * static_cast<int>(material.ogden_alpha.size()) + volumetric;
+  }
+  return 0;
+}
+
 }  // namespace pellicle

@@ -41,4 +41,7 @@ struct EnergyDensity {
 /// @param t > 0, 0 < d <= t^2/4, c > 0
 EnergyDensity energy_density(const Material& material, double t, double d, double c);
 
+/// Operations of energy_density, as PETSc counts: sums, products, quotients, roots, logarithms and powers, one each.
+int energy_density_flops(const Material& material);
+
 }  // namespace pellicle

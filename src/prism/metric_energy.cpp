@@ -138,6 +138,13 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
   return result;
 }
 
+int metric_energy_flops(const Material& material, ThicknessRule rule) {
+  constexpr int arguments = 20;  // t, d, c and the derivatives of t and d
+  const int elimination = rule == ThicknessRule::incompressible ? 18 : rule == ThicknessRule::plane_stress ? 9 : 0;
+  constexpr int derivatives = 73;  // energy, gradient and Hessian by the metric
+  return arguments + energy_density_flops(material) + elimination + derivatives;
+}
+
 MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest) {
   MetricTangent result{energy.gradient, energy.hessian};
 

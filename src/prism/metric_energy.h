@@ -55,6 +55,10 @@ struct MetricEnergy {
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
                            const Eigen::Vector3d& a, double given_ratio);
 
+/// Operations of metric_energy, as energy_density_flops counts them; those that seek the thickness of plane_stress are
+/// left out.
+int metric_energy_flops(const Material& material, ThicknessRule rule);
+
 /// What an element matrix is made of: gradient and Hessian by a, exact or their positive part.
 struct MetricTangent {
   Eigen::Vector3d gradient;  ///< [J/m^2]

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/log_event.h"
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
@@ -22,7 +23,14 @@ Eigen::Vector3d element_area(const Field& positions, const std::array<PetscInt, 
 
 }  // namespace
 
-PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membrane_(&membrane), wall_(&wall) {}
+PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membrane_(&membrane), wall_(&wall) {
+  constexpr int metric_of_corners = 6 + 15;  // two edges and their three products
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    const int flops = metric_of_corners + metric_energy_flops(wall.material_of(e), wall.rule);
+    owned_flops_ += static_cast<PetscInt>(e) < membrane.elements.owned ? flops : 0;
+    local_flops_ += flops;
+  }
+}
 
 MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio) const {
   const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
@@ -31,6 +39,8 @@ MetricEnergy PrismElements::element_energy(std::size_t element, const Field& pos
 }
 
 double PrismElements::energy(const Field& positions, const std::vector<double>& thickness_ratio) const {
+  static const PetscLogEvent event = log_event("PrismEnergy");
+  const LogScope scope(event, owned_flops_ + static_cast<double>(membrane_->elements.owned));
   double sum = 0;
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
     sum += element_energy(e, positions, thickness_ratio[e]).energy;
@@ -40,6 +50,9 @@ double PrismElements::energy(const Field& positions, const std::vector<double>& 
 
 void PrismElements::add_force(const Field& positions, const std::vector<double>& thickness_ratio,
                               Eigen::Matrix3Xd& force) const {
+  static const PetscLogEvent event = log_event("PrismGradient");
+  constexpr double by_corners = 2 * 10 + 6 + 9;  // by x2 and x3, by x1, and the sums of the vertices
+  const LogScope scope(event, local_flops_ + by_corners * static_cast<double>(membrane_->triangles.size()));
   const PetscInt owned = membrane_->particles.owned;
   for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];

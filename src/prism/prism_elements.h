@@ -28,6 +28,9 @@ class PrismElements {
   /// Energy of a local element with derivatives by its metric. Not finite where it has collapsed.
   MetricEnergy element_energy(std::size_t element, const Field& positions, double thickness_ratio) const;
 
+  /// Operations of element_energy for all local elements, as energy_density_flops counts them.
+  double energy_flops() const { return local_flops_; }
+
   /// Owned elements that have collapsed (to 1e-12 of the undeformed area) or turned over (by more than 90 degrees) on
   /// the way between two positions.
   PetscInt inverted(const Field& from, const Field& to) const;
@@ -41,6 +44,8 @@ class PrismElements {
  private:
   const Membrane* membrane_;
   const Wall* wall_;
+  double owned_flops_ = 0;  ///< of element_energy, of the owned elements
+  double local_flops_ = 0;  ///< of all
 };
 
 }  // namespace pellicle

@@ -355,6 +355,7 @@ void Tangent::multiply(Vec in, Vec out) {
     }
     product_.col(i) = sum;
   }
+  check(PetscLogFlops(18.0 * static_cast<double>(rows_.blocks.size())));
   product_.rightCols(product_.cols() - owned()).setZero();
   for (const Part& part : parts_) {
     if (part.multiplies) {

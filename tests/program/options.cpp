@@ -189,6 +189,26 @@ TEST_F(OptionsTest, LogViewHasALineForEachStageOfABalloon) {
   }
 }
 
+// Of each call, from the formulas beside the kernels: neo-Hookean, incompressible, 80 elements.
+TEST_F(OptionsTest, LogViewCountsTheOperationsOfThePrismKernels) {
+  for (const auto& [mat_type, kernels] : std::vector<std::pair<std::string, std::map<std::string, double>>>{
+           {"baij", {{"PrismEnergy", 164}, {"PrismGradient", 198}, {"PrismStiffness", 203}, {"PrismBlocks", 423}}},
+           {"shell", {{"PrismProduct", 136}}}}) {
+    const CommandResult result =
+        succeed(1, {"-chain", "inflate", "-mesh_shape", "icosphere", "-mesh_level", "1", "-prism_mat_type", mat_type,
+                    "-time_max_steps", "2", "-output_directory", "out", "-log_view"});
+    for (const auto& [kernel, expected] : kernels) {
+      const std::size_t line = result.output.find("\n" + kernel + " ");
+      ASSERT_NE(line, std::string::npos) << kernel << "\n" << result;
+      std::istringstream words(result.output.substr(line));
+      std::string name;
+      double calls = 0, ratio = 0, seconds = 0, flops = 0;  // most of all ranks, and over the least
+      words >> name >> calls >> ratio >> seconds >> ratio >> flops;
+      EXPECT_NEAR(flops / calls / 80, expected, 0.02 * expected) << kernel;
+    }
+  }
+}
+
 TEST_F(OptionsTest, RunsFromAnyFolder) {
   const std::string texture = std::string(PELLICLE_SOURCE_DIR) + "/input/textures/clouds.png";
   std::filesystem::create_directories(folder() / "decks" / "pictures");
