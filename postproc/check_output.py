@@ -2,6 +2,7 @@
 
 {"times": [...], "frames": [{"points": n, "cells": n, "fields": {"temperature": [[low, high], ...one a component]},
 "cell_fields": {"rank": [[0, 3]]}}, ...]}
+Of a run of several objects a frame is {"paper": {"points": ...}, ...}, by the names of ParaView's blocks.
 Points that are marked as duplicates (corners of other ranks' pieces) are counted once.
 """
 
@@ -49,13 +50,26 @@ def describe(data):
             "cell_fields": ranges(data.GetCellData(), slice(None))}
 
 
+def frame(data):
+    if not data.IsA("vtkMultiBlockDataSet"):
+        return describe(data)
+    objects = {}
+    for i in range(data.GetNumberOfBlocks()):
+        block = data.GetBlock(i)
+        while block is not None and block.IsA("vtkMultiBlockDataSet"):
+            block = block.GetBlock(0)
+        if block is not None:
+            objects[data.GetMetaData(i).Get(data.NAME())] = describe(block)
+    return objects
+
+
 def main():
     reader = simple.PVDReader(FileName=OPTIONS.file)
     times = list(reader.TimestepValues)
     frames = []
     for time in times:
         simple.UpdatePipeline(time=time, proxy=reader)
-        frames.append(describe(simple.servermanager.Fetch(reader)))
+        frames.append(frame(simple.servermanager.Fetch(reader)))
     print(json.dumps({"times": times, "frames": frames}))
 
 

@@ -1,6 +1,7 @@
 """How far the frames of two runs differ: tools/pvbatch postproc/compare.py OUT1 OUT2 [--tolerance 1e-6]
 
-Frames of equal time are compared, points by vertex_id and cells by cell_id, so that runs on any numbers of ranks can be.
+Frames of equal time are compared, object by object, points by vertex_id and cells by cell_id, so that runs on any numbers
+of ranks can be.
 For every field the largest difference is printed: as a share of the field's range in the frame of OUT1, where this is
 largest, and as a number. Ends with 1 if a share is above the tolerance, or where only one run has a frame, a field, a
 point or a cell. `rank`, who computed it, is not compared.
@@ -41,11 +42,15 @@ NOT_COMPARED = {POINT_KEY, CELL_KEY, "rank", "vtkGhostType"}
 
 
 def series(folder):
-    """The .pvd files of a run, without the run's name: "" for the surface, "_springs". @returns {end: {time: file}}"""
+    """What the .pvd files of a run name. @returns {(end, object): {time: file}}; the end is that of the .pvd's name without
+    the run's, "" for surfaces or "_springs"; the object is "" where a run has one without a name"""
     names = sorted((name[:-4] for name in os.listdir(folder) if name.endswith(".pvd")), key=len)
-    return {name[len(names[0]):]: {round(float(entry.get("timestep")), 12): os.path.join(folder, entry.get("file"))
-                                   for entry in xml.etree.ElementTree.parse(os.path.join(folder, name + ".pvd")).iter("DataSet")}
-            for name in names}
+    found = {}
+    for name in names:
+        for entry in xml.etree.ElementTree.parse(os.path.join(folder, name + ".pvd")).iter("DataSet"):
+            files = found.setdefault((name[len(names[0]):], entry.get("name") or ""), {})
+            files[round(float(entry.get("timestep")), 12)] = os.path.join(folder, entry.get("file"))
+    return found
 
 
 def rows(data, ids, own):
@@ -113,9 +118,10 @@ class Comparison:
 def main():
     comparison = Comparison()
     runs = [series(folder) for folder in OPTIONS.folders]
-    for end in sorted(runs[0].keys() | runs[1].keys()):
-        frames = [run.get(end, {}) for run in runs]
-        label = f" ({end[1:]})" if end else ""
+    for which in sorted(runs[0].keys() | runs[1].keys()):
+        frames = [run.get(which, {}) for run in runs]
+        end, of_object = which
+        label = (f" of {of_object}" if of_object else "") + (f" ({end[1:]})" if end else "")
         for time in sorted(frames[0].keys() ^ frames[1].keys()):
             comparison.faults.append(f"{time:g} s{label}: a frame in {OPTIONS.folders[time in frames[1]]} only")
         for time in sorted(frames[0].keys() & frames[1].keys()):

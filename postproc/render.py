@@ -1,6 +1,7 @@
 """Pictures of a run: tools/pvbatch postproc/render.py OUTPUT_FOLDER [options]
 
-Opens the .pvd of the folder and writes a few frames as PNG beside it: NAME_0000.png and so on, by number of the frame.
+Opens the .pvd of the folder and writes a few frames as PNG beside it, of all objects of the run: NAME_0000.png and so on,
+by number of the frame.
 Spheres and planes that the run's options.yaml names under `bodies` are drawn where they were at the time.
 """
 
@@ -9,6 +10,7 @@ import glob
 import math
 import os
 import sys
+import xml.etree.ElementTree
 
 DIRECTIONS = {  # from the sheet towards the camera
     "oblique": (0.35, -0.85, 0.75),
@@ -90,13 +92,16 @@ except ImportError:
     sys.exit("render.py: no ParaView here; expected to be run by tools/pvbatch")
 
 
-def open_sheet(folder):
-    """Returns the name of the run and its reader."""
+def open_run(folder):
+    """Returns the name of the run, its reader, and a source for each of its objects."""
     files = [name for name in sorted(glob.glob(os.path.join(glob.escape(folder), "*.pvd")))
-             if not name.endswith("_springs.pvd")]
+             if not name.endswith(("_springs.pvd", "_failed.pvd"))]
     if len(files) != 1:
-        sys.exit(f"render.py: {folder}: {len(files)} .pvd files of a sheet; expected one")
-    return os.path.basename(files[0])[:-4], simple.PVDReader(FileName=files[0])
+        sys.exit(f"render.py: {folder}: {len(files)} .pvd files of surfaces; expected one")
+    reader = simple.PVDReader(FileName=files[0])
+    objects = dict.fromkeys(entry.get("name") for entry in xml.etree.ElementTree.parse(files[0]).iter("DataSet"))
+    sources = [simple.ExtractBlock(Input=reader, Selectors=[f"/Root/{name}"]) if name else reader for name in objects]
+    return os.path.basename(files[0])[:-4], reader, sources
 
 
 def chosen(times, count):
@@ -231,28 +236,74 @@ def show_bodies(bodies, view, centre, size):
     return shown
 
 
+def show(source, view, field, field_range, is_balloon):
+    """Shows an object, coloured by a field of its points or cells if a range is given."""
+    # One point for each vertex, also where the pieces of two ranks meet, so that the shading is smooth.
+    surface = simple.GenerateSurfaceNormals(Input=simple.Clean(Input=source),
+                                            FeatureAngle=180, Splitting=0)
+    association = where(source, field)[0]
+    if association == "CELLS" and not OPTIONS.field:  # A balloon's colours are as smooth as its surface.
+        surface = simple.CellDatatoPointData(Input=surface, CellDataArraytoprocess=[field])
+        association = "POINTS"
+    display = simple.Show(surface, view)
+    display.Representation = "Surface With Edges" if OPTIONS.edges else "Surface"
+    display.Interpolation = "Gouraud"
+    # Paper is dull, rubber glossy; gloss would hide the colours of a field.
+    glossy = is_balloon and not OPTIONS.field
+    display.Ambient, display.Diffuse = (0.35, 0.75) if glossy else (0.12, 0.95)
+    display.Specular, display.SpecularPower = (0.55, 45) if glossy else (0.07, 20)
+    if not field_range:
+        display.ColorArrayName = ["POINTS", ""]
+        display.DiffuseColor = display.AmbientColor = RUBBER if is_balloon else PAPER
+        return
+    simple.ColorBy(display, (association, field))
+    table = simple.GetColorTransferFunction(field)
+    if field == "mass_ratio":
+        table.RGBPoints = CHAR_TO_PAPER
+        table.ColorSpace = "RGB"
+    elif field == "thickness_ratio":
+        table.RGBPoints = STRETCHED_TO_RUBBER
+        table.ColorSpace = "RGB"
+    else:
+        table.ApplyPreset("Inferno (matplotlib)", True)
+    table.RescaleTransferFunction(field_range[0], max(field_range[1], field_range[0] + 1e-12))
+    bar = simple.GetScalarBar(table, view)
+    bar.Visibility = 1 if OPTIONS.field else 0
+    bar.Title, bar.ComponentTitle = field, ""
+    bar.TitleColor = bar.LabelColor = (0.1, 0.1, 0.1)
+
+
+def union(ranges):
+    """The range that has all of these, of which some may be None; None if all are."""
+    known = [one for one in ranges if one]
+    return (min(one[0] for one in known), max(one[1] for one in known)) if known else None
+
+
 def main():
     options = OPTIONS
     simple._DisableFirstRenderCameraReset()
-    name, reader = open_sheet(options.folder)
+    name, reader, sources = open_run(options.folder)
     times = list(reader.TimestepValues)
     if not times:
         sys.exit(f"render.py: {options.folder}: no frame in {name}.pvd; expected one at least")
     pictures = chosen(times, options.frames)
 
     simple.UpdatePipeline(time=times[0], proxy=reader)
-    balloon = where(reader, "thickness_ratio")[1] is not None
-    field = options.field or ("thickness_ratio" if balloon else "mass_ratio")
-    low, high, field_range = survey(reader, times, pictures, field)
-    if options.field and not field_range:
-        sys.exit(f"render.py: {options.folder}: no field {options.field}; of the points there are "
-                 f"{reader.PointData.keys()}, of the cells {reader.CellData.keys()}")
-    # One point for each vertex, also where the pieces of two ranks meet, so that the shading is smooth.
-    sheet = simple.GenerateSurfaceNormals(Input=simple.Clean(Input=reader), FeatureAngle=180, Splitting=0)
-    association = where(reader, field)[0]
-    if association == "CELLS" and not options.field:  # A balloon's colours are as smooth as its surface.
-        sheet = simple.CellDatatoPointData(Input=sheet, CellDataArraytoprocess=[field])
-        association = "POINTS"
+    objects = []  # source, whether it is a balloon, field that colours it, range of the field
+    low, high = [math.inf] * 3, [-math.inf] * 3
+    for source in sources:
+        simple.UpdatePipeline(time=times[0], proxy=source)
+        is_balloon = where(source, "thickness_ratio")[1] is not None
+        field = options.field or ("thickness_ratio" if is_balloon else "mass_ratio")
+        lowest, highest, field_range = survey(source, times, pictures, field)
+        low, high = list(map(min, low, lowest)), list(map(max, high, highest))
+        objects.append((source, is_balloon, field, field_range))
+    if options.field:
+        known = union(field_range for *_, field_range in objects)
+        if not known:
+            sys.exit(f"render.py: {options.folder}: no field {options.field}; of the points there are "
+                     f"{reader.PointData.keys()}, of the cells {reader.CellData.keys()}")
+        bounds = options.range or known
 
     view = simple.CreateRenderView()
     view.ViewSize = options.size
@@ -263,34 +314,14 @@ def main():
     axes = place_camera(view, low, high, options.view, options.zoom)
     add_lights(view, *axes)
 
-    display = simple.Show(sheet, view)
-    display.Representation = "Surface With Edges" if options.edges else "Surface"
-    display.Interpolation = "Gouraud"
-    # Paper is dull, rubber glossy; gloss would hide the colours of a field.
-    glossy = balloon and not options.field
-    display.Ambient, display.Diffuse = (0.35, 0.75) if glossy else (0.12, 0.95)
-    display.Specular, display.SpecularPower = (0.55, 45) if glossy else (0.07, 20)
-    coloured = options.field or (field_range and field_range[1] - field_range[0] > 1e-3)
-    if coloured:
-        simple.ColorBy(display, (association, field))
-        table = simple.GetColorTransferFunction(field)
-        if field == "mass_ratio":
-            table.RGBPoints = CHAR_TO_PAPER
-            table.ColorSpace = "RGB"
-        elif field == "thickness_ratio":
-            table.RGBPoints = STRETCHED_TO_RUBBER
-            table.ColorSpace = "RGB"
-        else:
-            table.ApplyPreset("Inferno (matplotlib)", True)
-        bounds = options.range or field_range
-        table.RescaleTransferFunction(bounds[0], max(bounds[1], bounds[0] + 1e-12))
-        bar = simple.GetScalarBar(table, view)
-        bar.Visibility = 1 if options.field else 0
-        bar.Title, bar.ComponentTitle = field, ""
-        bar.TitleColor = bar.LabelColor = (0.1, 0.1, 0.1)
-    else:
-        display.ColorArrayName = ["POINTS", ""]
-        display.DiffuseColor = display.AmbientColor = RUBBER if balloon else PAPER
+    for source, is_balloon, field, field_range in objects:
+        if options.field:
+            field_range = field_range and bounds
+        elif field_range and field_range[1] - field_range[0] <= 1e-3:
+            field_range = None
+        elif options.range:
+            field_range = options.range
+        show(source, view, field, field_range, is_balloon)
 
     bodies = read_bodies(options.folder)
     centre = [(low[i] + high[i]) / 2 for i in range(3)]

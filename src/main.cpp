@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <deque>
 #include <iostream>
 #include <thread>
 
@@ -22,10 +23,11 @@ namespace {
 
 /// Reads the options and runs what they ask for. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
-  Options options;
-  OptionTable table;
-  describe(table, options);
-  const ProgramArguments arguments = read_arguments(MPI_COMM_WORLD, argc, argv, table);
+  std::deque<ObjectOptions> objects;
+  OptionTable& table = objects.emplace_back("").table;
+  const ProgramArguments arguments =
+      read_arguments(MPI_COMM_WORLD, argc, argv, table,
+                     [&objects](const std::string& name) -> OptionTable& { return objects.emplace_back(name).table; });
   const std::string program = std::string("pellicle ") + version();
   if (arguments.help || arguments.options_table || arguments.version) {
     if (is_root) {
@@ -35,22 +37,33 @@ int run_program(int argc, char** argv, bool is_root) {
     }
     return 0;
   }
-  options.output.name_after(arguments.decks.empty() ? "pellicle.yaml" : arguments.decks.front().source());
-  options.output.validate();
+  if (arguments.tables.are_named()) {
+    objects.pop_front();  // of the object without a name, which there is not
+  }
+  for (ObjectOptions& object : objects) {
+    OutputOptions& output = object.options.output;
+    output.name_after(arguments.decks.empty() ? "pellicle.yaml" : arguments.decks.front().source());
+    output.validate();
+  }
 
   RunRecord record;
   record.program = program;
   record.revision = git_revision();
   record.arguments.assign(argv, argv + argc);
   record.decks = arguments.decks;
-  record.options = written_deck(table, arguments.petsc);
+  for (const ObjectTable& object : arguments.tables) {
+    if (!object.name.empty()) {
+      record.objects.push_back(object.name);
+    }
+  }
+  record.options = written_deck(arguments.tables, arguments.petsc);
   if (is_root && !arguments.unused.empty()) {
     std::cout << arguments.unused << '\n';
   }
-  initialize_petsc(argv[0], arguments.petsc, table);
+  initialize_petsc(argv[0], arguments.petsc, arguments.tables);
   catch_stop_signals(is_root ? 0 : 1);
-  run(PETSC_COMM_WORLD, options, record, table);
-  warn_unused(PETSC_COMM_WORLD, arguments.petsc, table);
+  run(PETSC_COMM_WORLD, objects, record);
+  warn_unused(PETSC_COMM_WORLD, arguments.petsc, arguments.tables);
   return 0;
 }
 

@@ -49,13 +49,25 @@ bool is_deck(const std::string& argument) {
   throw Error(origin.text() + ": " + problem);
 }
 
-/// Takes one of the words that stand alone. @returns whether it is one.
-bool set_flag(const std::string& name, ProgramArguments& arguments) {
-  const bool is_help = name == "help" || name == "h";
-  arguments.help = arguments.help || is_help;
-  arguments.options_table = arguments.options_table || name == "options_table";
-  arguments.version = arguments.version || name == "version";
-  return is_help || name == "options_table" || name == "version";
+/// Whether an option is one of the words that stand alone.
+bool is_flag(const std::string& name) {
+  return name == "help" || name == "h" || name == "options_table" || name == "version";
+}
+
+/// The option of ours that a name means, of any object; null: none.
+const Option* declared_option(const OptionTable& table, const std::string& name) {
+  const auto find = [&table](const std::string& rest) {
+    const Option* known = table.find_name(rest);
+    return known != nullptr ? known : table.find_prototype(rest);
+  };
+  const Option* option = find(name);
+  // Which objects there are is not known yet: "objects_" is followed by a name and that of an option.
+  for (std::size_t end = name.find('_', name.find('_') + 1);
+       option == nullptr && end != std::string::npos && name.compare(0, 8, "objects_") == 0;
+       end = name.find('_', end + 1)) {
+    option = find(name.substr(end + 1));
+  }
+  return option;
 }
 
 /// Splits the words of the command line, or of another source, into paths of decks and options with their values.
@@ -77,10 +89,8 @@ std::vector<TypedOption> split_words(const std::vector<Word>& words, const std::
     }
     TypedOption option{word.substr(word[1] == '-' ? 2 : 1), std::nullopt, origin};
     option.origin.name = "-" + option.name;
-    ProgramArguments ignored;
-    if (!set_flag(option.name, ignored)) {
-      const Option* known = table.find_name(option.name);
-      const Option* ours = known != nullptr ? known : table.find_prototype(option.name);
+    if (!is_flag(option.name)) {
+      const Option* ours = declared_option(table, option.name);
       const bool may_be_deck = may_name_decks && (ours == nullptr || ours->is_flag()) && option.name != "options_file";
       if (i + 1 < words.size() && !is_option(words[i + 1].text) && !(may_be_deck && is_deck(words[i + 1].text))) {
         option.value = words[++i].text;
@@ -135,9 +145,9 @@ void broadcast(MPI_Comm comm, std::string& text) {
 }
 
 /// For `-bodies_bal_radius` where no deck has created `bal`: names the objects there are.
-void refuse_unknown_object(const OptionTable& table, const TypedOption& typed) {
+void refuse_unknown_object(const OptionTable& table, const TypedOption& typed, const std::string& name) {
   for (const auto& section : table.object_sections()) {
-    if (typed.name.compare(0, section.name.size() + 1, section.name + "_") != 0) {
+    if (name.compare(0, section.name.size() + 1, section.name + "_") != 0) {
       continue;
     }
     std::string known;
@@ -145,7 +155,7 @@ void refuse_unknown_object(const OptionTable& table, const TypedOption& typed) {
     for (const auto& object : section.objects) {
       known += (known.empty() ? "" : ", ") + object.name;
       const std::string start = section.name + "_" + object.name + "_";
-      names_object = names_object || typed.name.compare(0, start.size(), start) == 0;
+      names_object = names_object || name.compare(0, start.size(), start) == 0;
     }
     if (!names_object) {
       fail(typed.origin, "no such object; expected one that a deck names in " + section.key + ": " +
@@ -154,10 +164,38 @@ void refuse_unknown_object(const OptionTable& table, const TypedOption& typed) {
   }
 }
 
-void set_option(const TypedOption& typed, OptionTable& table, std::vector<PetscOption>& petsc) {
-  if (Option* option = table.find_name(typed.name)) {
+/// For `-objects_clot_heat_capacity` where no deck has named `clot`: names the objects there are.
+void refuse_unknown_object_of_run(const ObjectTables& tables, const TypedOption& typed) {
+  if (typed.name.compare(0, 8, "objects_") != 0 || typed.name == "objects_dump") {  // which is PETSc's
+    return;
+  }
+  std::string known;
+  for (const ObjectTable& object : tables) {
+    known += (known.empty() ? "" : ", ") + object.name;
+  }
+  fail(typed.origin,
+       "no such object; expected one that a deck names in objects: " + (tables.are_named() ? known : "there is none"));
+}
+
+/// @param object for which the option is; empty: for all
+/// @param name of the option, without the object
+void set_option(const TypedOption& typed, const std::string& object, const std::string& name,
+                const ObjectTables& tables, std::vector<PetscOption>& petsc) {
+  for (const ObjectTable& one : tables.of(object)) {
+    Option* option = one.table->find_name(name);
+    if (option == nullptr) {
+      if (const auto meant = one.table->meant_name(name)) {
+        refuse_unknown_object(*one.table, typed, name);
+        fail(typed.origin, "unknown option; nearest valid option: -" + object_prefix(object) + *meant);
+      }
+      set_petsc_option(petsc, {name, typed.value, typed.origin, object});
+      continue;
+    }
     if (!typed.value && !option->is_flag()) {
       fail(typed.origin, "no value; expected " + option->expected());
+    }
+    if (!object.empty() && option->is_of_run()) {
+      fail(typed.origin, "is of the run and not of one of its objects; expected -" + name);
     }
     try {
       WrittenValue value = option->from_command_line(typed.value.value_or("true"));
@@ -166,13 +204,22 @@ void set_option(const TypedOption& typed, OptionTable& table, std::vector<PetscO
     } catch (const Error& error) {
       fail(typed.origin, error.what());
     }
-    return;
   }
-  if (const auto meant = table.meant_name(typed.name)) {
-    refuse_unknown_object(table, typed);
-    fail(typed.origin, "unknown option; nearest valid option: -" + *meant);
+}
+
+/// What is meant for all objects first, so that what is meant for one counts more.
+void set_options(const std::vector<TypedOption>& options, const ObjectTables& tables, std::vector<PetscOption>& petsc) {
+  for (const bool for_one : {false, true}) {
+    for (const TypedOption& typed : options) {
+      const auto [object, name] = tables.split_name(typed.name);
+      if (object.empty()) {
+        refuse_unknown_object_of_run(tables, typed);
+      }
+      if (object.empty() != for_one) {
+        set_option(typed, object, name, tables, petsc);
+      }
+    }
   }
-  set_petsc_option(petsc, {typed.name, typed.value, typed.origin});
 }
 
 /// The options with those of a file in place of each `-options_file FILE`. Not collective: for rank 0.
@@ -265,16 +312,23 @@ std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOptio
 
 }  // namespace
 
-ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table) {
-  ProgramArguments arguments;
+ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
+                                const std::function<OptionTable&(const std::string& object)>& make_table) {
+  ProgramArguments arguments(table);
   std::vector<Word> words;
   for (int i = 1; i < argc; ++i) {
     words.push_back({argv[i]});
   }
   const std::vector<TypedOption> typed = split_words(words, command_line, table, arguments.decks);
   std::vector<TypedOption> options = all_options(comm, typed, table);
-  const auto is_flag = [&](const TypedOption& option) { return set_flag(option.name, arguments); };
-  options.erase(std::remove_if(options.begin(), options.end(), is_flag), options.end());
+  for (const TypedOption& option : options) {
+    arguments.help = arguments.help || option.name == "help" || option.name == "h";
+    arguments.options_table = arguments.options_table || option.name == "options_table";
+    arguments.version = arguments.version || option.name == "version";
+  }
+  options.erase(
+      std::remove_if(options.begin(), options.end(), [](const TypedOption& option) { return is_flag(option.name); }),
+      options.end());
   if (arguments.help || arguments.options_table || arguments.version) {
     return arguments;
   }
@@ -284,16 +338,25 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
       deck.copy_of = original_of(deck.path);
     }
   });
+  std::vector<ObjectTable> objects;
   for (Deck& deck : arguments.decks) {
     broadcast(comm, deck.text);
     broadcast(comm, deck.copy_of);
-    read_deck(deck, table, arguments.petsc);
-    note_acting(table, arguments.petsc);
+    for (const std::string& name : objects_of(deck)) {
+      if (std::none_of(objects.begin(), objects.end(), [&name](const ObjectTable& one) { return one.name == name; })) {
+        objects.push_back({name, &make_table(name)});
+      }
+    }
   }
-  for (const TypedOption& option : options) {
-    set_option(option, table, arguments.petsc);
+  if (!objects.empty()) {
+    arguments.tables = ObjectTables(std::move(objects));
   }
-  arguments.unused = settle_idle_options(table, arguments.petsc);
+  for (const Deck& deck : arguments.decks) {
+    read_deck(deck, arguments.tables, arguments.petsc);
+    note_acting(arguments.tables, arguments.petsc);
+  }
+  set_options(options, arguments.tables, arguments.petsc);
+  arguments.unused = settle_idle_options(arguments.tables, arguments.petsc);
   return arguments;
 }
 
@@ -311,14 +374,14 @@ void use_one_blas_thread() {
 
 }  // namespace
 
-void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const OptionTable& table) {
+void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const ObjectTables& tables) {
   // PETSc keeps the pointers until PetscFinalize.
   static std::vector<std::string> words;
   static std::vector<char*> pointers;
   // What PETSc would read besides has been read, and checked, with the command line.
   words = {program, "-skip_petscrc", "true", "-options_left", "false"};
   unsetenv("PETSC_OPTIONS");
-  for (std::string& word : petsc_arguments(options, table)) {
+  for (std::string& word : petsc_arguments(options, tables)) {
     words.push_back(std::move(word));
   }
   pointers.clear();

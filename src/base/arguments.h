@@ -2,17 +2,21 @@
 
 #include <mpi.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "base/deck.h"
-#include "base/options.h"
+#include "base/object_tables.h"
 #include "base/petsc_options.h"
 
 namespace pellicle {
 
 /// What the command line asks for, after the options have been set.
 struct ProgramArguments {
+  explicit ProgramArguments(OptionTable& table) : tables(table) {}
+
+  ObjectTables tables;         ///< of the objects of the run
   bool help = false;           ///< -help
   bool options_table = false;  ///< -options_table
   bool version = false;        ///< -version
@@ -26,14 +30,17 @@ struct ProgramArguments {
 /// variable PETSC_OPTIONS; then the options of the command line, wherever they stand, with those of `-options_file
 /// FILE` in its place. The later wins. Decks are the arguments that end in .yaml or .yml and are not the value of an
 /// option. With one of the three flags no deck is read. Collective: rank 0 reads files and environment.
+/// @param table of a run of one object, which the options are given to unless a deck names objects
+/// @param make_table makes the table of an object that a deck names, which must outlive what is returned
 /// @throws Error, the same on every rank: a file that cannot be read or is wrong (see read_deck), an option of ours
 /// that is misspelt, without its value, or wrong in its value; one that has no effect (see settle_idle_options); an
 /// argument that is none of all this.
-ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table);
+ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
+                                const std::function<OptionTable&(const std::string& object)>& make_table);
 
 /// PetscInitialize with PETSc's own options of all that read_arguments reads, which PETSc does not read again. Its
 /// warning about unused options is switched off: `warn_unused` is ours. BLAS gets one thread unless the environment
 /// says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
-void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const OptionTable& table);
+void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
 }  // namespace pellicle

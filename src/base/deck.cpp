@@ -92,23 +92,33 @@ class ExpansionCheck : public YAML::EventHandler {
   std::map<YAML::anchor_t, std::size_t> sizes_;  ///< of what ended and has an anchor
 };
 
+const char* const objects_key = "objects";
+
 /// Walks the maps of one deck.
 class DeckReader {
  public:
-  DeckReader(const Deck& deck, OptionTable& table, std::vector<PetscOption>& petsc)
+  DeckReader(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc)
       : path_(deck.path),
         folder_(std::filesystem::path(deck.source()).parent_path().string()),
         is_laid_over_(deck.is_laid_over),
-        table_(table),
+        tables_(tables),
+        given_to_(tables.of("")),
         petsc_(petsc) {}
 
+  /// The whole deck.
+  void read(const YAML::Node& root) {
+    read_map(root, "");
+    read_objects_of_run(root);
+  }
+
+ private:
   void read_map(const YAML::Node& map, const std::string& parent) {
     // First what the map takes over from others, so that its own entries count.
     const std::vector<YAML::Node> others = merged_maps(map, parent);
     for (auto other = others.rbegin(); other != others.rend(); ++other) {
       read_map(*other, parent);
     }
-    std::map<std::string, int> first_lines;
+    FirstLines first_lines;
     for (const auto& entry : map) {
       line_ = entry.first.Mark().line + 1;
       if (is_merge(entry.first)) {
@@ -119,18 +129,61 @@ class DeckReader {
       }
       const std::string word = entry.first.Scalar();
       const std::string key = parent.empty() ? word : parent + "." + word;
+      const bool is_objects = object_.empty() && key == objects_key;
       if (word.find('.') != std::string::npos) {
         fail(key, "a key with dots; expected nested maps such as heat: {diffusivity: ...}");
       }
-      const auto [first, is_new] = first_lines.emplace(word, line_);
-      if (!is_new) {
-        fail(key, "duplicate key, first given in line " + std::to_string(first->second) + "; expected once");
+      require_new(first_lines, word, key);
+      if (!is_objects) {
+        read_entry(key, entry.second);
       }
-      read_entry(key, entry.second);
     }
   }
 
- private:
+  /// What a deck says of single objects, after what it says of all.
+  void read_objects_of_run(const YAML::Node& root) {
+    for (const YAML::Node& other : merged_maps(root, "")) {
+      read_objects_of_run(other);
+    }
+    if (root[objects_key]) {
+      for_each_entry(root[objects_key], [this](const std::string& name, const YAML::Node& map) {
+        object_ = name;
+        given_to_ = tables_.of(name);
+        if (!map.IsMap() && !map.IsNull()) {
+          fail("", described(map) + "; expected a map of options");
+        }
+        read_map(map, "");
+        object_.clear();
+        given_to_ = tables_.of("");
+      });
+    }
+  }
+
+  /// The entries of a map, first those that it takes over from others.
+  template <class Visit>
+  void for_each_entry(const YAML::Node& map, const Visit& visit) {
+    for (const YAML::Node& other : merged_maps(map, objects_key)) {
+      for_each_entry(other, visit);
+    }
+    FirstLines first_lines;
+    for (const auto& entry : map) {
+      if (!is_merge(entry.first)) {
+        line_ = entry.first.Mark().line + 1;
+        require_new(first_lines, entry.first.Scalar(), objects_key + ("." + entry.first.Scalar()));
+        visit(entry.first.Scalar(), entry.second);
+      }
+    }
+  }
+
+  /// The lines of the keys of a map so far.
+  using FirstLines = std::map<std::string, int>;
+  void require_new(FirstLines& first_lines, const std::string& word, const std::string& key) const {
+    const auto [first, is_new] = first_lines.emplace(word, line_);
+    if (!is_new) {
+      fail(key, "duplicate key, first given in line " + std::to_string(first->second) + "; expected once");
+    }
+  }
+
   static bool is_merge(const YAML::Node& key) { return key.IsScalar() && key.Scalar() == "<<"; }
 
   /// The maps behind the merge key `<<: *map` or `<<: [*map, *other]`, of which the first counts most.
@@ -157,25 +210,39 @@ class DeckReader {
 
   void read_entry(const std::string& key, const YAML::Node& node) {
     const bool in_petsc = key.compare(0, 6, "petsc.") == 0;
-    if (Option* option = table_.find_key(key)) {
-      try {
-        WrittenValue written = written_value(*option, node);
-        option->resolve(written, folder_);
-        option->give(written, origin(key));
-      } catch (const Error& error) {
-        fail(key, error.what());
+    const OptionTable& table = *given_to_.front().table;
+    if (const Option* declared = given_to_.front().table->find_key(key)) {
+      refuse_in_object(key, declared->is_of_run());
+      for (const ObjectTable& object : given_to_) {
+        Option& option = *object.table->find_key(key);
+        try {
+          WrittenValue written = written_value(option, node);
+          option.resolve(written, folder_);
+          option.give(written, origin(key));
+        } catch (const Error& error) {
+          fail(key, error.what());
+        }
       }
-    } else if (table_.find_section(key) != nullptr) {
+    } else if (const auto* section = table.find_section(key)) {
+      refuse_in_object(key, section->is_of_run);
       read_objects(key, node);
-    } else if (!node.IsMap() && (in_petsc || table_.is_solver_option(command_line_name(key)))) {
+    } else if (!node.IsMap() && (in_petsc || table.is_solver_option(command_line_name(key)))) {
+      refuse_in_object(key, in_petsc);
       read_petsc_option(key, command_line_name(in_petsc ? key.substr(6) : key), node);
-    } else if (key == "petsc" || in_petsc || table_.is_group(key)) {
+    } else if (key == "petsc" || in_petsc || table.is_group(key)) {
       if (!node.IsMap() && !node.IsNull()) {
         fail(key, described(node) + "; expected a map of options");
       }
       read_map(node, key);
     } else {
-      fail(key, "unknown key; nearest valid key: " + nearest(key, table_.keys()));
+      fail(key, "unknown key; nearest valid key: " + full_key(nearest(key, table.keys())));
+    }
+  }
+
+  /// @param is_of_run whether it can only be said of the run as a whole
+  void refuse_in_object(const std::string& key, bool is_of_run) const {
+    if (is_of_run && !object_.empty()) {
+      fail(key, "is of the run and not of one of its objects; expected " + key + " at the top of the deck");
     }
   }
 
@@ -198,22 +265,27 @@ class DeckReader {
         continue;
       }
       const std::string object = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      try {
-        table_.create_object(section, object, origin(section + "." + object));
-      } catch (const Error& error) {
-        fail(section + "." + object, error.what());
+      for (const ObjectTable& one : given_to_) {
+        try {
+          one.table->create_object(section, object, origin(section + "." + object));
+        } catch (const Error& error) {
+          fail(section + "." + object, error.what());
+        }
       }
     }
   }
 
   void read_petsc_option(const std::string& key, const std::string& name, const YAML::Node& node) {
-    if (const Option* ours = table_.find_name(name)) {
+    const auto [named, rest] = tables_.split_name(name);
+    const std::string& object = object_.empty() ? named : object_;
+    const OptionTable& table = *given_to_.front().table;
+    if (const Option* ours = table.find_name(rest)) {
       fail(key, "not an option of PETSc's; expected at " + ours->key());
     }
-    if (const auto meant = table_.meant_name(name)) {
-      fail(key, "not an option of PETSc's; nearest option: -" + *meant);
+    if (const auto meant = table.meant_name(rest)) {
+      fail(key, "not an option of PETSc's; nearest option: -" + object_prefix(object) + *meant);
     }
-    PetscOption option{name, std::nullopt, origin(key)};
+    PetscOption option{rest, std::nullopt, origin(key), object};
     if (node.IsSequence()) {
       std::string list;
       for (const YAML::Node& item : node) {
@@ -269,7 +341,11 @@ class DeckReader {
                                : "\"" + node.Scalar() + "\"";
   }
 
-  Origin origin(const std::string& key) const { return {path_, line_, key, is_laid_over_}; }
+  /// With the object that the key is of.
+  std::string full_key(const std::string& key) const {
+    return object_.empty() ? key : std::string(objects_key) + "." + object_ + (key.empty() ? "" : "." + key);
+  }
+  Origin origin(const std::string& key) const { return {path_, line_, full_key(key), is_laid_over_}; }
 
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
     throw Error(origin(key).text() + ": " + problem);
@@ -278,7 +354,9 @@ class DeckReader {
   const std::string& path_;
   const std::string folder_;  ///< where relative names of files start
   bool is_laid_over_;
-  OptionTable& table_;
+  const ObjectTables& tables_;
+  std::string object_;                 ///< that is being read; empty: what is meant for all
+  std::vector<ObjectTable> given_to_;  ///< to which the options are given
   std::vector<PetscOption>& petsc_;
   int line_ = 1;
 };
@@ -365,7 +443,72 @@ std::string original_of(const std::string& path) {
   return "";
 }
 
-void read_deck(const Deck& deck, OptionTable& table, std::vector<PetscOption>& petsc) {
+namespace {
+
+/// Adds the names of objects that a map of a deck has, or takes over. A map that is not as it should be is left to
+/// DeckReader, unless it is that of the objects.
+void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
+  const auto merged = [](const YAML::Node& map) {
+    std::vector<YAML::Node> others;
+    for (const auto& entry : map) {
+      if (entry.first.IsScalar() && entry.first.Scalar() == "<<") {
+        if (entry.second.IsMap()) {
+          others.push_back(entry.second);
+        } else if (entry.second.IsSequence()) {
+          for (const YAML::Node& other : entry.second) {
+            others.push_back(other);
+          }
+        }
+      }
+    }
+    return others;
+  };
+  for (const YAML::Node& other : merged(root)) {
+    if (other.IsMap()) {
+      add_objects(path, other, names);
+    }
+  }
+  const YAML::Node objects = root[objects_key];
+  if (!objects) {
+    return;
+  }
+  const auto fail = [&path](const YAML::Node& node, const std::string& problem) {
+    throw Error(path + ":" + std::to_string(node.Mark().line + 1) + ": " + objects_key + ": " + problem +
+                "; expected a map of named objects such as cloth: {mesh: {shape: square}}");
+  };
+  if (!objects.IsMap() || objects.size() == 0) {
+    fail(objects, "names no object");
+  }
+  std::vector<YAML::Node> maps = merged(objects);
+  maps.push_back(objects);
+  for (const YAML::Node& map : maps) {
+    for (const auto& entry : map.IsMap() ? map : YAML::Node(YAML::NodeType::Map)) {
+      const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
+      if (name == "<<") {
+        continue;
+      }
+      if (!is_word(name)) {
+        fail(entry.first, "\"" + name + "\" is no name, which has letters, digits and underscores");
+      }
+      if (std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(name);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> objects_of(const Deck& deck) {
+  std::vector<std::string> names;
+  const YAML::Node root = parse(deck.path, deck.text);
+  if (root.IsMap()) {
+    add_objects(deck.path, root, names);
+  }
+  return names;
+}
+
+void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc) {
   const YAML::Node root = parse(deck.path, deck.text);
   if (root.IsNull()) {
     return;
@@ -373,7 +516,7 @@ void read_deck(const Deck& deck, OptionTable& table, std::vector<PetscOption>& p
   if (!root.IsMap()) {
     throw Error(deck.path + ":1: not a map; expected options such as heat: {diffusivity: 2e-3}");
   }
-  DeckReader(deck, table, petsc).read_map(root, "");
+  DeckReader(deck, tables, petsc).read(root);
 }
 
 namespace {
@@ -414,20 +557,51 @@ std::vector<ChangedOption> changed_options(const std::string& before, const std:
   return changed;
 }
 
-std::string written_deck(const OptionTable& table, const std::vector<PetscOption>& petsc) {
-  YAML::Emitter out;
+namespace {
+
+/// Writes the options that act and for which `is_wanted` holds.
+template <class IsWanted>
+void emit_options(YAML::Emitter& out, const OptionTable& table, const IsWanted& is_wanted) {
   std::vector<const Option*> options;
   for (const Option& option : table.options()) {
-    if (option.idle_because() == nullptr) {
+    if (option.idle_because() == nullptr && is_wanted(option)) {
       options.push_back(&option);
     }
   }
-  out << YAML::BeginMap;
   emit_group(out, options, "");
+}
+
+}  // namespace
+
+std::string written_deck(const ObjectTables& tables, const std::vector<PetscOption>& petsc) {
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  if (tables.are_named()) {
+    // What is of the run acts if it does for one object.
+    std::vector<const Option*> options;
+    for (const Option& option : tables.front().table->options()) {
+      const auto acts = [&option](const ObjectTable& object) {
+        return object.table->find_key(option.key())->idle_because() == nullptr;
+      };
+      if (option.is_of_run() && std::any_of(tables.begin(), tables.end(), acts)) {
+        options.push_back(&option);
+      }
+    }
+    emit_group(out, options, "");
+    out << YAML::Key << objects_key << YAML::Value << YAML::BeginMap;
+    for (const ObjectTable& object : tables) {
+      out << YAML::Key << object.name << YAML::Value << YAML::BeginMap;
+      emit_options(out, *object.table, [](const Option& option) { return !option.is_of_run(); });
+      out << YAML::EndMap;
+    }
+    out << YAML::EndMap;
+  } else {
+    emit_options(out, *tables.front().table, [](const Option&) { return true; });
+  }
   if (!petsc.empty()) {
     out << YAML::Key << "petsc" << YAML::Value << YAML::BeginMap;
     for (const PetscOption& option : petsc) {
-      out << YAML::Key << option.name << YAML::Value << option.value.value_or("true");
+      out << YAML::Key << database_name(option) << YAML::Value << option.value.value_or("true");
     }
     out << YAML::EndMap;
   }

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "base/options.h"
+#include "base/object_tables.h"
 #include "base/petsc_options.h"
 
 namespace pellicle {
@@ -22,15 +22,20 @@ struct Deck {
 /// What the record of a run, the run.yaml beside a deck, says that the deck is a copy of; empty if there is none.
 std::string original_of(const std::string& path);
 
-/// Sets the options that a deck gives; PETSc's own are put into `petsc`. Objects that the deck names are created.
-/// Keys that an earlier deck has set are set anew. A map may take over the entries of others by `<<: *map`.
+/// The objects of a run that a deck names, in their order: `objects: {NAME: {...}}`.
+/// @throws Error, one line with file and line, if they are no map or a name is no word
+std::vector<std::string> objects_of(const Deck& deck);
+
+/// Sets the options that a deck gives; PETSc's own are put into `petsc`. What stands at the top is given to all objects
+/// of the run, what stands in one of `objects` to that one, after it. Named objects, such as bodies, are created. Keys
+/// that an earlier deck has set are set anew. A map may take over the entries of others by `<<: *map`.
 /// @throws Error, one line with file, line, key, value and what was expected: YAML that cannot be parsed, a key that is
 /// unknown (with the nearest valid one) or there twice, aliases that contain themselves or multiply, a wrong type,
 /// unit, length of a list, or a value out of range.
-void read_deck(const Deck& deck, OptionTable& table, std::vector<PetscOption>& petsc);
+void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc);
 
 /// A deck that sets every option that acts to its present value in SI, with its unit as a comment, and PETSc's own.
-std::string written_deck(const OptionTable& table, const std::vector<PetscOption>& petsc);
+std::string written_deck(const ObjectTables& tables, const std::vector<PetscOption>& petsc);
 
 /// An option that two written decks give other values.
 struct ChangedOption {

@@ -1,6 +1,8 @@
 #include "base/idle_options.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <tuple>
 
 #include "base/error.h"
@@ -19,17 +21,37 @@ struct Idle {
   bool is_legal() const { return has_acted || (is_solver_setting && origin->is_laid_over); }
 };
 
-const Condition* idle_because(const OptionTable& table, const PetscOption& option) {
-  const SolverPrefix* solver = table.solver_of(option.name);
-  return solver == nullptr ? nullptr : first_unmet(solver->conditions);
+/// Null: it acts in one of the objects that it is for.
+const Condition* idle_because(const ObjectTables& tables, const PetscOption& option) {
+  const Condition* needs = nullptr;
+  for (const ObjectTable& object : tables.of(option.object)) {
+    const SolverPrefix* solver = object.table->solver_of(option.name);
+    needs = solver == nullptr ? nullptr : first_unmet(solver->conditions);
+    if (needs == nullptr) {
+      return nullptr;
+    }
+  }
+  return needs;
 }
 
-std::vector<Idle> idle_options(const OptionTable& table, const std::vector<PetscOption>& petsc) {
+/// What one object has been given: what acts, by origin, and what does not.
+struct Given {
+  std::set<std::tuple<std::string, int, std::string>> acting;
   std::vector<Idle> idle;
+};
+
+std::tuple<std::string, int, std::string> place(const Origin& origin) {
+  return {origin.source, origin.line, origin.name};
+}
+
+void add_given(Given& given, const OptionTable& table) {
   for (const auto& section : table.object_sections()) {
-    if (const Condition* needs = first_unmet(section.conditions)) {
-      for (const auto& object : section.objects) {
-        idle.push_back({&object.origin, needs, false, object.has_acted});
+    const Condition* needs = first_unmet(section.conditions);
+    for (const auto& object : section.objects) {
+      if (needs == nullptr) {
+        given.acting.insert(place(object.origin));
+      } else {
+        given.idle.push_back({&object.origin, needs, false, object.has_acted});
       }
     }
   }
@@ -43,12 +65,34 @@ std::vector<Idle> idle_options(const OptionTable& table, const std::vector<Petsc
   };
   for (const Option& option : table.options()) {
     const Condition* needs = option.idle_because();
-    if (option.origin() && needs != nullptr && !option.is_blank() && !is_of_idle_object(option)) {
-      idle.push_back({&*option.origin(), needs, option.is_solver_setting(), option.has_acted()});
+    if (option.origin() && needs == nullptr) {
+      given.acting.insert(place(*option.origin()));
+    } else if (option.origin() && !option.is_blank() && !is_of_idle_object(option)) {
+      given.idle.push_back({&*option.origin(), needs, option.is_solver_setting(), option.has_acted()});
+    }
+  }
+}
+
+std::vector<Idle> idle_options(const ObjectTables& tables, const std::vector<PetscOption>& petsc) {
+  Given given;
+  for (const ObjectTable& object : tables) {
+    add_given(given, *object.table);
+  }
+  std::vector<Idle> idle;
+  std::map<std::tuple<std::string, int, std::string>, std::size_t> numbers;  // of what several objects were given
+  for (const Idle& one : given.idle) {
+    if (given.acting.count(place(*one.origin)) > 0) {
+      continue;
+    }
+    const auto [number, is_new] = numbers.emplace(place(*one.origin), idle.size());
+    if (is_new) {
+      idle.push_back(one);
+    } else {
+      idle[number->second].has_acted = idle[number->second].has_acted || one.has_acted;
     }
   }
   for (const PetscOption& option : petsc) {
-    if (const Condition* needs = idle_because(table, option)) {
+    if (const Condition* needs = idle_because(tables, option)) {
       idle.push_back({&option.origin, needs, true, option.has_acted});
     }
   }
@@ -74,15 +118,17 @@ std::string names_by_source(const std::vector<Idle>& idle) {
 
 }  // namespace
 
-void note_acting(OptionTable& table, std::vector<PetscOption>& petsc) {
-  table.note_acting();
+void note_acting(const ObjectTables& tables, std::vector<PetscOption>& petsc) {
+  for (const ObjectTable& object : tables) {
+    object.table->note_acting();
+  }
   for (PetscOption& option : petsc) {
-    option.has_acted = option.has_acted || idle_because(table, option) == nullptr;
+    option.has_acted = option.has_acted || idle_because(tables, option) == nullptr;
   }
 }
 
-std::string settle_idle_options(const OptionTable& table, std::vector<PetscOption>& petsc) {
-  std::vector<Idle> idle = idle_options(table, petsc);
+std::string settle_idle_options(const ObjectTables& tables, std::vector<PetscOption>& petsc) {
+  std::vector<Idle> idle = idle_options(tables, petsc);
   const auto first = std::find_if(idle.begin(), idle.end(), [](const Idle& given) { return !given.is_legal(); });
   if (first != idle.end()) {
     const auto count = std::count_if(first, idle.end(), [](const Idle& given) { return !given.is_legal(); });
@@ -92,7 +138,7 @@ std::string settle_idle_options(const OptionTable& table, std::vector<PetscOptio
   }
   const std::string names = names_by_source(idle);
   petsc.erase(std::remove_if(petsc.begin(), petsc.end(),
-                             [&](const PetscOption& option) { return idle_because(table, option) != nullptr; }),
+                             [&](const PetscOption& option) { return idle_because(tables, option) != nullptr; }),
               petsc.end());
   return names.empty() ? "" : "not used in this run: " + names;
 }

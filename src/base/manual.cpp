@@ -72,7 +72,9 @@ std::string option_help(const Option& option) {
   std::string text = option.help();
   text += needs.empty() ? "" : " {" + needs + "}";
   text += option.source().empty() ? "" : " [" + option.source() + "]";
-  return wrapped("-" + option.name() + " " + with_unit(option) + (range.empty() ? "" : " (" + range + ")"), "  ") +
+  return wrapped("-" + option.name() + " " + with_unit(option) + (range.empty() ? "" : " (" + range + ")") +
+                     (option.is_of_run() ? " of the run" : ""),
+                 "  ") +
          wrapped(text, "      ");
 }
 
@@ -94,19 +96,30 @@ std::string cell(const std::string& text) {
 
 std::string markdown_row(const Option& option) {
   return "|" + cell("`" + option.key() + "`") + cell("`-" + option.name() + "`") +
+         cell(option.is_of_run() ? "run" : "object") +
          cell(option.default_text().empty() ? "\"\"" : option.default_text()) +
          cell(option.unit() == "1" ? "" : option.unit()) + cell(option.range_text()) + cell(needs_text(option)) +
          cell(option.help()) + cell(option.source()) + "\n";
 }
 
 const std::string markdown_head =
-    "| YAML key | command line | default | unit | range | needs | meaning | source |\n"
-    "|---|---|---|---|---|---|---|---|\n";
+    "| YAML key | command line | of | default | unit | range | needs | meaning | source |\n"
+    "|---|---|---|---|---|---|---|---|---|\n";
+
+const std::string objects =
+    "A deck of one object has its options at the top. Of several, `objects: {cloth: {mesh: {...}, sheet: {...}}, "
+    "lantern: {mesh: {...}, wall: {...}}}` names each and has what is its own, of the options that are of an "
+    "\"object\" "
+    "(in -help: all that are not \"of the run\"), also those of its solvers. What stands at the top is for all of "
+    "them, "
+    "and less than what stands in one. On the command line: -heat_capacity for all, -objects_cloth_heat_capacity for "
+    "one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do: self-contact (a sheet or a wall passes through itself); contact between objects (a "
-    "run has one mesh, which meets bodies); going on with an earlier run from its files; heat and fire on a balloon, "
-    "and gas in a sheet; flames and air; tears or leaks of a balloon.";
+    "What the program does not do: self-contact (a sheet or a wall passes through itself); contact between objects "
+    "(they "
+    "meet bodies, but not each other); heat and fire on a balloon, and gas in a sheet; flames and air; tears or leaks "
+    "of a balloon.";
 
 const std::string no_effect =
     "An option that is given but cannot act in the run, for want of what it needs (in braces below; in the table under "
@@ -132,7 +145,7 @@ std::string help_text(const OptionTable& table) {
       "[1, 2, 3] in a deck and 1,2,3 on the command line, rows [[0, 1], [2, 3]] and \"0,1;2,3\". Any option of PETSc's "
       "may be added on the command line or, in a deck, as petsc: {log_view: true}.",
       "");
-  for (const std::string& paragraph : {petsc_sources, no_effect, not_done}) {
+  for (const std::string& paragraph : {objects, petsc_sources, no_effect, not_done}) {
     text += "\n" + wrapped(paragraph, "");
   }
   for (const Module& module : modules_of(table)) {
@@ -160,7 +173,7 @@ std::string options_markdown(const OptionTable& table) {
       "# Options\n\nWritten by `pellicle -options_table`. Defaults are in SI; a deck and the command line may give "
       "units "
       "(`0.3 mm`, `450 degC`).\n\n" +
-      petsc_sources + "\n\n" + no_effect + "\n\n" + not_done + "\n";
+      objects + "\n\n" + petsc_sources + "\n\n" + no_effect + "\n\n" + not_done + "\n";
   for (const Module& module : modules_of(table)) {
     text += "\n## " + module.name + "\n";
     if (!module.options.empty()) {

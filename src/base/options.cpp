@@ -155,6 +155,11 @@ Option& Option::solver_setting() {
   return *this;
 }
 
+Option& Option::of_run() {
+  is_of_run_ = true;
+  return *this;
+}
+
 const Condition* Option::idle_because() const { return first_unmet(conditions_); }
 
 bool Option::is_blank() const {
@@ -474,6 +479,9 @@ Option& OptionTable::add(const std::string& key, Option::Variable variable) {
   if (adds_solver_settings_) {
     option.solver_setting();
   }
+  if (adds_of_run_) {
+    option.of_run();
+  }
   return target_->emplace_back(std::move(option));
 }
 
@@ -489,6 +497,12 @@ void OptionTable::add_solver_settings(const std::function<void()>& declare) {
   adds_solver_settings_ = false;
 }
 
+void OptionTable::add_of_run(const std::function<void()>& declare) {
+  adds_of_run_ = true;
+  declare();
+  adds_of_run_ = false;
+}
+
 void OptionTable::add_object_section(const std::string& section, std::string help,
                                      std::function<void(OptionTable&, const std::string& object)> describe) {
   ObjectSection& added = sections_.emplace_back();
@@ -497,6 +511,7 @@ void OptionTable::add_object_section(const std::string& section, std::string hel
   added.help = std::move(help);
   added.describe = std::move(describe);
   added.conditions = conditions_;
+  added.is_of_run = adds_of_run_;
   base_ = section + ".NAME.";
   target_ = &added.prototype;
   added.describe(*this, "");
@@ -589,6 +604,7 @@ std::vector<std::string> OptionTable::keys() const {
 }
 
 void OptionTable::note_acting() {
+  follow_decks_();
   for (Option& option : options_) {
     option.note_acting();
   }
@@ -608,10 +624,7 @@ void OptionTable::create_object(const std::string& section, const std::string& o
     *known = {object, origin};
     return;
   }
-  const bool word =
-      !object.empty() && std::isalpha(static_cast<unsigned char>(object[0])) != 0 &&
-      std::all_of(object.begin(), object.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
-  if (!word) {
+  if (!is_word(object)) {
     throw Error("\"" + object + "\" is no name of an object; expected letters, digits and underscores");
   }
   for (const Option& option : found->prototype) {
@@ -624,7 +637,9 @@ void OptionTable::create_object(const std::string& section, const std::string& o
   found->objects.push_back({object, origin});
   base_ = section + "." + object + ".";
   conditions_ = found->conditions;
+  adds_of_run_ = found->is_of_run;
   found->describe(*this, object);
+  adds_of_run_ = false;
   conditions_.clear();
   base_.clear();
 }
@@ -703,6 +718,11 @@ const Condition* first_unmet(const std::vector<Condition>& conditions) {
   const auto unmet =
       std::find_if(conditions.begin(), conditions.end(), [](const Condition& condition) { return !condition.holds(); });
   return unmet == conditions.end() ? nullptr : &*unmet;
+}
+
+bool is_word(const std::string& text) {
+  return !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
 }
 
 std::string command_line_name(const std::string& key) {

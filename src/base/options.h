@@ -84,6 +84,8 @@ class Option {
   /// The option chooses how a solver works, not what is solved: a deck laid over a scene may set it for a chain that
   /// the run does not have.
   Option& solver_setting();
+  /// The option is of the run as a whole: a deck with `objects` has it at the top, and in none of them.
+  Option& of_run();
   /// Paper and equation, or where the default comes from.
   Option& source(std::string text);
 
@@ -100,6 +102,7 @@ class Option {
   std::string range_text() const;
   bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
   bool is_solver_setting() const { return is_solver_setting_; }
+  bool is_of_run() const { return is_of_run_; }
   const std::vector<Condition>& conditions() const { return conditions_; }
   /// The first of its conditions that does not hold; null: it acts.
   const Condition* idle_because() const;
@@ -151,6 +154,7 @@ class Option {
   std::optional<std::size_t> length_;
   bool is_file_ = false;
   bool is_solver_setting_ = false;
+  bool is_of_run_ = false;
   bool has_acted_ = false;
   std::vector<Condition> conditions_;
   std::optional<Origin> origin_;
@@ -191,6 +195,7 @@ class OptionTable {
     std::deque<Option> prototype;  ///< what an object has, with keys such as "bodies.NAME.radius"
     std::vector<Object> objects;   ///< in the order of their creation
     std::vector<Condition> conditions;
+    bool is_of_run = false;                                                 ///< see Option::of_run
     std::function<void(OptionTable&, const std::string& object)> describe;  ///< "" is the prototype
   };
 
@@ -229,6 +234,11 @@ class OptionTable {
   /// Declares options that are all solver settings, see Option::solver_setting.
   void add_solver_settings(const std::function<void()>& declare);
 
+  /// Declares options and named objects that are all of the run, see Option::of_run.
+  void add_of_run(const std::function<void()>& declare);
+  /// What follows from the options where a deck gives some and leaves others out; called when it has been read whole.
+  void follow_decks(std::function<void()> follow) { follow_decks_ = std::move(follow); }
+
   /// Names solver prefixes such as "project_" or "heat_": below one of them a PETSc solver option (`ksp_...`,
   /// `pc_...`, `sub_...`, ...) goes to PETSc's options database instead of being an error.
   /// `variants` such as {"red_", "green_"} may follow the prefix; PETSc options given for the prefix alone are
@@ -258,8 +268,8 @@ class OptionTable {
   /// options would have the name of others on the command line.
   void create_object(const std::string& section, const std::string& object, const Origin& origin = {});
 
-  /// To be called when a deck has been read whole: what it gives and acts then was meant, even if a later deck or the
-  /// command line takes away what it needs.
+  /// To be called when a deck has been read whole, see follow_decks: what it gives and acts then was meant, even if a
+  /// later deck or the command line takes away what it needs.
   void note_acting();
 
   /// The solver prefix below which the name (without the dash) is a PETSc option; null: it is not one.
@@ -282,7 +292,12 @@ class OptionTable {
   std::deque<Option>* target_ = &options_;  ///< where `add` puts options
   std::vector<Condition> conditions_;       ///< of what is being added
   bool adds_solver_settings_ = false;
+  bool adds_of_run_ = false;
+  std::function<void()> follow_decks_ = [] {};
 };
+
+/// Whether a text can be the name of an object: letters, digits and underscores, a letter first.
+bool is_word(const std::string& text);
 
 /// The name on the command line, without the dash, of a key: dots become underscores.
 std::string command_line_name(const std::string& key);

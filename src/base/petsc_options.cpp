@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iostream>
 #include <set>
+#include <unordered_map>
 
 #include "base/error.h"
 
@@ -12,49 +13,71 @@ namespace pellicle {
 
 namespace {
 
-const PetscOption* find(const std::vector<PetscOption>& options, const std::string& name) {
-  const auto found =
-      std::find_if(options.begin(), options.end(), [&](const PetscOption& option) { return option.name == name; });
-  return found == options.end() ? nullptr : &*found;
-}
-
-/// The variants' names that `option` is handed to.
-std::vector<std::string> handed_names(const PetscOption& option, const std::vector<PetscOption>& options,
-                                      const OptionTable& table) {
-  std::vector<std::string> names = table.variant_names(option.name);
-  names.erase(std::remove_if(names.begin(), names.end(),
-                             [&](const std::string& name) { return find(options, name) != nullptr; }),
-              names.end());
+/// The names in PETSc's database under which each option is given. What is given for one object counts more than what
+/// is given for all, and what is given for one variant of a solver more than what is given for all of them.
+std::vector<std::vector<std::string>> names_in_database(const std::vector<PetscOption>& options,
+                                                        const ObjectTables& tables) {
+  struct Given {
+    int weight;
+    std::size_t option;
+  };
+  std::unordered_map<std::string, Given> database;
+  std::vector<std::vector<std::string>> names(options.size());
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    const PetscOption& option = options[i];
+    const auto give = [&](const std::string& name, int weight) {
+      Given& given = database.emplace(name, Given{weight, i}).first->second;
+      given = given.weight <= weight ? Given{weight, i} : given;
+      names[i].push_back(name);
+    };
+    const std::string own = database_name(option);
+    const int of_object = option.object.empty() ? 0 : 2;
+    give(own, of_object + 1);
+    for (const ObjectTable& object : tables.of(option.object)) {
+      const std::vector<std::string> variants = object.table->variant_names(option.name);
+      const std::string general = object_prefix(object.name) + option.name;
+      if (general != own && object.table->is_solver_option(option.name)) {
+        give(general, of_object + (variants.empty() ? 1 : 0));
+      }
+      for (const std::string& variant : variants) {
+        give(object_prefix(object.name) + variant, of_object);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    names[i].erase(std::remove_if(names[i].begin(), names[i].end(),
+                                  [&](const std::string& name) { return database.at(name).option != i; }),
+                   names[i].end());
+  }
   return names;
 }
 
 }  // namespace
 
+std::string database_name(const PetscOption& option) { return object_prefix(option.object) + option.name; }
+
 void set_petsc_option(std::vector<PetscOption>& options, PetscOption option) {
   options.erase(std::remove_if(options.begin(), options.end(),
-                               [&](const PetscOption& other) { return other.name == option.name; }),
+                               [&](const PetscOption& other) { return database_name(other) == database_name(option); }),
                 options.end());
   options.push_back(std::move(option));
 }
 
-std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options, const OptionTable& table) {
+std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options, const ObjectTables& tables) {
   std::vector<std::string> arguments;
-  const auto append = [&](const std::string& name, const std::optional<std::string>& value) {
-    arguments.push_back("-" + name);
-    if (value) {
-      arguments.push_back(*value);
-    }
-  };
-  for (const PetscOption& option : options) {
-    append(option.name, option.value);
-    for (const std::string& name : handed_names(option, options, table)) {
-      append(name, option.value);
+  const auto names = names_in_database(options, tables);
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    for (const std::string& name : names[i]) {
+      arguments.push_back("-" + name);
+      if (options[i].value) {
+        arguments.push_back(*options[i].value);
+      }
     }
   }
   return arguments;
 }
 
-std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& options, const OptionTable& table) {
+std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& options, const ObjectTables& tables) {
   // What PETSc reads in PetscFinalize only.
   static const std::set<std::string> read_at_the_end{
       "citations",   "get_total_flops", "log",          "log_all",           "log_mpe",
@@ -75,11 +98,11 @@ std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& op
 
   std::vector<std::string> lines;
   const std::string problem = ": an option of PETSc's that nothing used";
-  for (const PetscOption& option : options) {
-    std::vector<std::string> read_as = handed_names(option, options, table);
-    read_as.push_back(option.name);
+  const auto names_of = names_in_database(options, tables);
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    const std::vector<std::string>& read_as = names_of[i];
     if (std::all_of(read_as.begin(), read_as.end(), [&](const std::string& name) { return left.count(name) > 0; })) {
-      lines.push_back(option.origin.text() + problem);
+      lines.push_back(options[i].origin.text() + problem);
     }
     for (const std::string& name : read_as) {
       left.erase(name);
@@ -91,11 +114,11 @@ std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& op
   return lines;
 }
 
-void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const OptionTable& table) {
+void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const ObjectTables& tables) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   if (rank == 0) {
-    for (const std::string& line : unused_petsc_options(options, table)) {
+    for (const std::string& line : unused_petsc_options(options, tables)) {
       std::cerr << "warning: " << line << '\n';
     }
   }

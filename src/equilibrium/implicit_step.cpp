@@ -38,7 +38,7 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options)
     : options_(options),
       potential_(model, options),
-      system_(potential_.tangent_matrix(), model.chambers.count(), "prism_",
+      system_(potential_.tangent_matrix(), model.chambers.count(), options.solver_prefix,
               solver_defaults(options, !potential_.prescribed().empty())),
       patches_(RigidPatches::of(system_.solver(), potential_.tangent_matrix(), model.elements.membrane(),
                                 model.constraints.projectors(), options.patch_size)) {
@@ -80,7 +80,7 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   if (options.line_search) {
     problem.search = [this](const NewtonStep& step) { return search(step); };
   }
-  newton_.emplace(matrix, "prism_", std::move(problem), defaults);
+  newton_.emplace(matrix, options.solver_prefix, std::move(problem), defaults);
 }
 
 ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start) {

@@ -39,6 +39,7 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
       umbrella_(options.operator_name == HeatOperator::umbrella),
       assembled_(options.mat_type == HeatMatrix::aij),
       tolerance_(options.ksp_rtol),
+      solver_prefix_(options.solver_prefix),
       diffusivity_(static_cast<std::size_t>(sheet.particles.local()), options.diffusivity),
       exchange_(sheet.particles, 1),
       estimate_(sheet.particles, 1) {
@@ -52,7 +53,7 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
     create_shell();
   }
   set_definite(matrix_);
-  set_matrix_options(matrix_, "heat_");
+  set_matrix_options(matrix_, options.solver_prefix);
   check(MatCreateVecs(matrix_, increment_.create(), right_hand_side_.create()));
 
   KspDefaults defaults;
@@ -60,7 +61,7 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
   defaults.rtol = options.ksp_rtol;
   defaults.fields = {"temperature"};
   defaults.divtol = 1e20;  // Where conduction is fast, conjugate gradients pass through large residuals.
-  ksp_ = make_ksp(matrix_, matrix_, "heat_", defaults);
+  ksp_ = make_ksp(matrix_, matrix_, options.solver_prefix, defaults);
 }
 
 void Conduction::create_assembled() {
@@ -212,7 +213,7 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
   StageResult result;
   result.converged = false;
   result.iterations = iterations;
-  result.reason = "the linear solver heat_ leaves errors of " + number_text(largest) + " K after " +
+  result.reason = "the linear solver " + solver_prefix_ + " leaves errors of " + number_text(largest) + " K after " +
                   std::to_string(most_solves) + " solves, expected at most " + number_text(limit) +
                   " K by heat.ksp_rtol " + number_text(tolerance_);
   return result;

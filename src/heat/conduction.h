@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "base/handle.h"
@@ -55,6 +56,7 @@ class Conduction {
   bool umbrella_;
   bool assembled_;
   double tolerance_;
+  std::string solver_prefix_;
   std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]
   DiffusionGraph graph_;             ///< weights times h
   Eigen::VectorXd diagonal_;         ///< of the owned rows

@@ -96,19 +96,24 @@ void Console::progress(const Progress& progress) {
                  100 * progress.share, left.c_str(), progress.iterations, progress.figures.c_str()));
 }
 
-void Console::stage_table(const StageClock& clock) {
+void Console::stage_table(const std::vector<std::pair<std::string, const StageClock*>>& clocks) {
+  std::vector<StageTime> stages;
   std::vector<double> seconds;
-  for (const StageTime& stage : clock.stages()) {
-    seconds.push_back(stage.seconds);
+  for (const auto& [object, clock] : clocks) {
+    for (StageTime stage : clock->stages()) {
+      stage.name = (object.empty() ? "" : object + ": ") + stage.name;
+      seconds.push_back(stage.seconds);
+      stages.push_back(std::move(stage));
+    }
   }
-  double total = clock.elapsed();
+  double total = clocks.front().second->elapsed();
   MPI_Allreduce(MPI_IN_PLACE, seconds.data(), static_cast<int>(seconds.size()), MPI_DOUBLE, MPI_MAX, comm_);
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_MAX, comm_);
 
   std::size_t width = 5;
   double rest = total;
   for (std::size_t i = 0; i < seconds.size(); ++i) {
-    width = std::max(width, clock.stages()[i].name.size());
+    width = std::max(width, stages[i].name.size());
     rest -= seconds[i];
   }
   const auto row = [&](const std::string& name, const std::string& calls, double spent) {
@@ -117,7 +122,7 @@ void Console::stage_table(const StageClock& clock) {
   };
   say(formatted("%-*s %8s %10s %8s", static_cast<int>(width), "stage", "calls", "seconds", "share"));
   for (std::size_t i = 0; i < seconds.size(); ++i) {
-    row(clock.stages()[i].name, std::to_string(clock.stages()[i].calls), seconds[i]);
+    row(stages[i].name, std::to_string(stages[i].calls), seconds[i]);
   }
   row("rest", "", std::max(0.0, rest));
   row("total", "", total);

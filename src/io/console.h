@@ -5,6 +5,8 @@
 #include <iosfwd>
 #include <iostream>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace pellicle {
 
@@ -41,7 +43,8 @@ class Console {
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
   /// Prints the table of time per stage: of each stage the slowest rank's. Collective.
-  void stage_table(const StageClock& clock);
+  /// @param clocks not empty, by the names of the objects whose stages they time; the name of a single one may be empty
+  void stage_table(const std::vector<std::pair<std::string, const StageClock*>>& clocks);
 
  private:
   MPI_Comm comm_;

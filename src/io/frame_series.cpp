@@ -9,10 +9,12 @@
 #include <vtkXMLPPolyDataWriter.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 
@@ -20,11 +22,8 @@ namespace pellicle {
 
 namespace {
 
-std::string frame_name(const std::string& series, std::size_t number) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "_%06zu", number);
-  return series + digits;
-}
+/// Of a checkpoint: the tables of the frames.
+std::string tables_of(const std::string& series) { return "output/frames/" + series + "/"; }
 
 /// Blanks the encoding of a piece's appended data, base64, which readers assume where none is said. With an expat of
 /// 2.6 (or Debian's 2.5.0-1+deb12u2), which holds back an incomplete element until its buffer has doubled,
@@ -88,8 +87,8 @@ void add_empty_piece(vtkPolyData* piece, const std::filesystem::path& frame) {
 
 }  // namespace
 
-FrameSeries::FrameSeries(OutputFolder& folder, std::string name)
-    : folder_(folder), comm_(folder.comm()), name_(std::move(name)) {
+FrameSeries::FrameSeries(OutputFolder& folder, std::string name, std::vector<std::string> parts)
+    : folder_(folder), comm_(folder.comm()), name_(std::move(name)), parts_(std::move(parts)) {
   MPI_Comm_rank(comm_, &rank_);
   MPI_Comm_size(comm_, &ranks_);
   vtkMPICommunicatorOpaqueComm opaque(&comm_);
@@ -102,28 +101,40 @@ FrameSeries::FrameSeries(OutputFolder& folder, std::string name)
 
 FrameSeries::~FrameSeries() = default;
 
-std::vector<double> FrameSeries::times() const {
-  std::vector<double> result;
-  for (const auto& [time, file] : frames_) {
-    result.push_back(time);
-  }
-  return result;
+std::string FrameSeries::stem(const Entry& entry) const {
+  const std::string& part = parts_[static_cast<std::size_t>(entry.part)];
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "_%06d", entry.number);
+  return name_ + (part.empty() ? "" : "_" + part) + digits;
 }
 
-void FrameSeries::resume(const std::vector<double>& times) {
+void FrameSeries::save(Hdf5File& checkpoint) const {
+  std::vector<double> times;
+  std::vector<int> numbers_and_parts;
+  for (const Entry& entry : frames_) {
+    times.push_back(entry.time);
+    numbers_and_parts.insert(numbers_and_parts.end(), {entry.number, entry.part});
+  }
+  checkpoint.write_once(tables_of(name_) + "time", times);
+  checkpoint.write_once(tables_of(name_) + "number_and_part", numbers_and_parts);
+}
+
+void FrameSeries::resume(const Hdf5File& checkpoint) {
+  const std::vector<double> times = checkpoint.read_all<double>(tables_of(name_) + "time");
+  const std::vector<int> numbers_and_parts = checkpoint.read_all<int>(tables_of(name_) + "number_and_part");
   std::set<std::string> stems;
-  for (const double time : times) {
-    const std::string stem = frame_name(name_, frames_.size());
-    frames_.emplace_back(time, stem + ".pvtp");
-    stems.insert(stem);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    frames_.push_back({times[i], numbers_and_parts.at(2 * i), numbers_and_parts.at(2 * i + 1)});
+    stems.insert(stem(frames_.back()));
   }
   folder_.keep([stems, list = name_ + ".pvd"](const std::string& file) {
     return file == list || stems.count(std::filesystem::path(file).replace_extension().begin()->string()) > 0;
   });
 }
 
-void FrameSeries::write(vtkPolyData* piece, double time) {
-  const std::string stem = frame_name(name_, frames_.size());
+void FrameSeries::write(std::size_t part, vtkPolyData* piece, double time) {
+  const Entry entry{time, next_number_, static_cast<int>(part)};
+  const std::string stem = this->stem(entry);
   const std::string file = stem + ".pvtp";
   on_root(comm_, [&] {
     std::vector<std::string> files{name_ + ".pvd", file};
@@ -148,27 +159,35 @@ void FrameSeries::write(vtkPolyData* piece, double time) {
     }
     throw;
   }
-  frames_.emplace_back(time, file);
+  // A frame that is written again, after a part of it could not be, has its parts once.
+  frames_.erase(
+      std::remove_if(frames_.begin(), frames_.end(),
+                     [&entry](const Entry& other) { return other.number == entry.number && other.part == entry.part; }),
+      frames_.end());
+  frames_.push_back(entry);
   on_root(comm_, [&] {
     std::error_code ignored;
     std::filesystem::remove(folder_.path_of_part(stem), ignored);  // empty now
   });
-  write_list();
 }
 
 void FrameSeries::write_list() {
+  next_number_ = empty() ? 0 : frames_.back().number + 1;
   on_root(comm_, [&] {
     std::error_code ignored;
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
         "  <Collection>\n";
-    for (const auto& [frame_time, frame_file] : frames_) {
-      if (!std::filesystem::exists(folder_.path(frame_file), ignored)) {
+    for (const Entry& entry : frames_) {
+      const std::string file = stem(entry) + ".pvtp";
+      if (!std::filesystem::exists(folder_.path(file), ignored)) {
         continue;  // removed by hand since
       }
       char number[32];
-      std::snprintf(number, sizeof number, "%.17g", frame_time);
-      text += "    <DataSet timestep=\"" + std::string(number) + "\" part=\"0\" file=\"" + frame_file + "\"/>\n";
+      std::snprintf(number, sizeof number, "%.17g", entry.time);
+      const std::string& part = parts_[static_cast<std::size_t>(entry.part)];
+      text += "    <DataSet timestep=\"" + std::string(number) + "\" part=\"" + std::to_string(entry.part) + "\"" +
+              (part.empty() ? "" : " name=\"" + part + "\"") + " file=\"" + file + "\"/>\n";
     }
     folder_.write(name_ + ".pvd", text + "  </Collection>\n</VTKFile>\n");
   });

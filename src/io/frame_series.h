@@ -3,23 +3,25 @@
 #include <vtkSmartPointer.h>
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "io/output_folder.h"
+#include "state/hdf5_file.h"
 
 class vtkMultiProcessController;
 class vtkPolyData;
 
 namespace pellicle {
 
-/// Frames of one name for ParaView: NAME.pvd in the run's folder names one .pvtp a frame, which names one .vtp a rank
-/// (VTK XML, appended LZ4 data). The .pvd is complete after every frame, so that it can be opened during the run, and
-/// every file is whole.
+/// Frames of one name for ParaView: NAME.pvd in the run's folder names one .pvtp a frame and part, which names one .vtp
+/// a rank (VTK XML, appended LZ4 data). The .pvd is complete after every frame, so that it can be opened during the
+/// run, and every file is whole. The parts are the objects of the run, blocks with their names in ParaView; not every
+/// frame need have all of them.
 class FrameSeries {
  public:
   /// Touches no file. Collective.
-  FrameSeries(OutputFolder& folder, std::string name);
+  /// @param parts their names; that of a series of one part may be empty
+  FrameSeries(OutputFolder& folder, std::string name, std::vector<std::string> parts);
   ~FrameSeries();
   FrameSeries(const FrameSeries&) = delete;
   FrameSeries& operator=(const FrameSeries&) = delete;
@@ -27,20 +29,30 @@ class FrameSeries {
   bool empty() const { return frames_.empty(); }
   const std::string& name() const { return name_; }
 
-  /// Times of the frames so far [s].
-  std::vector<double> times() const;
-  /// Goes on after the frames of these times, which are in the folder; later ones are removed when it is started.
+  /// Time of the last frame; 0: there is none [s].
+  double last_time() const { return empty() ? 0 : frames_.back().time; }
+  /// Notes in a checkpoint which frames there are. Collective. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
+  /// Goes on after the frames of a checkpoint, which are in the folder; later ones are removed when it is started.
   /// Before the folder is started; write_list afterwards. Collective.
-  void resume(const std::vector<double>& times);
+  void resume(const Hdf5File& checkpoint);
 
-  /// Writes the .pvd, of the frames that are there. Collective. @throws Error, on all ranks
+  /// Writes the .pvd, of the frames that are there: the last one is whole. Collective. @throws Error, on all ranks
   void write_list();
 
-  /// Writes this rank's piece of a frame into the folder, which has been started. Collective. @throws Error, on all
-  /// ranks, when a file cannot be written.
-  void write(vtkPolyData* piece, double time);
+  /// Writes this rank's piece of a part of a frame into the folder, which has been started; write_list when all parts
+  /// of the frame are written. Collective. @throws Error, on all ranks, when a file cannot be written.
+  void write(std::size_t part, vtkPolyData* piece, double time);
 
  private:
+  /// A part of a frame.
+  struct Entry {
+    double time;  ///< [s]
+    int number;   ///< of the frame
+    int part;
+  };
+
+  std::string stem(const Entry& entry) const;
   void write_pieces(vtkPolyData* piece, const std::string& file);
 
   OutputFolder& folder_;
@@ -49,7 +61,9 @@ class FrameSeries {
   int ranks_ = 1;
   std::string name_;
   vtkSmartPointer<vtkMultiProcessController> controller_;
-  std::vector<std::pair<double, std::string>> frames_;  ///< time [s], file
+  std::vector<std::string> parts_;
+  std::vector<Entry> frames_;  ///< in the order of their times
+  int next_number_ = 0;        ///< of the frame that is being written, or the next
 };
 
 }  // namespace pellicle

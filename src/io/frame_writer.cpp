@@ -16,8 +16,8 @@ double whole_intervals(double time, const OutputOptions& options) {
   return std::floor(time / options.interval_time + 1e-9);
 }
 
-/// Of a checkpoint: the times of the frames.
-std::string frames_of(const FrameSeries& series) { return "output/frames/" + series.name(); }
+// Of a checkpoint.
+const char* const last_step_table = "output/last_frame_step";
 
 bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -25,11 +25,21 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
 
 }  // namespace
 
-FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options)
+std::vector<std::string> field_names(const Frame& frame) {
+  std::vector<std::string> names;
+  for (const auto* fields : {&frame.particle_fields, &frame.cell_fields}) {
+    for (const DrawnField& field : *fields) {
+      names.push_back(field.name);
+    }
+  }
+  return names;
+}
+
+FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects)
     : folder_(folder),
       options_(std::move(options)),
-      surface_series_(folder, options_.name),
-      spring_series_(folder, options_.name + "_springs") {}
+      surface_series_(folder, options_.name, objects),
+      spring_series_(folder, options_.name + "_springs", objects) {}
 
 bool FrameWriter::due(double time, int step) const {
   if (surface_series_.empty()) {
@@ -49,20 +59,21 @@ std::optional<double> FrameWriter::next_time(double time) const {
 }
 
 void FrameWriter::save(Hdf5File& checkpoint) const {
-  for (const FrameSeries* series : {&surface_series_, &spring_series_}) {
-    checkpoint.write_once(frames_of(*series), series->times());
-  }
-  checkpoint.write_once<int>("output/last_frame_step", {last_step_});
+  surface_series_.save(checkpoint);
+  spring_series_.save(checkpoint);
+  checkpoint.write_once<int>(last_step_table, {last_step_});
 }
 
 void FrameWriter::resume(const Hdf5File& checkpoint) {
-  for (FrameSeries* series : {&surface_series_, &spring_series_}) {
-    const std::vector<double> times = checkpoint.read_all<double>(frames_of(*series));
-    series->resume(times);
-    last_time_ = times.empty() ? last_time_ : times.back();
-  }
-  last_step_ = checkpoint.read_all<int>("output/last_frame_step").front();
+  surface_series_.resume(checkpoint);
+  spring_series_.resume(checkpoint);
+  last_time_ = surface_series_.last_time();
+  last_step_ = checkpoint.read_all<int>(last_step_table).front();
   folder_.start();
+  write_lists();
+}
+
+void FrameWriter::write_lists() {
   for (FrameSeries* series : {&surface_series_, &spring_series_}) {
     if (!series->empty()) {
       series->write_list();
@@ -70,33 +81,30 @@ void FrameWriter::resume(const Hdf5File& checkpoint) {
   }
 }
 
-void FrameWriter::write(const Frame& frame) {
-  if (!surface_series_.empty() && frame.step == last_step_) {
-    return;
-  }
-  check_chosen_fields(frame);
+void FrameWriter::write(std::size_t object, const Frame& frame) {
   folder_.start();
   surface_series_.write(
-      drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields)), frame.time);
+      object, drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields)),
+      frame.time);
   if (frame.springs != nullptr) {
-    spring_series_.write(drawn(*frame.springs, frame.positions, chosen(frame.spring_ends), frame.spring_fields),
+    spring_series_.write(object, drawn(*frame.springs, frame.positions, chosen(frame.spring_ends), frame.spring_fields),
                          frame.time);
   }
-  last_time_ = frame.time;
-  last_step_ = frame.step;
 }
 
-void FrameWriter::check_chosen_fields(const Frame& frame) const {
-  std::vector<std::string> known;
-  std::string list;
-  for (const auto* fields : {&frame.particle_fields, &frame.cell_fields}) {
-    for (const DrawnField& field : *fields) {
-      known.push_back(field.name);
-      list.append(list.empty() ? "" : ", ").append(field.name);
-    }
-  }
+void FrameWriter::complete(double time, int step) {
+  write_lists();
+  last_time_ = time;
+  last_step_ = step;
+}
+
+void FrameWriter::require_chosen_fields(const std::vector<std::string>& known) const {
   for (const std::string& name : options_.fields) {
     if (!has(known, name)) {
+      std::string list;
+      for (const std::string& other : known) {
+        list += (list.empty() ? "" : ", ") + other;
+      }
       throw Error("output.fields: no field '" + name + "' in this run: expected some of " + list);
     }
   }

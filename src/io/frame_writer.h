@@ -11,8 +11,8 @@
 
 namespace pellicle {
 
-/// One moment of a sheet or membrane, as the simulation hands it to the writer. What it points to must outlive the call
-/// that writes it.
+/// One moment of an object, a sheet or membrane, as the simulation hands it to the writer. What it points to must
+/// outlive the call that writes it.
 struct Frame {
   double time = 0;  ///< [s]
   int step = 0;
@@ -25,16 +25,22 @@ struct Frame {
   std::vector<DrawnField> spring_fields;    ///< on the owned springs of a sheet, colour after colour
 };
 
-/// Writes the frames of a sheet or membrane as DIRECTORY/NAME.pvd (see FrameSeries): its surface with the chosen
-/// fields. Ranks may have nothing to draw, or all of them.
+/// The names of the fields on the surface.
+std::vector<std::string> field_names(const Frame& frame);
+
+/// Writes the frames of a run as DIRECTORY/NAME.pvd (see FrameSeries): the surface of each of its objects with the
+/// chosen fields. Ranks may have nothing to draw, or all of them.
 ///
-/// NAME_springs.pvd has the springs of a sheet as lines, with the chosen fields of their ends and the frame's spring
+/// NAME_springs.pvd has the springs of sheets as lines, with the chosen fields of their ends and the frame's spring
 /// fields.
 class FrameWriter {
  public:
   /// Touches no file. The folder must outlive it. Collective.
-  FrameWriter(OutputFolder& folder, OutputOptions options);
+  /// @param objects their names; of a run of one object it may be empty
+  FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects = {""});
 
+  /// Whether there is no frame of this step yet.
+  bool lacks(int step) const { return surface_series_.empty() || step != last_step_; }
   /// Whether the interval asks for a frame of this step: the first step asked about, then every `interval_steps` steps
   /// or at the first step that reaches a multiple of `interval_time`.
   bool due(double time, int step) const;
@@ -48,14 +54,19 @@ class FrameWriter {
   /// @throws Error, on all ranks
   void resume(const Hdf5File& checkpoint);
 
-  /// Writes a frame, if that of its step is not written yet. The first call starts the folder. Collective. @throws
-  /// Error, on all ranks, on an unknown name in `output.fields` (before anything is written), or when a file cannot be
-  /// written.
-  void write(const Frame& frame);
+  /// @param known names of the fields of the surfaces of all objects (field_names)
+  /// @throws Error on a name in `output.fields` that is none of them
+  void require_chosen_fields(const std::vector<std::string>& known) const;
+
+  /// Writes a frame of an object. The first call starts the folder. Collective. @throws Error, on all ranks, when a
+  /// file cannot be written.
+  void write(std::size_t object, const Frame& frame);
+  /// All objects of a frame have been written. Collective. @throws Error, on all ranks
+  void complete(double time, int step);
 
  private:
-  void check_chosen_fields(const Frame& frame) const;
   std::vector<DrawnField> chosen(const std::vector<DrawnField>& fields) const;
+  void write_lists();
 
   OutputFolder& folder_;
   OutputOptions options_;

@@ -217,12 +217,15 @@ std::string OutputFolder::listed(const Files& files, bool with_head) const {
 }
 
 bool OutputFolder::is_of_run(const std::string& name) const {
-  static const std::regex checkpoint(R"(checkpoint_[0-9]{6,}\.h5)");
-  if (std::regex_match(name, checkpoint) || name == "history.csv" || name == "pieces.csv" || name == "projection.csv") {
-    return true;
+  std::string of_object;  // "(_cloth|_lantern)"
+  for (const std::string& object : record_.objects) {
+    of_object += (of_object.empty() ? "(_" : "|_") + object;
   }
-  static const std::regex rest(R"((_springs)?(\.pvd|_[0-9]{6,}(\.pvtp|/.*_[0-9]{6,}_[0-9]+\.vtp)))");
-  return name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), rest);
+  of_object += of_object.empty() ? "" : ")";
+  const std::regex table("checkpoint_[0-9]{6,}\\.h5|(history|pieces|projection)" + of_object + "\\.csv");
+  const std::regex rest("(_springs)?(\\.pvd|" + of_object + "_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp))");
+  return std::regex_match(name, table) ||
+         (name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), rest));
 }
 
 void OutputFolder::check_conflicts() const {

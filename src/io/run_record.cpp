@@ -67,6 +67,9 @@ std::string facts(const RunRecord& record, int ranks) {
     yaml << YAML::EndMap;
   }
   yaml << YAML::EndSeq;
+  if (!record.objects.empty()) {
+    yaml << YAML::Key << "objects" << YAML::Value << record.objects;
+  }
   yaml << YAML::Key << "mesh" << YAML::Value << record.mesh;
   yaml << YAML::Key << "libraries" << YAML::Value << YAML::BeginMap;
   yaml << YAML::Key << "petsc" << YAML::Value << petsc_library();

@@ -15,6 +15,7 @@ struct RunRecord {
   std::string program;                 ///< name and version
   std::string revision;                ///< of git
   std::vector<std::string> arguments;  ///< of the command line, the program's name first
+  std::vector<std::string> objects;    ///< names of the run's objects; none: it has one without a name
   std::vector<Deck> decks;             ///< in the order in which they were read
   std::string options;                 ///< every option with its value, as a deck
   std::vector<std::string> mesh;       ///< what it is like, what was repaired, warnings: a line each

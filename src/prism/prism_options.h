@@ -26,6 +26,8 @@ inline const std::vector<std::string>& names_of(ElementTangent) {
 
 /// The implicit step of a balloon (balloon paper, sections 4 and 6); solver options of PETSc have the prefix `prism_`.
 struct PrismOptions {
+  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  std::string solver_prefix = "prism_";
   Choice<NewtonEnd> newton = NewtonEnd::converged;
   int max_iterations = 50;  ///< Newton iterations (snes_max_it); the paper: 3
   double snes_rtol = 1e-8;  ///< of the residual, against that at the start of the step

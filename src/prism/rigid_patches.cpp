@@ -130,10 +130,12 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Memb
   }
   char wanted[64] = "additive";
   PetscInt levels = 2;
-  check(PetscOptionsGetString(nullptr, "prism_", "-pc_mg_type", wanted, sizeof wanted, nullptr));
-  check(PetscOptionsGetInt(nullptr, "prism_", "-pc_mg_levels", &levels, nullptr));
+  const char* prefix = nullptr;
+  check(KSPGetOptionsPrefix(solver, &prefix));
+  check(PetscOptionsGetString(nullptr, prefix, "-pc_mg_type", wanted, sizeof wanted, nullptr));
+  check(PetscOptionsGetInt(nullptr, prefix, "-pc_mg_levels", &levels, nullptr));
   if (std::string(wanted) != "additive" || levels != 2) {
-    throw Error(std::string("-prism_pc_mg_") +
+    throw Error(std::string("-") + prefix + "pc_mg_" +
                 (levels != 2 ? "levels " + std::to_string(levels) : std::string("type ") + wanted) +
                 ": the patches are one coarse level, added to the blocks of the diagonal; expected additive, 2 levels");
   }

@@ -39,6 +39,8 @@ std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order);
 
 /// Successive fast projection (burning paper, section 7).
 struct ProjectOptions {
+  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  std::string solver_prefix = "project_";
   int max_steps = 7;        ///< full projection steps, each of the four colours in turn
   double threshold = 1e-7;  ///< of ||C|| over all springs [m]
   double error_limit = 1;   ///< of ||C|| / ||l||, beyond which the projection has failed

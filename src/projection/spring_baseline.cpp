@@ -70,7 +70,7 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   check(MatSetSizes(tangent_, 3 * particles.owned, 3 * particles.owned, PETSC_DETERMINE, PETSC_DETERMINE));
   check(MatSetBlockSize(tangent_, 3));
   check(MatSetType(tangent_, MATBAIJ));
-  check(MatSetOptionsPrefix(tangent_, "spring_"));
+  check(MatSetOptionsPrefix(tangent_, options.solver_prefix.c_str()));
   check(MatSetFromOptions(tangent_));
   check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), nullptr, nullptr));
   check(MatSetOption(tangent_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
@@ -81,7 +81,7 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   defaults.preconditioner = PCPBJACOBI;
   defaults.rtol = 1e-6;
   defaults.fields = {"x", "y", "z"};
-  solver_ = make_ksp(tangent_, tangent_, "spring_", defaults);
+  solver_ = make_ksp(tangent_, tangent_, options.solver_prefix, defaults);
 }
 
 void SpringBaseline::combine(const SpringInput& input) {

@@ -14,6 +14,8 @@ namespace pellicle {
 class OptionTable;
 
 struct SpringOptions {
+  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  std::string solver_prefix = "spring_";
   double stiffness = 100;          ///< k of every spring [N/m]
   double damping = 0;              ///< c/k of the dashpot beside every spring [s]
   int newton_steps = 10;           ///< linear solves a time step, at most

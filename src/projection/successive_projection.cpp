@@ -11,10 +11,6 @@ namespace pellicle {
 
 namespace {
 
-std::string solver_prefix(Colour colour) {
-  return std::string("project_") + colour_names[static_cast<std::size_t>(colour)] + "_";
-}
-
 double global_sum(MPI_Comm comm, double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
@@ -31,7 +27,7 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     const SpringSet& springs = sheet.of(colour);
     System& system = systems_[index];
     // Another preconditioner, if the user asks for it, wants the entries of the Gram matrix.
-    const std::string prefix = solver_prefix(colour);
+    const std::string prefix = options.solver_prefix + colour_names[index] + "_";
     char preconditioner[64] = "lines";
     check(PetscOptionsGetString(nullptr, prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner, nullptr));
     const bool eliminates_lines =

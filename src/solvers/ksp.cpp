@@ -25,13 +25,24 @@ std::optional<std::string> option_value(const std::string& name) {
   return is_set == PETSC_TRUE ? std::optional<std::string>(text) : std::nullopt;
 }
 
-/// The option by the name that the user gave it: one of a general prefix ("project_") is handed to its variants
-/// ("project_red_").
+/// The option by the name that the user gave it: what is given for the prefix "project_" is handed on to
+/// "project_red_", and in a run of several objects to "objects_cloth_project_red_".
 std::string given_name(const std::string& prefix, const std::string& option) {
-  const std::string general = "-" + prefix.substr(0, prefix.find('_') + 1) + option;
   const std::string own = "-" + prefix + option;
-  const std::optional<std::string> value = option_value(general);
-  return value && value == option_value(own) ? general : own;
+  const std::optional<std::string> value = option_value(own);
+  std::vector<std::size_t> words{0};  // where each begins
+  for (std::size_t at = prefix.find('_'); at != std::string::npos; at = prefix.find('_', at + 1)) {
+    words.push_back(at + 1);
+  }
+  for (std::size_t count = 1; count < words.size(); ++count) {
+    for (std::size_t first = 0; first + count < words.size(); ++first) {
+      const std::string part = "-" + prefix.substr(words[first], words[first + count] - words[first]) + option;
+      if (value && option_value(part) == value) {
+        return part;
+      }
+    }
+  }
+  return own;
 }
 
 /// The solver and preconditioner of `prefix` as the user chose them, for a message.

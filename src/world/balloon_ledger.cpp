@@ -8,15 +8,14 @@ namespace pellicle {
 
 namespace {
 
-// Of a checkpoint: what is known of the steps so far.
-const char* const counts_table = "output/step_counts";
-const char* const residuals_table = "output/step_residuals";
+// Of a checkpoint, in the group of the object: what is known of the steps so far.
+const char* const counts_table = "/step_counts";
+const char* const residuals_table = "/step_residuals";
 
 }  // namespace
 
-BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock,
-                             const Hdf5File* resumed)
-    : chain_(chain), clock_(clock) {
+BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed)
+    : chain_(chain), clock_(output.clock), group_(output.group("balloon")) {
   const Membrane& membrane = chain.elements().membrane();
   std::vector<History::Column> columns{{"time", "s"},
                                        {"step", ""},
@@ -47,15 +46,15 @@ BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const S
     columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
     columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
   }
-  for (const StageTime& stage : clock.stages()) {
+  for (const StageTime& stage : clock_.stages()) {
     std::string name = "seconds_" + stage.name;
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(folder, "history.csv", columns, resumed);
+  history_ = std::make_unique<History>(output.folder, output.table("history"), columns, resumed);
   if (resumed != nullptr) {
-    const std::vector<int> counts = resumed->read_all<int>(counts_table);
-    const std::vector<double> residuals = resumed->read_all<double>(residuals_table);
+    const std::vector<int> counts = resumed->read_all<int>(group_ + counts_table);
+    const std::vector<double> residuals = resumed->read_all<double>(group_ + residuals_table);
     steps_ = counts.at(0);
     steps_above_tolerance_ = counts.at(1);
     worst_step_ = counts.at(2);
@@ -74,9 +73,9 @@ BalloonLedger::BalloonLedger(OutputFolder& folder, const Inflate& chain, const S
 
 void BalloonLedger::save(Hdf5File& checkpoint) const {
   history_->save(checkpoint);
-  checkpoint.write_once<int>(counts_table,
+  checkpoint.write_once<int>(group_ + counts_table,
                              {steps_, steps_above_tolerance_, worst_step_, concave_steps_, first_concave_step_});
-  checkpoint.write_once<double>(residuals_table, {worst_residual_, last_residual_});
+  checkpoint.write_once<double>(group_ + residuals_table, {worst_residual_, last_residual_});
 }
 
 void BalloonLedger::go_on_from(const BalloonState& state) {

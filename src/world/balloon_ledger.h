@@ -7,16 +7,17 @@
 #include "base/stage_clock.h"
 #include "io/history.h"
 #include "world/inflate.h"
+#include "world/object.h"
 
 namespace pellicle {
 
 /// The books of a balloon: a row of history.csv for the initial state and for each step.
 class BalloonLedger {
  public:
-  /// Makes the file in a folder that has been started; folder, chain and clock must outlive it. Collective.
+  /// Makes the file in a folder that has been started; the chain must outlive it. Collective.
   /// @throws Error when it cannot be written
   /// @param resumed checkpoint from which the run goes on in its folder
-  BalloonLedger(OutputFolder& folder, const Inflate& chain, const StageClock& clock, const Hdf5File* resumed = nullptr);
+  BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed = nullptr);
 
   /// Notes in a checkpoint how far the table is, and what is known of the steps so far. Collective.
   /// @throws Error, on all ranks
@@ -34,6 +35,7 @@ class BalloonLedger {
  private:
   const Inflate& chain_;
   const StageClock& clock_;
+  std::string group_;  ///< of the object in a checkpoint
   std::unique_ptr<History> history_;
   double initial_rubber_volume_ = 0;      ///< [m^3]
   std::unique_ptr<Field> last_position_;  ///< positions of the last row, to see what turned over since

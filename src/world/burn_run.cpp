@@ -19,10 +19,10 @@ namespace pellicle {
 
 namespace {
 
-// Of a checkpoint.
-const char* const sheet_mesh = "objects/sheet/mesh";
-const char* const sheet_ids = "objects/sheet/mesh/first_lattice_id_and_end";
-const char* const sheet_state = "objects/sheet/state";
+// Of a checkpoint, in the group of the object.
+std::string sheet_mesh(const ObjectOutput& output) { return output.group("sheet") + "/mesh"; }
+std::string sheet_ids(const ObjectOutput& output) { return sheet_mesh(output) + "/first_lattice_id_and_end"; }
+std::string sheet_state(const ObjectOutput& output) { return output.group("sheet") + "/state"; }
 
 /// Persistent ids of the first local cells, which are those of their lattice particles.
 std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
@@ -34,9 +34,10 @@ std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
 }
 
 /// The sheet of a checkpoint. Collective.
-Sheet read_sheet(const Hdf5File& checkpoint, const SheetOptions& options) {
-  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(sheet_ids);
-  return make_sheet(checkpoint.comm(), read_mesh(checkpoint, sheet_mesh), SheetIds{ids.at(0), ids.at(1)}, options)
+Sheet read_sheet(const Hdf5File& checkpoint, const SheetOptions& options, const ObjectOutput& output) {
+  const std::vector<PetscInt> ids = checkpoint.read_all<PetscInt>(sheet_ids(output));
+  return make_sheet(checkpoint.comm(), read_mesh(checkpoint, sheet_mesh(output)), SheetIds{ids.at(0), ids.at(1)},
+                    options)
       .sheet;
 }
 
@@ -169,32 +170,25 @@ void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
 
 }  // namespace
 
-BurnRun::BurnRun(Sheet sheet, const Options& options, OutputFolder& folder, Console& console, StageClock& clock)
+BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output)
     : options_(options),
-      folder_(folder),
-      console_(console),
-      clock_(clock),
+      output_(output),
       sheet_(std::make_unique<Sheet>(std::move(sheet))),
-      burn_(std::make_unique<Burn>(*sheet_, options, clock)),
-      state_(std::make_unique<State>(burn_->initial_state())),
-      writer_(folder, options.output) {
+      burn_(std::make_unique<Burn>(*sheet_, options, output.clock)),
+      state_(std::make_unique<State>(burn_->initial_state())) {
   if (options.time.tolerance > 0) {
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
 }
 
-BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, Console& console,
-                 StageClock& clock)
+BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
     : options_(options),
-      folder_(folder),
-      console_(console),
-      clock_(clock),
-      sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, options.sheet))),
-      state_(std::make_unique<State>(*sheet_)),
-      writer_(folder, options.output) {
-  read_fields(checkpoint, sheet_state, *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
-  burn_ = std::make_unique<Burn>(*sheet_, options, clock, state_->pin);
+      output_(output),
+      sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, options.sheet, output))),
+      state_(std::make_unique<State>(*sheet_)) {
+  read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
+  burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, state_->pin);
   burn_->follow(*state_);
 }
 
@@ -233,7 +227,7 @@ void BurnRun::accept(double time) {
   if (!last_.died || limit >= 1 || !ended().empty()) {
     return;
   }
-  const auto timer = clock_.time("compaction");
+  const auto timer = output_.clock.time("compaction");
   std::vector<bool> kept = empty_cells(*sheet_, state_->living);
   kept.flip();
   auto left = static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true));
@@ -241,8 +235,9 @@ void BurnRun::accept(double time) {
   const PetscInt before = sheet_->global_cells;
   if (static_cast<double>(before - left) > limit * static_cast<double>(before)) {
     compact(kept);
-    console_.say("step " + std::to_string(state_->step) + ": " + std::to_string(before - left) + " of " +
-                 std::to_string(before) + " cells are gone; " + partition_line(*sheet_));
+    output_.console.say(output_.heading() + "step " + std::to_string(state_->step) + ": " +
+                        std::to_string(before - left) + " of " + std::to_string(before) + " cells are gone; " +
+                        partition_line(*sheet_));
   }
 }
 
@@ -275,10 +270,10 @@ void BurnRun::compact(const std::vector<bool>& kept) {
   sheet_ = std::move(sheet);
 }
 
-std::string BurnRun::ended() const { return state_->pieces.present.empty() ? "the sheet has burnt away" : ""; }
+std::string BurnRun::ended() const { return is_gone() ? "the sheet has burnt away" : ""; }
 
-void BurnRun::draw() {
-  const auto timer = clock_.time("output");
+void BurnRun::draw(const FrameSink& write) {
+  const auto timer = output_.clock.time("output");
   const ParticleFields fields = derive(*sheet_, *state_);
   const std::vector<double> level = level_set(*sheet_, state_->mass, options_.ablation.loss_mass);
   const DrawnSurface cut = cut_surface(*sheet_, state_->living, level);
@@ -322,31 +317,30 @@ void BurnRun::draw() {
                            {"target_length", 1, spring_fields.target_length.data()},
                            {"state", 1, spring_fields.state.data()}};
   }
-  writer_.write(frame);
-  ledger().add(state_->time, state_->step, state_->pieces, masses);
+  if (write(frame)) {
+    ledger().add(state_->time, state_->step, state_->pieces, masses);
+  }
 }
 
 void BurnRun::save(Hdf5File& checkpoint) const {
   const auto cells = static_cast<std::size_t>(sheet_->owned_cells);
   const std::vector<PetscInt>& ids = sheet_->persistent_id;
-  write_mesh(checkpoint, sheet_mesh, rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
-  checkpoint.write_once<PetscInt>(sheet_ids, {sheet_->first_lattice_id, sheet_->id_end});
-  write_fields(checkpoint, sheet_state, *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
+  write_mesh(checkpoint, sheet_mesh(output_), rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
+  checkpoint.write_once<PetscInt>(sheet_ids(output_), {sheet_->first_lattice_id, sheet_->id_end});
+  write_fields(checkpoint, sheet_state(output_), *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
                cell_ids(*sheet_, cells));
-  writer_.save(checkpoint);
   ledger_->save(checkpoint);
 }
 
 void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin); }
 
 void BurnRun::resume_output(const Hdf5File& checkpoint) {
-  writer_.resume(checkpoint);
-  ledger_ = std::make_unique<Ledger>(folder_, options_, clock_, &checkpoint);
+  ledger_ = std::make_unique<Ledger>(output_, options_, &checkpoint);
 }
 
 Ledger& BurnRun::ledger() {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<Ledger>(folder_, options_, clock_);
+    ledger_ = std::make_unique<Ledger>(output_, options_);
   }
   return *ledger_;
 }

@@ -221,10 +221,14 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
 void require_same_options(const OptionTable& table, const std::string& before, const std::string& now) {
   std::string faults;
   for (const ChangedOption& changed : changed_options(before, now)) {
-    const std::string group = changed.key.substr(0, changed.key.find('.'));
+    std::string key = changed.key;
+    if (key.compare(0, 8, "objects.") == 0) {  // "objects.cloth.heat.capacity"
+      key = key.substr(std::min(key.size(), key.find('.', 8)) + 1);
+    }
+    const std::string group = key.substr(0, key.find('.'));
     const auto& options = table.options();
-    const auto option = std::find_if(options.begin(), options.end(),
-                                     [&changed](const Option& one) { return one.key() == changed.key; });
+    const auto option =
+        std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
     const bool may_change = group == "output" || group == "checkpoint" || group == "time" || group == "petsc" ||
                             group == "restart" || group == "verify_restart" ||
                             (option != options.end() && option->is_solver_setting());

@@ -15,26 +15,24 @@ namespace pellicle {
 
 namespace {
 
-// Of a checkpoint.
-const char* const balloon_mesh = "objects/balloon/mesh";
-const char* const balloon_state = "objects/balloon/state";
+// Of a checkpoint, in the group of the object.
+std::string balloon_mesh(const ObjectOutput& output) { return output.group("balloon") + "/mesh"; }
+std::string balloon_state(const ObjectOutput& output) { return output.group("balloon") + "/state"; }
 
 }  // namespace
 
-InflateRun::InflateRun(Membrane membrane, const Options& options, OutputFolder& folder, StageClock& clock)
+InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOutput& output)
     : membrane_(std::make_unique<Membrane>(std::move(membrane))),
-      folder_(folder),
-      clock_(clock),
-      inflate_(*membrane_, options, clock),
+      output_(output),
+      inflate_(*membrane_, options, output.clock),
       state_(inflate_.initial_state()),
       kept_(*membrane_, inflate_.chambers().count()),
-      surface_(drawing_of(*membrane_)),
-      writer_(folder, options.output) {}
+      surface_(drawing_of(*membrane_)) {}
 
-InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, StageClock& clock)
-    : InflateRun(make_membrane(checkpoint.comm(), read_mesh(checkpoint, balloon_mesh), options.sheet).membrane, options,
-                 folder, clock) {
-  read_fields(checkpoint, balloon_state, state_, membrane_->persistent_id, membrane_->element_id);
+InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
+    : InflateRun(make_membrane(checkpoint.comm(), read_mesh(checkpoint, balloon_mesh(output)), options.sheet).membrane,
+                 options, output) {
+  read_fields(checkpoint, balloon_state(output), state_, membrane_->persistent_id, membrane_->element_id);
 }
 
 StepResult InflateRun::advance(double h) {
@@ -65,8 +63,8 @@ void InflateRun::keep() { kept_ = state_; }
 
 void InflateRun::restore() { state_ = kept_; }
 
-void InflateRun::draw() {
-  const auto timer = clock_.time("output");
+void InflateRun::draw(const FrameSink& write) {
+  const auto timer = output_.clock.time("output");
   const Wall& wall = inflate_.elements().wall();
   const std::size_t elements = membrane_->triangles.size();
   std::vector<double> thickness(elements);
@@ -90,28 +88,27 @@ void InflateRun::draw() {
   frame.cell_fields.insert(
       frame.cell_fields.end(),
       {{"thickness", 1, thickness.data()}, {"stretch", 2, stretch.data()}, {"stress", 2, stress.data()}});
-  writer_.write(frame);
+  write(frame);
 }
 
 void InflateRun::save(Hdf5File& checkpoint) const {
   const std::vector<PetscInt>& particles = membrane_->persistent_id;
   const std::vector<PetscInt>& elements = membrane_->element_id;
-  write_mesh(checkpoint, balloon_mesh, rows_of(*membrane_, {}, {}));
-  write_fields(checkpoint, balloon_state, state_, {particles.begin(), particles.begin() + membrane_->particles.owned},
+  write_mesh(checkpoint, balloon_mesh(output_), rows_of(*membrane_, {}, {}));
+  write_fields(checkpoint, balloon_state(output_), state_,
+               {particles.begin(), particles.begin() + membrane_->particles.owned},
                {elements.begin(), elements.begin() + membrane_->elements.owned});
-  writer_.save(checkpoint);
   ledger_->save(checkpoint);
 }
 
 void InflateRun::resume_output(const Hdf5File& checkpoint) {
-  writer_.resume(checkpoint);
-  ledger_ = std::make_unique<BalloonLedger>(folder_, inflate_, clock_, &checkpoint);
+  ledger_ = std::make_unique<BalloonLedger>(output_, inflate_, &checkpoint);
   ledger_->go_on_from(state_);
 }
 
 void InflateRun::record(double h, int retries) {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<BalloonLedger>(folder_, inflate_, clock_);
+    ledger_ = std::make_unique<BalloonLedger>(output_, inflate_);
   }
   ledger_->add(state_, last_, h, retries);
 }

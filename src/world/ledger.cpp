@@ -20,8 +20,8 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
   return result;
 }
 
-Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& clock, const Hdf5File* resumed)
-    : comm_(folder.comm()), options_(options), clock_(clock) {
+Ledger::Ledger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed)
+    : comm_(output.folder.comm()), options_(options), clock_(output.clock) {
   std::vector<History::Column> columns{{"time", "s"},
                                        {"step", ""},
                                        {"time_step", "s"},
@@ -46,18 +46,18 @@ Ledger::Ledger(OutputFolder& folder, const Options& options, const StageClock& c
     columns.push_back({std::string("strain_max_") + colour, ""});
     columns.push_back({std::string("strain_rms_") + colour, ""});
   }
-  for (const StageTime& stage : clock.stages()) {
+  for (const StageTime& stage : clock_.stages()) {
     std::string name = "seconds_" + stage.name;
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(folder, "history.csv", columns, resumed);
+  history_ = std::make_unique<History>(output.folder, output.table("history"), columns, resumed);
   pieces_ = std::make_unique<History>(
-      folder, "pieces.csv",
+      output.folder, output.table("pieces"),
       std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}},
       resumed);
   if (options.project.monitor) {
-    projection_ = std::make_unique<History>(folder, "projection.csv",
+    projection_ = std::make_unique<History>(output.folder, output.table("projection"),
                                             std::vector<History::Column>{{"time", "s"},
                                                                          {"step", ""},
                                                                          {"projection_step", ""},

@@ -7,17 +7,18 @@
 #include "base/stage_clock.h"
 #include "io/history.h"
 #include "world/burn.h"
+#include "world/object.h"
 
 namespace pellicle {
 
-/// The books of a run: a row of history.csv for the initial state and for each step, the pieces of each frame in
+/// The books of a sheet: a row of history.csv for the initial state and for each step, the pieces of each frame in
 /// pieces.csv, and with `project.monitor` the curves of Fig. 8 in projection.csv.
 class Ledger {
  public:
-  /// Makes the files in a folder that has been started; folder and clock must outlive it. Collective.
+  /// Makes the files in a folder that has been started; options must outlive it. Collective.
   /// @throws Error when they cannot be written
   /// @param resumed checkpoint from which the run goes on in its folder
-  Ledger(OutputFolder& folder, const Options& options, const StageClock& clock, const Hdf5File* resumed = nullptr);
+  Ledger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed = nullptr);
 
   /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;

@@ -100,9 +100,13 @@ LoadedMesh read_mesh_file(MPI_Comm comm, const Options& options) {
 
 }  // namespace
 
-std::string mesh_file_name(const OutputOptions& options) { return options.name + ".mesh.h5"; }
+std::string mesh_file_name(const OutputOptions& options, const std::string& object) {
+  return options.name + (object.empty() ? "" : "_" + object) + ".mesh.h5";
+}
 
-LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
+namespace {
+
+LoadedMesh load_unheaded_mesh(MPI_Comm comm, const Options& options) {
   if (options.mesh.has_partition()) {
     return read_mesh_file(comm, options);
   }
@@ -116,6 +120,16 @@ LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
     }
   });
   return {rows_of(comm, checked.mesh), mesh_lines(checked.report, options.chain), {checked.report.quality()}};
+}
+
+}  // namespace
+
+LoadedMesh load_mesh(MPI_Comm comm, const Options& options, const std::string& heading) {
+  try {
+    return load_unheaded_mesh(comm, options);
+  } catch (const Error& error) {  // the same on every rank
+    throw Error(heading + error.what());
+  }
 }
 
 void require_fit(const CheckedMesh& checked, const Options& options) {

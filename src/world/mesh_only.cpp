@@ -92,27 +92,32 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
   return line;
 }
 
-/// Tells of a distributed mesh and writes it. Collective.
+/// What is made of the mesh of an object.
+struct MeshOfObject {
+  std::string name;
+  std::string heading;  ///< "cloth: ", of lines
+  LoadedMesh loaded;
+};
+
+/// Tells of a distributed mesh and writes it as an object of a frame. Collective.
 template <class Mesh, std::size_t corners>
 void write_frame(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
-                 const Drawing& surface, OutputOptions output, OutputFolder& folder, Console& console) {
+                 const Drawing& surface, FrameWriter& writer, std::size_t object, const std::string& heading,
+                 Console& console) {
   const Quality quality = quality_of(mesh.rest, cells);
-  console.say(quality_line(mesh.comm(), quality, owned));
-  console.say(partition_line(mesh));
-  output.fields.clear();  // which name those of a run
+  console.say(heading + quality_line(mesh.comm(), quality, owned));
+  console.say(heading + partition_line(mesh));
   Frame frame;
   frame.surface = &surface;
   frame.positions = mesh.rest.data();
   for (std::size_t measure = 0; measure < quality.size(); ++measure) {
     frame.cell_fields.push_back({quality_measures[measure].name, 1, quality[measure].data()});
   }
-  FrameWriter(folder, output).write(frame);
-  console.say(output.directory + "/" + output.name + ".pvd");
+  writer.write(object, frame);
 }
 
 /// Writes the mesh with its partition, for runs to read in parallel. Collective.
-void write_mesh_file(const MeshRows& rows, const OutputOptions& output, OutputFolder& folder, Console& console) {
-  const std::string name = mesh_file_name(output);
+void write_mesh_file(const MeshRows& rows, const std::string& name, OutputFolder& folder, Console& console) {
   on_root(folder.comm(), [&] { folder.list({name}); });
   Hdf5File file(folder.comm(), folder.path_of_part(name), Hdf5File::Mode::create);
   write_mesh(file, mesh_file_group, rows);
@@ -123,28 +128,50 @@ void write_mesh_file(const MeshRows& rows, const OutputOptions& output, OutputFo
 
 }  // namespace
 
-void mesh_only(MPI_Comm comm, const Options& options, RunRecord record) {
+void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
+  OutputOptions output = objects.front().options.output;
+  output.fields.clear();  // which name those of a run
   Console console(comm, 1);
-  OutputFolder folder(comm, options.output, record);
-  LoadedMesh loaded = load_mesh(comm, options);
-  record.mesh = loaded.lines;
+  OutputFolder folder(comm, output, record);
+  std::vector<MeshOfObject> meshes;
+  std::vector<std::string> names;
+  for (const ObjectOptions& object : objects) {
+    const std::string heading = object.name.empty() ? "" : object.name + ": ";
+    meshes.push_back({object.name, heading, load_mesh(comm, object.options, heading)});
+    names.push_back(object.name);
+    for (const std::string& line : meshes.back().loaded.lines) {
+      record.mesh.push_back(heading + line);
+    }
+  }
   for (const std::string& line : record.mesh) {
     console.tell(line);
   }
-  for (const std::string& line : loaded.figures) {
-    console.say(line);
+  FrameWriter writer(folder, output, names);
+  std::vector<MeshRows> rows;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const std::string& heading = meshes[i].heading;
+    const SheetOptions& options = objects[i].options.sheet;
+    LoadedMesh& loaded = meshes[i].loaded;
+    for (const std::string& line : loaded.figures) {
+      console.say(heading + line);
+    }
+    if (loaded.rows.corners == 4) {
+      const Sheet sheet = make_sheet(comm, std::move(loaded.rows), options);
+      const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
+      const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
+      write_frame(sheet, sheet.cells, sheet.owned_cells, surface, writer, i, heading, console);
+      rows.push_back(rows_of_mesh(sheet));
+    } else {
+      const Membrane membrane = make_membrane(comm, std::move(loaded.rows), options).membrane;
+      write_frame(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), writer, i, heading,
+                  console);
+      rows.push_back(rows_of(membrane, {}, {}));
+    }
   }
-  if (loaded.rows.corners == 4) {
-    const Sheet sheet = make_sheet(comm, std::move(loaded.rows), options.sheet);
-    const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
-    const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
-    write_frame(sheet, sheet.cells, sheet.owned_cells, surface, options.output, folder, console);
-    write_mesh_file(rows_of_mesh(sheet), options.output, folder, console);
-  } else {
-    const Membrane membrane = make_membrane(comm, std::move(loaded.rows), options.sheet).membrane;
-    write_frame(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), options.output, folder,
-                console);
-    write_mesh_file(rows_of(membrane, {}, {}), options.output, folder, console);
+  writer.complete(0, 0);
+  console.say(output.directory + "/" + output.name + ".pvd");
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    write_mesh_file(rows[i], mesh_file_name(output, meshes[i].name), folder, console);
   }
 }
 

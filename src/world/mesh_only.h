@@ -2,18 +2,20 @@
 
 #include <mpi.h>
 
+#include <deque>
+
 #include "io/run_record.h"
 #include "world/options.h"
 
 namespace pellicle {
 
-/// `-mesh_only`: reads or generates the mesh, checks and distributes it, tells of it whether or not a person watches,
-/// and writes it as one frame: for the burning chain a sheet where all faces are quads, else a membrane. Cell fields,
-/// as VTK defines them: `radius_ratio` and `aspect_ratio` (1 is best), `scaled_jacobian` (1 is best, 0 degenerate),
-/// `smallest_angle` [degrees], `area` [m^2]. Beside it the mesh with its partition, `NAME.mesh.h5`, which `mesh.file`
-/// may name. Collective.
+/// `-mesh_only`: reads or generates the mesh of each object, checks and distributes it, tells of it whether or not a
+/// person watches, and writes it as one frame: for the burning chain a sheet where all faces are quads, else a
+/// membrane. Cell fields, as VTK defines them: `radius_ratio` and `aspect_ratio` (1 is best), `scaled_jacobian` (1 is
+/// best, 0 degenerate), `smallest_angle` [degrees], `area` [m^2]. Beside it the mesh with its partition,
+/// `NAME.mesh.h5`, which `mesh.file` may name. Collective.
 /// @param record what the output folder keeps of the run; of the mesh, what has been found here
 /// @throws Error on a bad mesh, or where the output folder cannot be used
-void mesh_only(MPI_Comm comm, const Options& options, RunRecord record);
+void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record);
 
 }  // namespace pellicle

@@ -79,8 +79,10 @@ void describe_balloon(OptionTable& table, Options& options) {
   table.add_objects("symmetry", options.symmetry, "planes that the vertices in them do not leave (balloons)");
   table.add_objects("attachments", options.attachments, "vertices tied to moving places by springs (balloons)");
   table.add_objects("forces", options.forces, "forces on parts of a balloon");
-  table.add_under({"bodies", [&options] { return !options.bodies.empty(); }},
-                  [&] { describe(table, options.contact); });
+  table.add_of_run([&] {
+    table.add_under({"bodies", [&options] { return !options.bodies.empty(); }},
+                    [&] { describe(table, options.contact); });
+  });
   table.find_key("contact.slip_speed")->acts_with({"a body with friction", [&bodies = options.bodies] {
                                                      return std::any_of(
                                                          bodies.begin(), bodies.end(),
@@ -90,32 +92,54 @@ void describe_balloon(OptionTable& table, Options& options) {
 
 }  // namespace
 
+namespace {
+
+/// A deck that says what the wall is, and not which chain, means a balloon.
+void choose_chain(OptionTable& table, Options& options) {
+  const auto is_of_wall = [](const Option& option) {
+    return option.key().compare(0, 5, "wall.") == 0 && option.origin() && !option.origin()->is_laid_over;
+  };
+  const auto& all = table.options();
+  if (!table.find_key("chain")->origin() && std::any_of(all.begin(), all.end(), is_of_wall)) {
+    options.chain = ChainKind::inflate;
+  }
+}
+
+}  // namespace
+
 void describe(OptionTable& table, Options& options) {
   const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
   const Condition inflates = one_of("chain", options.chain, {ChainKind::inflate});
   table.add("chain", options.chain)
-      .help("burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles");
+      .help(
+          "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
+          "where the first deck has a wall");
+  table.follow_decks([&] { choose_chain(table, options); });
   describe(table, options.mesh);
-  table.add("mesh.only", options.mesh_only)
-      .help("read or generate the mesh, check it, write it with its quality and partition, and end");
   describe(table, options.sheet);
-  describe(table, options.time);
+  table.add_of_run([&] {
+    table.add("mesh.only", options.mesh_only)
+        .help("read or generate the mesh, check it, write it with its quality and partition, and end");
+    describe(table, options.time);
+  });
   table.add_under(burns, [&] { describe_sheet(table, options); });
-  describe(table, options.force);
+  table.add_of_run([&] { describe(table, options.force); });
   table.add_under(inflates, [&] { describe_balloon(table, options); });
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
-  table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
-  describe(table, options.output);
-  describe(table, options.checkpoint);
-  table.add("restart", options.restart)
-      .file()
-      .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");
-  table.add("verify_restart", options.verify_restart)
-      .at_least(0)
-      .acts_with({"checkpoint.keep: more than 0", [&options] { return options.checkpoint.keep > 0; }})
-      .help(
-          "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
-          "compares the fields; 0: an ordinary run");
+  table.add_of_run([&] {
+    table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
+    describe(table, options.output);
+    describe(table, options.checkpoint);
+    table.add("restart", options.restart)
+        .file()
+        .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");
+    table.add("verify_restart", options.verify_restart)
+        .at_least(0)
+        .acts_with({"checkpoint.keep: more than 0", [&options] { return options.checkpoint.keep > 0; }})
+        .help(
+            "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
+            "compares the fields; 0: an ordinary run");
+  });
   for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs"}) {
     table.find_key(key)->acts_with(burns);
   }
@@ -126,6 +150,22 @@ void describe(OptionTable& table, Options& options) {
                                       return ablation.loss_mass > 0 || ablation.strength.has_value();
                                     }});
   }
+}
+
+namespace {
+
+void name_solvers(Options& options, const std::string& prefix) {
+  for (std::string* solver : {&options.heat.solver_prefix, &options.project.solver_prefix,
+                              &options.spring.solver_prefix, &options.prism.solver_prefix}) {
+    *solver = prefix + *solver;
+  }
+}
+
+}  // namespace
+
+ObjectOptions::ObjectOptions(std::string object) : name(std::move(object)) {
+  describe(table, options);
+  name_solvers(options, object_prefix(name));
 }
 
 }  // namespace pellicle

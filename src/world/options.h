@@ -65,7 +65,7 @@ inline const std::vector<std::string>& names_of(Dynamics) {
   return names;
 }
 
-/// Everything that a deck can say.
+/// Everything that a deck can say of a run of one object, or of an object and of the run that it is in.
 struct Options {
   Choice<ChainKind> chain = ChainKind::burn;
   Choice<Dynamics> dynamics = Dynamics::projection;
@@ -97,5 +97,15 @@ struct Options {
 };
 
 void describe(OptionTable& table, Options& options);
+
+/// The options of an object of a run, and the table that declares them.
+struct ObjectOptions {
+  /// @param name of the object; empty: it is the run's one object, which no deck names
+  explicit ObjectOptions(std::string name);
+
+  std::string name;
+  Options options;
+  OptionTable table;
+};
 
 }  // namespace pellicle

@@ -14,7 +14,7 @@
 #include "world/inflate_run.h"
 #include "world/load_mesh.h"
 #include "world/mesh_only.h"
-#include "world/step_control.h"
+#include "world/world.h"
 
 namespace pellicle {
 
@@ -44,76 +44,92 @@ std::string shell_word(const std::string& word) {
   return text + "'";
 }
 
-/// A run: what its chains and its output have in common.
+/// A run: what makes its world, and its output.
 class Run {
  public:
-  Run(MPI_Comm comm, const Options& options, RunRecord& record, const OptionTable& table, Console& console)
+  Run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord& record, Console& console)
       : comm_(comm),
-        options_(options),
+        objects_(objects),
+        options_(objects.front().options),
         record_(record),
-        table_(table),
         console_(console),
-        folder_(comm, options.output, record) {}
+        folder_(comm, options_.output, record) {}
 
   /// The whole run. Collective.
   void run() {
-    StageClock clock(stage_names());
-    const Begun begun = open_checkpoint() ? from_checkpoint(*checkpoint_, options_, folder_, clock) : from_mesh(clock);
+    open_checkpoint();
+    World world = checkpoint_ == nullptr ? world_from_meshes() : world_from(*checkpoint_, folder_);
     const bool goes_on = goes_on_in_its_folder();
-    Checkpoints checkpoints(folder_, options_.checkpoint, record_, goes_on ? begun.chain->step() : -1);
-    begin_output(begun, goes_on);
+    Checkpoints checkpoints(folder_, options_.checkpoint, record_, goes_on ? world.step() : -1);
+    begin_output(world, goes_on);
     if (options_.verify_restart > 0) {
-      verify(*begun.chain, clock, checkpoints);
+      verify(world, checkpoints);
     } else {
-      steps(*begun.chain, clock, checkpoints);
+      steps(world, checkpoints);
     }
   }
 
  private:
-  const std::vector<std::string>& stage_names() const {
-    return options_.chain == ChainKind::burn ? Burn::stage_names() : Inflate::stage_names();
+  static World::Member member_of(const ObjectOptions& object) {
+    const bool burns = object.options.chain == ChainKind::burn;
+    return {object.name, std::make_unique<StageClock>(burns ? Burn::stage_names() : Inflate::stage_names()), nullptr};
   }
 
-  /// A chain before its first step here, and lines about it for somebody who watches.
-  struct Begun {
-    std::unique_ptr<Chain> chain;
-    std::vector<std::string> figures;
-  };
-
-  Begun from_mesh(StageClock& clock) {
-    LoadedMesh loaded = load_mesh(comm_, options_);
-    record_.mesh = loaded.lines;
-    std::vector<std::string>& figures = loaded.figures;
-    if (options_.chain == ChainKind::burn) {
-      Sheet sheet = make_sheet(comm_, std::move(loaded.rows), options_.sheet);
-      figures.insert(figures.end(), {spring_line(sheet), partition_line(sheet)});
-      return {std::make_unique<BurnRun>(std::move(sheet), options_, folder_, console_, clock), figures};
+  /// What somebody who watches is told of an object.
+  void add_figures(const ObjectOutput& output, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+      figures_.push_back(output.heading() + line);
     }
-    Membrane membrane = make_membrane(comm_, std::move(loaded.rows), options_.sheet).membrane;
-    figures.push_back(partition_line(membrane));
-    return {std::make_unique<InflateRun>(std::move(membrane), options_, folder_, clock), figures};
   }
 
-  Begun from_checkpoint(const Hdf5File& checkpoint, const Options& options, OutputFolder& folder, StageClock& clock) {
-    if (options.chain == ChainKind::burn) {
-      auto chain = std::make_unique<BurnRun>(checkpoint, options, folder, console_, clock);
-      const std::vector<std::string> figures{spring_line(chain->sheet()), partition_line(chain->sheet())};
-      return {std::move(chain), figures};
+  World world_from_meshes() {
+    std::vector<World::Member> members;
+    for (const ObjectOptions& object : objects_) {
+      World::Member& member = members.emplace_back(member_of(object));
+      const ObjectOutput output{folder_, console_, *member.clock, object.name};
+      LoadedMesh loaded = load_mesh(comm_, object.options, output.heading());
+      for (const std::string& line : loaded.lines) {
+        record_.mesh.push_back(output.heading() + line);
+      }
+      add_figures(output, loaded.figures);
+      if (object.options.chain == ChainKind::burn) {
+        Sheet sheet = make_sheet(comm_, std::move(loaded.rows), object.options.sheet);
+        add_figures(output, {spring_line(sheet), partition_line(sheet)});
+        member.object = std::make_unique<BurnRun>(std::move(sheet), object.options, output);
+      } else {
+        Membrane membrane = make_membrane(comm_, std::move(loaded.rows), object.options.sheet).membrane;
+        add_figures(output, {partition_line(membrane)});
+        member.object = std::make_unique<InflateRun>(std::move(membrane), object.options, output);
+      }
     }
-    auto chain = std::make_unique<InflateRun>(checkpoint, options, folder, clock);
-    const std::vector<std::string> figures{partition_line(chain->membrane())};
-    return {std::move(chain), figures};
+    return {folder_, options_.output, std::move(members)};
   }
 
-  /// Whether the run goes on from a checkpoint.
-  bool open_checkpoint() {
-    if (options_.restart.empty()) {
-      return false;
+  World world_from(const Hdf5File& checkpoint, OutputFolder& folder) {
+    std::vector<World::Member> members;
+    for (const ObjectOptions& object : objects_) {
+      World::Member& member = members.emplace_back(member_of(object));
+      const ObjectOutput output{folder, console_, *member.clock, object.name};
+      if (object.options.chain == ChainKind::burn) {
+        auto sheet = std::make_unique<BurnRun>(checkpoint, object.options, output);
+        add_figures(output, {spring_line(sheet->sheet()), partition_line(sheet->sheet())});
+        member.object = std::move(sheet);
+      } else {
+        auto balloon = std::make_unique<InflateRun>(checkpoint, object.options, output);
+        add_figures(output, {partition_line(balloon->membrane())});
+        member.object = std::move(balloon);
+      }
     }
-    checkpoint_ = pellicle::open_checkpoint(comm_, options_.restart, console_);
-    require_same_options(table_, checkpoint_->read_text("options"), record_.options);
-    record_.mesh = checkpoint_->read_lines("mesh");
-    return true;
+    return {folder, options_.output, std::move(members)};
+  }
+
+  /// The checkpoint from which the run goes on, if it does.
+  void open_checkpoint() {
+    if (!options_.restart.empty()) {
+      checkpoint_ = pellicle::open_checkpoint(comm_, options_.restart, console_);
+      require_same_options(objects_.front().table, checkpoint_->read_text("options"), record_.options);
+      record_.mesh = checkpoint_->read_lines("mesh");
+    }
   }
 
   /// Whether it goes on in the folder of the run that wrote the checkpoint.
@@ -131,77 +147,84 @@ class Run {
 
   /// The first frame and row, or the continuation of those of the run before. What the mesh is like is told when the
   /// input is known to be good: bad input is refused by one line.
-  void begin_output(const Begun& begun, bool goes_on) {
-    Chain& chain = *begun.chain;
+  void begin_output(World& world, bool goes_on) {
     if (goes_on) {
       keep_tables(folder_, *checkpoint_);
-      chain.resume_output(*checkpoint_);
+      world.resume_output(*checkpoint_);
     } else {
-      chain.draw();  // The first frame makes the folder, or refuses the chosen fields before anything is written.
-      chain.record(0, 0);
+      world.draw();  // The first frame makes the folder, or refuses the chosen fields before anything is written.
+      world.record(0, 0);
     }
     for (const std::string& line : record_.mesh) {
       console_.tell(line);
     }
     if (checkpoint_ != nullptr) {
-      console_.tell("goes on from " + checkpoint_->path() + ": time " + time_text(chain.time()) + ", step " +
-                    std::to_string(chain.step()));
+      console_.tell("goes on from " + checkpoint_->path() + ": time " + time_text(world.time()) + ", step " +
+                    std::to_string(world.step()));
       checkpoint_ = nullptr;
     }
-    for (const std::string& line : begun.figures) {
+    for (const std::string& line : figures_) {
       console_.say(line);
     }
   }
 
-  void steps(Chain& chain, StageClock& clock, Checkpoints& checkpoints) {
+  void steps(World& world, Checkpoints& checkpoints) {
     try {
-      run_steps(chain, options_.time, console_, clock, &checkpoints);
+      run_steps(world, options_.time, console_, &checkpoints);
     } catch (const Error&) {
       tell_of(checkpoints);
       throw;
     }
-    console_.stage_table(clock);
-    console_.tell("done: time " + time_text(chain.time()) + ", " + std::to_string(chain.step()) + " steps in " +
-                  duration_text(clock.elapsed()) + "; " + options_.output.directory + "/" + options_.output.name +
-                  ".pvd");
+    std::vector<std::pair<std::string, const StageClock*>> clocks;
+    for (const World::Member& member : world.members()) {
+      clocks.emplace_back(member.name, member.clock.get());
+    }
+    console_.stage_table(clocks);
+    console_.tell("done: time " + time_text(world.time()) + ", " + std::to_string(world.step()) + " steps in " +
+                  duration_text(clocks.front().second->elapsed()) + "; " + options_.output.directory + "/" +
+                  options_.output.name + ".pvd");
     tell_of(checkpoints);
   }
 
   /// Whether steps from a checkpoint are those of the run that goes on without it. @throws Error if they are not
-  void verify(Chain& chain, StageClock& clock, Checkpoints& checkpoints) {
+  void verify(World& world, Checkpoints& checkpoints) {
     TimeOptions time = options_.time;
-    time.max_steps = chain.step() + options_.verify_restart;
-    run_steps(chain, time, console_, clock, &checkpoints);
-    chain.forget();
-    const int middle = chain.step();
+    time.max_steps = world.step() + options_.verify_restart;
+    run_steps(world, time, console_, &checkpoints);
+    world.forget();
+    const int middle = world.step();
     time.max_steps = middle + options_.verify_restart;
-    run_steps(chain, time, console_, clock);
+    run_steps(world, time, console_);
 
-    Options options = options_;
-    options.output.directory += "/verify_restart";
-    OutputFolder folder(comm_, options.output, record_);
-    StageClock clock_again(stage_names());
+    OutputOptions output = options_.output;
+    output.directory += "/verify_restart";
+    OutputFolder folder(comm_, output, record_);
     const std::unique_ptr<Hdf5File> checkpoint = pellicle::open_checkpoint(comm_, checkpoints.newest(), console_);
-    const Begun again = from_checkpoint(*checkpoint, options, folder, clock_again);
-    again.chain->draw();
-    again.chain->record(0, 0);
-    run_steps(*again.chain, time, console_, clock_again);
+    World again = world_from(*checkpoint, folder);
+    again.draw();
+    again.record(0, 0);
+    run_steps(again, time, console_);
 
     std::string faults;
-    const auto fields = differences(chain.state(), again.chain->state());
-    for (const auto& [name, here] : fields) {
-      double difference = here;
-      MPI_Allreduce(MPI_IN_PLACE, &difference, 1, MPI_DOUBLE, MPI_MAX, comm_);
-      if (difference > 0) {
-        faults += (faults.empty() ? "" : ", ") + name + " by " + number_text(difference) + " of its largest";
+    std::size_t compared = 0;
+    for (std::size_t i = 0; i < world.members().size(); ++i) {
+      const World::Member& member = world.members()[i];
+      for (const auto& [name, here] : differences(member.object->state(), again.members()[i].object->state())) {
+        double difference = here;
+        MPI_Allreduce(MPI_IN_PLACE, &difference, 1, MPI_DOUBLE, MPI_MAX, comm_);
+        ++compared;
+        if (difference > 0) {
+          faults += (faults.empty() ? "" : ", ") + (member.name.empty() ? "" : member.name + "'s ") + name + " by " +
+                    number_text(difference) + " of its largest";
+        }
       }
     }
     const std::string what = "verify_restart: steps " + std::to_string(middle + 1) + " to " +
-                             std::to_string(chain.step()) + " straight and from " + checkpoints.newest();
+                             std::to_string(world.step()) + " straight and from " + checkpoints.newest();
     if (!faults.empty()) {
       throw Error(what + " differ: " + faults);
     }
-    console_.tell(what + ": all " + std::to_string(fields.size()) + " fields are the same");
+    console_.tell(what + ": all " + std::to_string(compared) + " fields are the same");
   }
 
   /// How to go on from the newest checkpoint, if there is one.
@@ -222,24 +245,39 @@ class Run {
   }
 
   MPI_Comm comm_;
-  const Options& options_;
+  const std::deque<ObjectOptions>& objects_;
+  const Options& options_;  ///< of the run as a whole
   RunRecord& record_;
-  const OptionTable& table_;
   Console& console_;
   OutputFolder folder_;
+  std::vector<std::string> figures_;      ///< lines about the objects for somebody who watches
   std::unique_ptr<Hdf5File> checkpoint_;  ///< from which the run goes on
 };
 
+/// Names that frames of an object would share with other files of the run.
+void refuse_reserved_names(const std::deque<ObjectOptions>& objects) {
+  for (const ObjectOptions& object : objects) {
+    for (const std::string reserved : {"springs", "failed"}) {
+      if (object.name == reserved || object.name.compare(0, reserved.size() + 1, reserved + "_") == 0) {
+        throw Error("objects." + object.name + ": no name of an object, the run's files of " + reserved +
+                    " have it; expected another");
+      }
+    }
+  }
+}
+
 }  // namespace
 
-void run(MPI_Comm comm, const Options& options, RunRecord record, const OptionTable& table) {
-  Console console(comm, options.output.monitor);
+void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
+  refuse_reserved_names(objects);
+  const OutputOptions& output = objects.front().options.output;
+  Console console(comm, output.monitor);
   console.say(record.program + " " + record.revision);
-  if (options.mesh_only) {
-    mesh_only(comm, options, std::move(record));
+  if (objects.front().options.mesh_only) {
+    mesh_only(comm, objects, std::move(record));
     return;
   }
-  Run(comm, options, record, table, console).run();
+  Run(comm, objects, record, console).run();
 }
 
 }  // namespace pellicle

@@ -2,17 +2,19 @@
 
 #include <mpi.h>
 
+#include <deque>
+
 #include "io/run_record.h"
 #include "world/options.h"
 
 namespace pellicle {
 
-/// Runs the burning chain from the mesh to the last frame: the whole program after its options have been read.
+/// Runs a world of objects from their meshes to the last frame: the whole program after its options have been read.
 /// Collective.
+/// @param objects of the run; what is of the run as a whole is the same in all their options
 /// @param record what the output folder keeps of the run; of the mesh, what has been found here
-/// @param table of the options, which says what may change where a run goes on
 /// @throws Error on bad input, before anything is written; or when a step failed at every length tried, after the last
 /// good state has been written
-void run(MPI_Comm comm, const Options& options, RunRecord record, const OptionTable& table);
+void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record);
 
 }  // namespace pellicle

@@ -54,8 +54,7 @@ void write_step(Chain& chain, bool with_frame, double h, int retries) {
 
 }  // namespace
 
-void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock,
-               Checkpoints* checkpoints) {
+void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints) {
   const auto is_last = [&] {
     return !chain.ended().empty() || chain.time() >= options.end - 1e-9 * options.step ||
            (options.max_steps > 0 && chain.step() >= options.max_steps);
@@ -76,7 +75,6 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Stage
   int last_drawn = chain.step();
   defer_stop_signals();
   while (!is_last()) {
-    clock.start_lap();
     chain.keep();
     double length = chain.length();  // before it is cut to end at a frame or at the end of the run
     double h = std::min(length, options.end - chain.time());

@@ -4,25 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "base/stage_clock.h"
 #include "io/console.h"
-#include "state/field_registry.h"
 #include "state/hdf5_file.h"
 #include "world/checkpoints.h"
+#include "world/object.h"
 #include "world/options.h"
 
 namespace pellicle {
 
-/// What a chain says of a step that it tried. The same on every rank.
-struct StepResult {
-  bool converged = true;
-  std::string reason;                ///< in words, when it did not converge
-  int iterations = 0;                ///< linear iterations of all stages
-  std::string figures;               ///< what the progress line says besides, such as "|C| 1.2e-05 m"
-  std::optional<double> step_error;  ///< estimated error of the step, a share of the sheet's size; none: no estimate
-};
-
-/// A chain of stages together with its state and its output, as the step control sees it. All calls are collective.
+/// What is stepped, with its output, as the step control sees it: the world. All calls are collective.
 class Chain {
  public:
   virtual ~Chain() = default;
@@ -30,8 +20,6 @@ class Chain {
   virtual double time() const = 0;  ///< of the state [s]
   virtual int step() const = 0;     ///< accepted steps
 
-  /// All that changes from step to step.
-  virtual FieldRegistry& state() = 0;
   /// Length of the next step if nothing cuts it short [s], a part of the state; 0: not known yet.
   virtual double& length() = 0;
 
@@ -40,7 +28,7 @@ class Chain {
   virtual StepResult advance(double h) = 0;
   /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
   virtual void accept(double time) = 0;
-  /// Keeps a copy of the state ...
+  /// A step begins: keeps a copy of the state ...
   virtual void keep() = 0;
   /// ... and puts it back.
   virtual void restore() = 0;
@@ -55,7 +43,7 @@ class Chain {
   virtual bool frame_due() const = 0;
   /// The time of the next frame [s], where frames come by time; adaptive steps end there.
   virtual std::optional<double> next_frame_time() const = 0;
-  /// Writes a frame. The first one makes the output folder.
+  /// Writes a frame, if there is none of this step. The first one makes the output folder.
   virtual void draw() = 0;
   /// Writes what it takes to go on from the present state and behind the present output. @throws Error, on all ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
@@ -80,7 +68,6 @@ class Chain {
 /// @throws Error when a step failed at every length tried, after the last good state has been drawn; or when a frame or
 /// row could not be written, after the other one has been; Interrupted, on a signal
 /// Checkpoints are written where they are asked for and at the end, whatever ends the run.
-void run_steps(Chain& chain, const TimeOptions& options, Console& console, StageClock& clock,
-               Checkpoints* checkpoints = nullptr);
+void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);
 
 }  // namespace pellicle

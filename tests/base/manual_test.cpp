@@ -30,12 +30,12 @@ TEST(Manual, HelpNamesEveryOptionWithDefaultUnitAndRange) {
 TEST(Manual, TheTableHasARowForEveryOption) {
   const SampleOptions options;
   const std::string table = options_markdown(options.table);
-  EXPECT_TRUE(
-      contains(table,
-               "| `heat.diffusivity` | `-heat_diffusivity` | 0.002 | m^2/s | at least 0 | | Thermal diffusivity. | "
-               "burning paper, eq. 2 |\n"))
+  EXPECT_TRUE(contains(
+      table,
+      "| `heat.diffusivity` | `-heat_diffusivity` | object | 0.002 | m^2/s | at least 0 | | Thermal diffusivity. | "
+      "burning paper, eq. 2 |\n"))
       << table;
-  EXPECT_TRUE(contains(table, "| `bodies.NAME.radius` | `-bodies_NAME_radius` | 0.1 | m | more than 0 |"));
+  EXPECT_TRUE(contains(table, "| `bodies.NAME.radius` | `-bodies_NAME_radius` | object | 0.1 | m | more than 0 |"));
   EXPECT_TRUE(contains(table, "\n## general\n"));
 }
 

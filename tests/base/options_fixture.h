@@ -84,7 +84,8 @@ struct SampleOptions {
     for (const std::string& word : words) {
       argv.push_back(word.c_str());
     }
-    return read_arguments(PETSC_COMM_WORLD, static_cast<int>(argv.size()), argv.data(), table);
+    return read_arguments(PETSC_COMM_WORLD, static_cast<int>(argv.size()), argv.data(), table,
+                          [this](const std::string& name) -> OptionTable& { return objects[name].table; });
   }
 
   std::string command_line_error(const std::vector<std::string>& words) {
@@ -97,6 +98,7 @@ struct SampleOptions {
   }
 
   std::vector<PetscOption> petsc;
+  std::map<std::string, SampleOptions> objects;  ///< that a deck has named
 };
 
 }  // namespace pellicle

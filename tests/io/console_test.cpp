@@ -86,7 +86,7 @@ TEST(Console, StageTableHasTheSlowestRanksTimes) {
   { const auto timer = clock.time("heat"); }
   std::ostringstream stream;
   Console console(MPI_COMM_WORLD, 1, stream, false);
-  console.stage_table(clock);
+  console.stage_table({{"", &clock}});
   if (rank != 0) {
     EXPECT_EQ(stream.str(), "");
     return;

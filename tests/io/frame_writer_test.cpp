@@ -72,6 +72,12 @@ OutputOptions options_for(const std::string& directory) {
 class RunWriter : private RunFolder, public FrameWriter {
  public:
   explicit RunWriter(const OutputOptions& options) : RunFolder(options), FrameWriter(output, options) {}
+
+  void write(const Frame& frame) {
+    require_chosen_fields(field_names(frame));
+    FrameWriter::write(0, frame);
+    complete(frame.time, frame.step);
+  }
 };
 
 vtkSmartPointer<vtkPolyData> read_frame(const std::string& path) {

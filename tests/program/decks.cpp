@@ -8,6 +8,7 @@
 
 #include "tests/support/frames.h"
 #include "tests/support/program.h"
+#include "tests/support/run_checks.h"
 
 namespace pellicle {
 namespace {
@@ -25,20 +26,37 @@ std::vector<std::string> decks() {
   return names;
 }
 
-class DecksTest : public ProgramTest, public testing::WithParamInterface<std::string> {};
+class DecksTest : public ProgramTest, public testing::WithParamInterface<std::string> {
+ protected:
+  void expect_sound_output(const std::string& object) const;
+};
 
 TEST_P(DecksTest, RunsTwoSteps) {
   // A deck without a mesh is a set of options to be laid over any scene.
-  const bool is_scene = YAML::LoadFile(deck_path(GetParam()))["mesh"].IsDefined();
+  const YAML::Node deck = YAML::LoadFile(deck_path(GetParam()));
+  const bool is_scene = deck["mesh"].IsDefined() || deck["objects"].IsDefined();
   const Arguments decks =
       is_scene ? Arguments{deck_path(GetParam())} : Arguments{deck_path("uniform_shrink"), deck_path(GetParam())};
   const CommandResult result =
       succeed(2, decks + Arguments{"-time_max_steps", "2", "-output_directory", "out", "-output_name", "deck"});
   EXPECT_EQ(result.errors, "");
 
-  const auto frames = read_pvd(folder() / "out" / "deck.pvd");
+  std::vector<std::string> objects;
+  for (const auto& object : deck["objects"]) {
+    objects.push_back(object.first.as<std::string>());
+  }
+  for (const std::string& object : objects.empty() ? std::vector<std::string>{""} : objects) {
+    expect_sound_output(object);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Input, DecksTest, testing::ValuesIn(decks()), [](const auto& deck) { return deck.param; });
+
+/// Finite fields after two steps, and books that balance.
+void DecksTest::expect_sound_output(const std::string& object) const {
+  const auto frames = read_pvd(folder() / "out" / "deck.pvd", object);
   ASSERT_GE(frames.size(), 2u);
-  const DrawnFrame frame = last_frame(folder() / "out" / "deck.pvd");
+  const DrawnFrame frame = read_frame(frames.back().first, frames.back().second);
   EXPECT_GT(frame.time, 0);
   EXPECT_EQ(frame.ranks.size(), 2u);
   for (const auto& [field, values] : frame.points) {
@@ -48,7 +66,7 @@ TEST_P(DecksTest, RunsTwoSteps) {
       }
     }
   }
-  const auto history = read_csv(folder() / "out" / "history.csv");
+  const auto history = read_csv(table_of(folder() / "out", "history", object));
   EXPECT_EQ(history.at("step").back(), 2);
   // A slack balloon's first steps may be halved, since three Newton iterations can make the residual grow.
   const bool is_balloon = history.count("newton_iterations") > 0;
@@ -69,14 +87,12 @@ TEST_P(DecksTest, RunsTwoSteps) {
   }
   EXPECT_GT(range_of(frame.cell_values.at("thickness")).first, 0);
   EXPECT_EQ(history.at("inverted_elements").back(), 0);
-  const auto rule =
-      YAML::LoadFile((folder() / "out" / "options.yaml").string())["prism"]["thickness"].as<std::string>();
+  const YAML::Node options = YAML::LoadFile((folder() / "out" / "options.yaml").string());
+  const auto rule = (object.empty() ? options : options["objects"][object])["prism"]["thickness"].as<std::string>();
   if (rule == "incompressible" || rule == "global") {
     EXPECT_NEAR(history.at("rubber_volume_ratio").back(), 1, 1e-8);
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(Input, DecksTest, testing::ValuesIn(decks()), [](const auto& deck) { return deck.param; });
 
 class PaperSolverTest : public ProgramTest {};
 
@@ -137,6 +153,39 @@ void expect_same_ranges(const YAML::Node& ranges, const PointValues& values, con
     EXPECT_NEAR(ranges[component][0].as<double>(), low, 1e-12 * std::abs(low)) << field;
     EXPECT_NEAR(ranges[component][1].as<double>(), high, 1e-12 * std::abs(high)) << field;
   }
+}
+
+TEST_F(ParaViewTest, OpensARunOfSeveralObjectsAsNamedBlocks) {
+  const Arguments scene{deck_path("two_sheets"),
+                        "-objects_paper_mesh_cells",
+                        "12,10",
+                        "-time_max_steps",
+                        "4",
+                        "-output_interval_time",
+                        "0",
+                        "-output_interval_steps",
+                        "2"};
+  succeed(2, scene + Arguments{"-output_directory", "out"});
+  const YAML::Node seen = seen_by_paraview((folder() / "out" / "two_sheets.pvd").string());
+  ASSERT_EQ(seen["times"].size(), 3u);
+  for (const std::string object : {"paper", "cloth"}) {
+    const auto frames = read_pvd(folder() / "out" / "two_sheets.pvd", object);
+    ASSERT_EQ(frames.size(), 3u);
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      const DrawnFrame frame = read_frame(frames[k].first, frames[k].second);
+      const YAML::Node block = seen["frames"][k][object];
+      EXPECT_EQ(block["points"].as<std::size_t>(), frame.points.at("position").size()) << object;
+      expect_same_ranges(block["fields"]["velocity"], frame.points.at("velocity"), object + "'s velocity");
+    }
+  }
+  succeed(3, scene + Arguments{"-output_directory", "other"});
+  const CommandResult same = compare({"out", "other", "--tolerance", "0.1"});
+  EXPECT_EQ(same.exit_code, 0) << same;
+  EXPECT_NE(same.output.find("position of paper"), std::string::npos) << same;
+  EXPECT_NE(same.output.find("velocity of cloth"), std::string::npos) << same;
+  succeed(1, scene + Arguments{"-output_directory", "moved", "-objects_cloth_mesh_shift", "1.2,0,0"});
+  const CommandResult moved = compare({"out", "moved", "--tolerance", "0.1"});
+  EXPECT_EQ(moved.exit_code, 1) << moved;
 }
 
 TEST_F(ParaViewTest, OpensARun) {

@@ -54,8 +54,9 @@ inline vtkSmartPointer<vtkPolyData> read_pvtp(const std::filesystem::path& path)
   return reader->GetOutput();
 }
 
-/// Times and files that a .pvd names.
-inline std::vector<std::pair<double, std::filesystem::path>> read_pvd(const std::filesystem::path& path) {
+/// Times and files that a .pvd names. @param object of which; empty: of all
+inline std::vector<std::pair<double, std::filesystem::path>> read_pvd(const std::filesystem::path& path,
+                                                                      const std::string& object = "") {
   std::vector<std::pair<double, std::filesystem::path>> frames;
   vtkXMLDataElement* root = vtkXMLUtilities::ReadElementFromFile(path.c_str());
   if (root == nullptr) {
@@ -64,7 +65,10 @@ inline std::vector<std::pair<double, std::filesystem::path>> read_pvd(const std:
   vtkXMLDataElement* collection = root->FindNestedElementWithName("Collection");
   for (int i = 0; collection != nullptr && i < collection->GetNumberOfNestedElements(); ++i) {
     vtkXMLDataElement* data = collection->GetNestedElement(i);
-    frames.emplace_back(std::stod(data->GetAttribute("timestep")), path.parent_path() / data->GetAttribute("file"));
+    const char* name = data->GetAttribute("name");
+    if (object.empty() || (name != nullptr && object == name)) {
+      frames.emplace_back(std::stod(data->GetAttribute("timestep")), path.parent_path() / data->GetAttribute("file"));
+    }
   }
   root->Delete();
   return frames;

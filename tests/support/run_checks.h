@@ -16,9 +16,16 @@ inline std::vector<std::filesystem::path> checkpoints_of(const std::filesystem::
   return found;
 }
 
+/// The file of a table: "history.csv", or of an object "history_cloth.csv".
+inline std::filesystem::path table_of(const std::filesystem::path& out, const std::string& table,
+                                      const std::string& object) {
+  return out / (table + (object.empty() ? "" : "_" + object) + ".csv");
+}
+
 /// history.csv without times on the wall.
-inline std::map<std::string, std::vector<double>> history_of(const std::filesystem::path& out) {
-  auto history = read_csv(out / "history.csv");
+inline std::map<std::string, std::vector<double>> history_of(const std::filesystem::path& out,
+                                                             const std::string& object = "") {
+  auto history = read_csv(table_of(out, "history", object));
   for (auto column = history.begin(); column != history.end();) {
     column = column->first.compare(0, 8, "seconds_") == 0 ? history.erase(column) : std::next(column);
   }
@@ -26,8 +33,8 @@ inline std::map<std::string, std::vector<double>> history_of(const std::filesyst
 }
 
 /// Expects a row a step from 0 on, with rising times.
-inline void expect_whole_table(const std::filesystem::path& out, int steps) {
-  const auto history = read_csv(out / "history.csv");
+inline void expect_whole_table(const std::filesystem::path& out, int steps, const std::string& object = "") {
+  const auto history = read_csv(table_of(out, "history", object));
   std::vector<double> expected(static_cast<std::size_t>(steps) + 1);
   std::iota(expected.begin(), expected.end(), 0);
   EXPECT_EQ(history.at("step"), expected) << out;
@@ -37,18 +44,19 @@ inline void expect_whole_table(const std::filesystem::path& out, int steps) {
 
 /// Expects that the tables have no gap and no row twice, that the frames have rising times up to the last step's and
 /// that each can be read, that nothing unfinished is left, and that every file is listed.
-inline void expect_whole_output(const std::filesystem::path& out, const std::string& name, int steps) {
-  expect_whole_table(out, steps);
-  const auto frames = read_pvd(out / (name + ".pvd"));
+inline void expect_whole_output(const std::filesystem::path& out, const std::string& name, int steps,
+                                const std::string& object = "") {
+  expect_whole_table(out, steps, object);
+  const auto frames = read_pvd(out / (name + ".pvd"), object);
   for (std::size_t k = 1; k < frames.size(); ++k) {
     EXPECT_LT(frames[k - 1].first, frames[k].first) << out;
   }
   for (const auto& [time, path] : frames) {
     EXPECT_GT(read_pvtp(path)->GetNumberOfPoints(), 0) << path;
   }
-  EXPECT_DOUBLE_EQ(frames.back().first, read_csv(out / "history.csv").at("time").back());
-  if (std::filesystem::exists(out / "pieces.csv")) {
-    const auto pieces = read_csv(out / "pieces.csv");
+  EXPECT_DOUBLE_EQ(frames.back().first, history_of(out, object).at("time").back());
+  if (std::filesystem::exists(table_of(out, "pieces", object))) {
+    const auto pieces = read_csv(table_of(out, "pieces", object));
     std::set<std::pair<double, double>> rows;
     std::set<double> times;
     for (std::size_t k = 0; k < pieces.at("time").size(); ++k) {
@@ -71,9 +79,9 @@ inline void expect_whole_output(const std::filesystem::path& out, const std::str
 /// Expects that the frames of two runs agree, see expect_same_remains and expect_same_balloon.
 template <class ExpectSame>
 void expect_same_frames(const std::filesystem::path& one, const std::filesystem::path& other, const std::string& name,
-                        const ExpectSame& expect_same) {
-  const auto a = read_pvd(one / (name + ".pvd"));
-  const auto b = read_pvd(other / (name + ".pvd"));
+                        const ExpectSame& expect_same, const std::string& object = "") {
+  const auto a = read_pvd(one / (name + ".pvd"), object);
+  const auto b = read_pvd(other / (name + ".pvd"), object);
   ASSERT_EQ(a.size(), b.size()) << other;
   for (std::size_t k = 0; k < a.size(); ++k) {
     EXPECT_DOUBLE_EQ(a[k].first, b[k].first) << other;
@@ -84,9 +92,10 @@ void expect_same_frames(const std::filesystem::path& one, const std::filesystem:
 
 /// Expects that the tables of two runs agree in what they know of the state: not in iterations, which belong to the
 /// solvers, nor in errors, of which only the size counts.
-inline void expect_same_history(const std::filesystem::path& one, const std::filesystem::path& other) {
-  const auto a = history_of(one);
-  const auto b = history_of(other);
+inline void expect_same_history(const std::filesystem::path& one, const std::filesystem::path& other,
+                                const std::string& object = "") {
+  const auto a = history_of(one, object);
+  const auto b = history_of(other, object);
   for (const char* name : {"mass_left", "mass_burnt", "pieces", "heat_content", "heat_in", "kinetic_energy",
                            "gas_volume_ball", "gas_pressure_dome", "time"}) {
     if (a.count(name) == 0) {

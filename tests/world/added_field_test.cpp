@@ -13,7 +13,7 @@
 #include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
-#include "world/burn_run.h"
+#include "tests/world/one_object.h"
 
 namespace pellicle {
 namespace {
@@ -36,20 +36,19 @@ class AddedField : public ::testing::Test {
  protected:
   TestFolder folder_;
   Options options_ = strip_options(folder_ / "out");
-  StageClock clock_{Burn::stage_names()};
   std::ostringstream silent_;
   Console console_{PETSC_COMM_WORLD, 0, silent_, false};
   RunFolder run_folder_{options_.output};
-  BurnRun run_{make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options_.sheet), options_, run_folder_.output,
-               console_, clock_};
+  OneObject<BurnRun> run_{make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options_.sheet), options_,
+                          run_folder_.output, console_};
 
   void declare() {
-    Field& damp = run_.state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});
-    for (PetscInt i = 0; i < run_.sheet().particles.local(); ++i) {
-      damp.data()[i] = dampness(run_.sheet().persistent_id[static_cast<std::size_t>(i)]);
+    Field& damp = run_.object().state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});
+    for (PetscInt i = 0; i < run_.object().sheet().particles.local(); ++i) {
+      damp.data()[i] = dampness(run_.object().sheet().persistent_id[static_cast<std::size_t>(i)]);
     }
-    run_.state().add<PetscInt>({"visits", "", Item::object}) = 7;
-    run_.state().add<std::vector<bool>>({"marked", "", Item::cell}).flip();
+    run_.object().state().add<PetscInt>({"visits", "", Item::object}) = 7;
+    run_.object().state().add<std::vector<bool>>({"marked", "", Item::cell}).flip();
   }
 
   static void expect_there(BurnRun& run) {
@@ -78,23 +77,23 @@ class AddedField : public ::testing::Test {
 TEST_F(AddedField, IsPutBackWithAStep) {
   declare();
   run_.keep();
-  spoil(run_.state());
+  spoil(run_.object().state());
   run_.restore();
-  expect_there(run_);
+  expect_there(run_.object());
 }
 
 TEST_F(AddedField, MovesWhenTheSheetIsCompacted) {
   declare();
   run_.draw();
-  const PetscInt before = run_.sheet().global_cells;
+  const PetscInt before = run_.object().sheet().global_cells;
   // The last of five cells has burnt away, with its corners.
-  Field& mass = *std::get<Field*>(run_.state().find("mass")->storage);
-  for (PetscInt i = 0; i < run_.sheet().particles.local(); ++i) {
-    mass.data()[i] *= run_.sheet().rest(0, i) > 0.35 ? 0.4 : 1;
+  Field& mass = *std::get<Field*>(run_.object().state().find("mass")->storage);
+  for (PetscInt i = 0; i < run_.object().sheet().particles.local(); ++i) {
+    mass.data()[i] *= run_.object().sheet().rest(0, i) > 0.35 ? 0.4 : 1;
   }
   step();
-  ASSERT_LT(run_.sheet().global_cells, before) << "nothing was compacted";
-  expect_there(run_);
+  ASSERT_LT(run_.object().sheet().global_cells, before) << "nothing was compacted";
+  expect_there(run_.object());
 }
 
 TEST_F(AddedField, IsInACheckpointAndComparedWithIt) {
@@ -107,14 +106,14 @@ TEST_F(AddedField, IsInACheckpointAndComparedWithIt) {
     file.close();
   }
   const Hdf5File file(PETSC_COMM_WORLD, folder_ / "state.h5", Hdf5File::Mode::read);
-  BurnRun again(file, options_, run_folder_.output, console_, clock_);
+  BurnRun again(file, options_, {run_folder_.output, console_, run_.clock(), ""});
   expect_there(again);
-  for (const auto& [name, difference] : differences(run_.state(), again.state())) {
+  for (const auto& [name, difference] : differences(run_.object().state(), again.state())) {
     EXPECT_EQ(difference, 0) << name;
   }
   if (again.sheet().particles.owned > 0) {
     std::get<Field*>(again.state().find("dampness")->storage)->data()[0] += 1;
-    for (const auto& [name, difference] : differences(run_.state(), again.state())) {
+    for (const auto& [name, difference] : differences(run_.object().state(), again.state())) {
       EXPECT_EQ(difference > 0, name == "dampness") << name;
     }
   }

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -16,8 +17,8 @@
 #include "tests/support/balls.h"
 #include "tests/support/csv.h"
 #include "tests/support/run_folder.h"
+#include "tests/world/one_object.h"
 #include "tests/world/tables.h"
-#include "world/inflate_run.h"
 
 namespace pellicle::balloon_ledger_test {
 namespace {
@@ -236,15 +237,16 @@ TEST_P(BalloonTable, HasWhatTheStateSays) {
   const TestFolder folder;
   options_.output.directory = folder / "out";
   options_.output.name = "balls";
-  StageClock clock(Inflate::stage_names());
+  std::ostringstream silent;
+  Console console(PETSC_COMM_WORLD, 0, silent, false);
   RunFolder run_folder(options_.output);
-  InflateRun run(membrane_, options_, run_folder.output, clock);
+  OneObject<InflateRun> run(membrane_, options_, run_folder.output, console);
+  const StageClock& clock = run.clock();
   run.draw();
   run.record(0, 0);
   std::vector<TableRow> history{row(state_, rest_, {}, clock)};
   history.back()["residual"] = history.back()["relative_residual"] = 0;
   for (int k = 1; k <= 3; ++k) {
-    clock.start_lap();
     run.keep();
     ASSERT_TRUE(run.advance(h).converged);
     run.accept(run.time());
@@ -269,7 +271,9 @@ TEST_P(BalloonTable, CountsWhatTurnedOverSinceItsLastRow) {
   options_.output.name = "balls";
   RunFolder run_folder(options_.output);
   run_folder.output.start();
-  BalloonLedger ledger(run_folder.output, chain_, clock_);
+  std::ostringstream silent;
+  Console console(PETSC_COMM_WORLD, 0, silent, false);
+  BalloonLedger ledger({run_folder.output, console, clock_, ""}, chain_);
   std::vector<TableRow> history;
   Eigen::Matrix3Xd before = rest_;
   for (int k = 0; k < 3; ++k) {

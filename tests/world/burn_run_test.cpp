@@ -15,6 +15,7 @@
 #include "tests/support/picture.h"
 #include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
+#include "tests/world/one_object.h"
 #include "tests/world/whole.h"
 
 namespace pellicle::burn_run_test {
@@ -58,11 +59,10 @@ Sheet strip(const Options& options) { return make_sheet(PETSC_COMM_WORLD, grid_m
 
 /// Runs the strip, with a frame of each step. @returns what it printed, on rank 0
 std::string run_strip(const Options& options) {
-  StageClock clock(Burn::stage_names());
   std::ostringstream said;
   Console console(PETSC_COMM_WORLD, 1, said, false);
   RunFolder run_folder(options.output);
-  BurnRun run(strip(options), options, run_folder.output, console, clock);
+  OneObject<BurnRun> run(strip(options), options, run_folder.output, console);
   run.draw();
   run.record(0, 0);
   for (int k = 1; k <= steps; ++k) {

@@ -14,8 +14,8 @@
 #include "tests/support/frames.h"
 #include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
+#include "tests/world/one_object.h"
 #include "tests/world/static_balloon.h"
-#include "world/inflate_run.h"
 
 namespace pellicle::inflate_test {
 namespace {
@@ -306,9 +306,10 @@ TEST_P(Icosahedron, IsDrawnAsItIs) {
   options.output.directory = folder / "out";
   options.output.name = "ball";
   const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(0, radius), options.sheet);
-  StageClock clock(Inflate::stage_names());
+  std::ostringstream silent;
+  Console console(PETSC_COMM_WORLD, 0, silent, false);
   RunFolder run_folder(options.output);
-  InflateRun run(membrane, options, run_folder.output, clock);
+  OneObject<InflateRun> run(membrane, options, run_folder.output, console);
   ASSERT_TRUE(run.advance(h).converged);
   ASSERT_TRUE(run.advance(h).converged);
   run.draw();

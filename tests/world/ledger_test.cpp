@@ -15,9 +15,9 @@
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/run_folder.h"
+#include "tests/world/one_object.h"
 #include "tests/world/tables.h"
 #include "tests/world/whole.h"
-#include "world/burn_run.h"
 
 namespace pellicle::ledger_test {
 namespace {
@@ -165,12 +165,12 @@ TEST_F(Tables, HaveWhatTheStateSays) {
   const TestFolder folder;
   options_.output.directory = folder / "out";
   options_.output.name = "strip";
-  StageClock clock(Burn::stage_names());
   std::ostringstream silent;
   Console console(PETSC_COMM_WORLD, 0, silent, false);
   RunFolder run_folder(options_.output);
-  BurnRun run(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 1, edge), options_.sheet), options_, run_folder.output, console,
-              clock);
+  OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 1, edge), options_.sheet), options_,
+                         run_folder.output, console);
+  const StageClock& clock = run.clock();
 
   std::vector<TableRow> history;
   std::vector<TableRow> pieces;
@@ -195,7 +195,6 @@ TEST_F(Tables, HaveWhatTheStateSays) {
   for (int k = 1; k <= steps; ++k) {
     const Whole before(sheet_, state_);
     const double time = state_.time;
-    clock.start_lap();
     run.keep();
     ASSERT_TRUE(run.advance(h).converged);
     const BurnStep step = burn_.advance(state_, h);

@@ -13,8 +13,7 @@
 #include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/state_values.h"
-#include "world/burn_run.h"
-#include "world/inflate_run.h"
+#include "tests/world/one_object.h"
 
 namespace pellicle::rollback_test {
 namespace {
@@ -152,12 +151,11 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
         [&options](const std::string& out, const std::vector<double>& attempts) {
           options.output.directory = out;
           options.output.name = "strip";
-          StageClock clock(Burn::stage_names());
           std::ostringstream silent;
           Console console(PETSC_COMM_WORLD, 0, silent, false);
           RunFolder folder(options.output);
-          BurnRun run(make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options.sheet), options, folder.output,
-                      console, clock);
+          OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options.sheet), options,
+                                 folder.output, console);
           run_with_attempts(run, h, attempts);
         },
         h);
@@ -170,9 +168,10 @@ void expect_no_trace_in_a_balloon(const Membrane& membrane, Options options) {
       [&](const std::string& out, const std::vector<double>& attempts) {
         options.output.directory = out;
         options.output.name = "ball";
-        StageClock clock(Inflate::stage_names());
+        std::ostringstream silent;
+        Console console(PETSC_COMM_WORLD, 0, silent, false);
         RunFolder folder(options.output);
-        InflateRun run(membrane, options, folder.output, clock);
+        OneObject<InflateRun> run(membrane, options, folder.output, console);
         run_with_attempts(run, 5e-3, attempts);
       },
       5e-3);

@@ -26,7 +26,6 @@ class FakeChain : public Chain {
   double time() const override { return time_; }
   int step() const override { return step_; }
   double& length() override { return length_; }
-  FieldRegistry& state() override { return state_; }
   void save(Hdf5File&) const override {}
   void forget() override {}
   void resume_output(const Hdf5File&) override {}
@@ -102,8 +101,6 @@ class FakeChain : public Chain {
 
  private:
   double length_ = 0;
-  Layout nothing_;
-  FieldRegistry state_{nothing_, {}};
   double time_ = 0;
   int step_ = 0;
   double sum_ = 0;
@@ -114,8 +111,7 @@ class FakeChain : public Chain {
 std::string run(FakeChain& chain, const TimeOptions& options, int monitor = 0) {
   std::ostringstream stream;
   Console console(MPI_COMM_WORLD, monitor, stream, false);
-  StageClock clock({"nothing"});
-  run_steps(chain, options, console, clock);
+  run_steps(chain, options, console);
   return stream.str();
 }
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/options.h"
+
+namespace pellicle {
+
+/// An object of a run, and the table of its options.
+struct ObjectTable {
+  std::string name;  ///< empty: the run's one object, which no deck names
+  OptionTable* table;
+};
+
+/// The tables of the objects of a run: of those that its decks name in `objects: {NAME: {...}}`, or of one without a
+/// name. What stands at the top of a deck is given to every object, what stands in an object to that one. On the
+/// command line `-heat_capacity` is for every object, `-objects_NAME_heat_capacity` for one.
+class ObjectTables {
+ public:
+  /// Of a run of one object without a name. @param table must outlive this
+  ObjectTables(OptionTable& table) : tables_{{"", &table}} {}  // NOLINT(google-explicit-constructor): it is one table
+  /// Of named objects. @param tables not empty
+  explicit ObjectTables(std::vector<ObjectTable> tables) : tables_(std::move(tables)) {}
+
+  bool are_named() const { return !tables_.front().name.empty(); }
+  const ObjectTable& front() const { return tables_.front(); }
+  auto begin() const { return tables_.begin(); }
+  auto end() const { return tables_.end(); }
+  /// Those that something is given to: the one of this name, all if it is empty.
+  std::vector<ObjectTable> of(const std::string& object) const;
+
+  /// The object that a name on the command line (without the dash) is for, and the rest of the name:
+  /// "objects_cloth_heat_capacity" gives "cloth" and "heat_capacity". Where there is none: "" and the name.
+  std::pair<std::string, std::string> split_name(const std::string& name) const;
+  /// The same of a key: "objects.cloth.heat.capacity".
+  std::pair<std::string, std::string> split_key(const std::string& key) const;
+
+ private:
+  std::pair<std::string, std::string> split(const std::string& text, char separator) const;
+
+  std::vector<ObjectTable> tables_;
+};
+
+/// How the names of an object's options begin on the command line, and the prefixes of its solvers in PETSc:
+/// "objects_cloth_"; "" for an object without a name.
+std::string object_prefix(const std::string& object);
+
+}  // namespace pellicle

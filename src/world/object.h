@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "io/console.h"
+#include "io/frame_writer.h"
+#include "io/output_folder.h"
+#include "state/hdf5_file.h"
+#include "world/object_state.h"
+
+namespace pellicle {
+
+/// What an object, or all of a world, says of a step that it tried. The same on every rank.
+struct StepResult {
+  bool converged = true;
+  std::string reason;                ///< in words, when it did not converge
+  int iterations = 0;                ///< linear iterations of all stages
+  std::string figures;               ///< what the progress line says besides, such as "|C| 1.2e-05 m"
+  std::optional<double> step_error;  ///< estimated error of the step, a share of the object's size; none: no estimate
+};
+
+/// Where an object's output goes. All must outlive the object.
+struct ObjectOutput {
+  OutputFolder& folder;
+  Console& console;
+  StageClock& clock;
+  std::string object;  ///< its name; empty: the run has one object, without a name
+
+  /// "history_cloth.csv" of "history".
+  std::string table(const std::string& name) const { return name + (object.empty() ? "" : "_" + object) + ".csv"; }
+  /// The name as the beginning of a line: "cloth: ".
+  std::string heading() const { return object.empty() ? "" : object + ": "; }
+  /// Its group in a checkpoint: "objects/cloth". @param kind that stands for the name where there is none
+  std::string group(const std::string& kind) const { return "objects/" + (object.empty() ? kind : object); }
+};
+
+/// Takes a frame of an object. @returns whether it has been written
+using FrameSink = std::function<bool(const Frame&)>;
+
+/// An object of a world: its stages together with their state. All calls are collective.
+class Object {
+ public:
+  virtual ~Object() = default;
+
+  /// All that changes from step to step.
+  virtual ObjectState& state() = 0;
+  const ObjectState& state() const { return const_cast<Object&>(*this).state(); }
+
+  /// Moves the state by h [s]. When it does not converge, time and step stay and the rest of the state may be anything.
+  virtual StepResult advance(double h) = 0;
+  /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
+  virtual void accept(double time) = 0;
+  /// Keeps a copy of the state ...
+  virtual void keep() = 0;
+  /// ... and puts it back.
+  virtual void restore() = 0;
+
+  /// Why the object cannot go on; empty while it can.
+  virtual std::string ended() const { return ""; }
+  /// Whether it has ended because nothing is left of it: other objects go on without it.
+  virtual bool is_gone() const { return false; }
+
+  /// Hands the present frame to `write`.
+  virtual void draw(const FrameSink& write) = 0;
+  /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
+  virtual void record(double h, int retries) = 0;
+  /// What the end of the run's log says of the run as a whole, such as steps that ended out of balance.
+  virtual std::vector<std::string> remarks() const { return {}; }
+
+  /// Writes what it takes to go on from the present state and behind the present output. @throws Error, on all ranks
+  virtual void save(Hdf5File& checkpoint) const = 0;
+  /// Forgets what solvers know of earlier steps: the next step is that of a run that goes on from a checkpoint.
+  virtual void forget() = 0;
+  /// Goes on with the tables of the run that has written a checkpoint, in its folder, in place of the first row.
+  /// @throws Error, on all ranks, when the folder has not what the checkpoint says
+  virtual void resume_output(const Hdf5File& checkpoint) = 0;
+};
+
+}  // namespace pellicle

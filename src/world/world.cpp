@@ -1,0 +1,177 @@
+#include "world/world.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pellicle {
+
+std::vector<std::string> names_of(const std::vector<World::Member>& members) {
+  std::vector<std::string> names;
+  for (const World::Member& member : members) {
+    names.push_back(member.name);
+  }
+  return names;
+}
+
+namespace {
+
+/// A line about an object.
+std::string headed(const World::Member& member, const std::string& line) {
+  return member.name.empty() ? line : member.name + ": " + line;
+}
+
+}  // namespace
+
+World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members)
+
+    : members_(std::move(members)),
+      writer_(folder, options, names_of(members_)),
+      fields_are_to_be_checked_(!options.fields.empty()) {}
+
+double World::time() const {
+  double time = members_.front().object->state().time;
+  for (const Member& member : members_) {
+    time = std::max(time, static_cast<const Object&>(*member.object).state().time);
+  }
+  return time;
+}
+
+int World::step() const {
+  PetscInt step = 0;
+  for (const Member& member : members_) {
+    step = std::max(step, member.object->state().step);
+  }
+  return static_cast<int>(step);
+}
+
+StepResult World::advance(double h) {
+  StepResult all;
+  for (const Member& member : members_) {
+    if (member.object->is_gone()) {
+      continue;
+    }
+    const StepResult result = member.object->advance(h);
+    all.iterations += result.iterations;
+    if (!result.converged) {
+      all.converged = false;
+      all.reason = headed(member, result.reason);
+      return all;
+    }
+    all.figures += (all.figures.empty() ? "" : ", ") + (member.name.empty() ? "" : member.name + " ") + result.figures;
+    if (result.step_error) {
+      all.step_error = std::max(*result.step_error, all.step_error.value_or(0));
+    }
+  }
+  return all;
+}
+
+void World::accept(double time) {
+  const int step = this->step();
+  for (const Member& member : members_) {
+    if (member.object->state().step == step) {
+      member.object->accept(time);
+    }
+  }
+}
+
+void World::keep() {
+  for (const Member& member : members_) {
+    member.clock->start_lap();
+    member.object->keep();
+  }
+}
+
+void World::restore() {
+  for (const Member& member : members_) {
+    member.object->restore();
+  }
+}
+
+std::string World::ended() const {
+  std::string reasons;
+  bool goes_on = false;
+  for (const Member& member : members_) {
+    const std::string reason = member.object->ended();
+    goes_on = goes_on || reason.empty();
+    reasons += reason.empty() ? "" : (reasons.empty() ? "" : "; ") + headed(member, reason);
+    if (!reason.empty() && !member.object->is_gone()) {
+      return headed(member, reason);
+    }
+  }
+  return goes_on ? "" : reasons;
+}
+
+std::vector<std::string> World::remarks() const {
+  std::vector<std::string> lines;
+  for (const Member& member : members_) {
+    for (const std::string& line : member.object->remarks()) {
+      lines.push_back(headed(member, line));
+    }
+  }
+  return lines;
+}
+
+void World::check_chosen_fields() {
+  if (!std::exchange(fields_are_to_be_checked_, false)) {
+    return;
+  }
+  std::vector<std::string> known;
+  for (const Member& member : members_) {
+    member.object->draw([&known](const Frame& frame) {
+      for (const std::string& name : field_names(frame)) {
+        if (std::find(known.begin(), known.end(), name) == known.end()) {
+          known.push_back(name);
+        }
+      }
+      return false;
+    });
+  }
+  writer_.require_chosen_fields(known);
+}
+
+void World::draw() {
+  if (!writer_.lacks(step())) {
+    return;
+  }
+  check_chosen_fields();
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (is_present(members_[i])) {
+      members_[i].object->draw([&](const Frame& frame) {
+        writer_.write(i, frame);
+        return true;
+      });
+    }
+  }
+  writer_.complete(time(), step());
+}
+
+void World::record(double h, int retries) {
+  for (const Member& member : members_) {
+    if (is_present(member)) {
+      member.object->record(h, retries);
+    }
+  }
+}
+
+void World::save(Hdf5File& checkpoint) const {
+  for (const Member& member : members_) {
+    member.object->save(checkpoint);
+  }
+  writer_.save(checkpoint);
+}
+
+void World::forget() {
+  for (const Member& member : members_) {
+    member.object->forget();
+  }
+}
+
+void World::resume_output(const Hdf5File& checkpoint) {
+  check_chosen_fields();
+  writer_.resume(checkpoint);
+  for (const Member& member : members_) {
+    member.object->resume_output(checkpoint);
+  }
+}
+
+}  // namespace pellicle

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "io/frame_writer.h"
+#include "world/object.h"
+#include "world/step_control.h"
+
+namespace pellicle {
+
+/// The objects of a run under one clock: all of them accept a step, or none does.
+class World : public Chain {
+ public:
+  /// An object and the clock of its stages.
+  struct Member {
+    std::string name;  ///< empty: the run has one object, without a name
+    std::unique_ptr<StageClock> clock;
+    std::unique_ptr<Object> object;
+  };
+
+  /// The folder must outlive it. Collective. @param members at least one
+  World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members);
+
+  const std::vector<Member>& members() const { return members_; }
+
+  double time() const override;
+  int step() const override;
+  double& length() override { return members_.front().object->state().next_length; }
+  StepResult advance(double h) override;
+  void accept(double time) override;
+  void keep() override;
+  void restore() override;
+  std::string ended() const override;
+  std::vector<std::string> remarks() const override;
+  bool frame_due() const override { return writer_.due(time(), step()); }
+  std::optional<double> next_frame_time() const override { return writer_.next_time(time()); }
+  void draw() override;
+  void record(double h, int retries) override;
+  void save(Hdf5File& checkpoint) const override;
+  void forget() override;
+  void resume_output(const Hdf5File& checkpoint) override;
+
+ private:
+  /// Refuses names in `output.fields` that no object has a field of.
+  void check_chosen_fields();
+  /// Whether the object took part in the last step: one of which nothing is left stays where it was.
+  bool is_present(const Member& member) const { return member.object->state().step == step(); }
+
+  std::vector<Member> members_;
+  FrameWriter writer_;
+  bool fields_are_to_be_checked_;
+};
+
+/// The names of the members.
+std::vector<std::string> names_of(const std::vector<World::Member>& members);
+
+}  // namespace pellicle

@@ -1,0 +1,184 @@
+// Runs of several objects under one clock: on any ranks, interrupted and gone on with, and where one of them fails.
+
+#include "tests/support/balloon_scene.h"
+#include "tests/support/burning_scene.h"
+#include "tests/support/frames.h"
+#include "tests/support/program.h"
+#include "tests/support/run_checks.h"
+
+namespace pellicle {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A sheet that burns through and is compacted, another one of other cells that only falls, and a balloon that is blown
+/// up: 16 steps, with a frame and a checkpoint every 4.
+const std::string three_objects = R"(
+time: {step: 2 ms, end: 32 ms}
+force: {gravity: [0, 0, -1 m/s^2], damping: 2}
+bodies:
+  ball: {shape: sphere, centre: [0.1, 0, -0.21], radius: 0.2 m, velocity: [0, 0, 1 m/s], friction: 0.3}
+project: {ksp_rtol: 1e-12, max_steps: 3}
+heat: {ksp_rtol: 1e-12}
+objects:
+  paper:
+    mesh: {shape: rectangle, cells: [12, 10], size: [1 m, 1 m]}
+    sheet: {thickness: 2.5 cm, areal_density: 1 kg/m^2, perturbation: 0.01}
+    pins:
+      hooks: {corners: [min_x_max_y, max_x_max_y]}
+    heat:
+      burning_heat: 300 K
+      sources:
+        spot: {centre: [-0.3, 0, 0], velocity: [15 m/s, 0, 0], radius: 0.35 m, temperature: 1200 K, rate: 500}
+    combustion: {ignition_temperature: 500 K, mass_loss_rate: 0.5, min_mass: 0.3}
+    ablation: {loss_mass: 0.6, compact_fraction: 0.05}
+  cloth:
+    mesh: {shape: rectangle, cells: [5, 6], size: [0.5 m, 0.6 m], shift: [1.5 m, 0, 0]}
+    sheet: {thickness: 5 cm, areal_density: 0.3 kg/m^2}
+  balloon:
+    mesh: {shape: icosphere, level: 2, radius: 5 cm, shift: [-1 m, 0, 0.3 m]}
+    wall: {thickness: 0.3 mm, density: 1000 kg/m^3}
+    prism: {snes_rtol: 1e-10, ksp_rtol: 1e-10}
+    chambers:
+      air: {law: relative, pressure: [[0, 0], [32 ms, 3 kPa]]}
+output: {interval_steps: 4}
+checkpoint: {interval_steps: 4}
+)";
+
+constexpr int steps = 16;
+
+class WorldTest : public ProgramTest {
+ protected:
+  fs::path at(const std::string& name) const { return folder() / name; }
+
+  Arguments scene(const std::string& out) const {
+    return {write("scene.yaml", three_objects), "-output_directory", out};
+  }
+
+  void expect_whole(const std::string& out) const {
+    for (const char* object : {"paper", "cloth", "balloon"}) {
+      expect_whole_output(at(out), "scene", steps, object);
+    }
+  }
+
+  /// Expects that two runs agree but for the solvers' tolerances.
+  void expect_same_run(const std::string& one, const std::string& other) const {
+    expect_same_frames(at(one), at(other), "scene", expect_same_remains, "paper");
+    expect_same_frames(at(one), at(other), "scene", expect_same_fields, "cloth");
+    expect_same_frames(at(one), at(other), "scene", expect_same_balloon, "balloon");
+    for (const char* object : {"paper", "cloth", "balloon"}) {
+      expect_same_history(at(one), at(other), object);
+    }
+  }
+};
+
+TEST_F(WorldTest, IsTheSameOnAnyRanksAndWhenItGoesOn) {
+  const CommandResult whole = succeed(2, scene("whole") + Arguments{"-output_monitor", "1000"});
+  EXPECT_GE(count(whole.output, "paper: step [0-9]+: [0-9]+ of [0-9]+ cells are gone"), 1) << whole;
+  expect_whole("whole");
+  EXPECT_GT(history_of(at("whole"), "paper").at("mass_burnt").back(), 0.1);
+  EXPECT_EQ(history_of(at("whole"), "cloth").at("mass_burnt").back(), 0);
+  EXPECT_GT(history_of(at("whole"), "balloon").at("gas_volume_ratio").back(), 1.01);
+
+  for (const int ranks : {1, 3, 4}) {
+    const std::string out = "on_" + std::to_string(ranks);
+    succeed(ranks, scene(out));
+    expect_same_run("whole", out);
+  }
+
+  succeed(2, scene("same") + Arguments{"-time_max_steps", "8"});
+  fs::copy(at("same"), at("other"), fs::copy_options::recursive);
+  succeed(2, scene("same") + Arguments{"-restart", "same"});
+  expect_whole("same");
+  for (const fs::path& checkpoint : checkpoints_of(at("whole"))) {
+    const CommandResult result = run_command(
+        {"h5diff", checkpoint.string(), (at("same") / checkpoint.filename()).string(), "/objects", "/objects"});
+    EXPECT_EQ(result.exit_code, 0) << checkpoint << " " << result;
+  }
+  for (const char* object : {"paper", "cloth", "balloon"}) {
+    EXPECT_EQ(history_of(at("whole"), object), history_of(at("same"), object));
+  }
+  succeed(3, scene("other") + Arguments{"-restart", "other", "-time_max_steps", "12"});
+  succeed(1, scene("other") + Arguments{"-restart", "other"});
+  expect_whole("other");
+  expect_same_run("whole", "other");
+}
+
+TEST_F(WorldTest, EachObjectIsAsInARunOfItsOwn) {
+  succeed(2, scene("world") + Arguments{"-checkpoint_interval_steps", "0"});
+  // The balloon's map, with what is of the run, is a deck of one object.
+  write("alone.yaml", R"(
+chain: inflate
+time: {step: 2 ms, end: 32 ms}
+force: {gravity: [0, 0, -1 m/s^2]}
+bodies:
+  ball: {shape: sphere, centre: [0.1, 0, -0.21], radius: 0.2 m, velocity: [0, 0, 1 m/s], friction: 0.3}
+mesh: {shape: icosphere, level: 2, radius: 5 cm, shift: [-1 m, 0, 0.3 m]}
+wall: {thickness: 0.3 mm, density: 1000 kg/m^3}
+prism: {snes_rtol: 1e-10, ksp_rtol: 1e-10}
+chambers:
+  air: {law: relative, pressure: [[0, 0], [32 ms, 3 kPa]]}
+output: {interval_steps: 4, directory: alone}
+)");
+  succeed(2, {"alone.yaml"});
+  EXPECT_EQ(history_of(at("world"), "balloon"), history_of(at("alone"))) << "to the last bit";
+}
+
+TEST_F(WorldTest, VerifiesItsRestart) {
+  const CommandResult result = succeed(2, scene("out") + Arguments{"-verify_restart", "3"});
+  EXPECT_NE(result.output.find("fields are the same"), std::string::npos) << result;
+}
+
+TEST_F(WorldTest, AnObjectThatFailsHoldsBackTheOthers) {
+  const CommandResult result =
+      pellicle(2, scene("out") + Arguments{"-objects_balloon_prism_ksp_max_it", "0", "-time_max_retries", "2"});
+  EXPECT_EQ(result.exit_code, 1) << result;
+  EXPECT_EQ(count(result.output, "step 1 at time 0 s failed: balloon: "), 2) << result;
+  ASSERT_EQ(result.error_lines().size(), 1U) << result;
+  EXPECT_NE(result.errors.find("failed, down to a length of 0.0005 s: balloon: "), std::string::npos) << result;
+  EXPECT_NE(result.errors.find("the state before it is the last frame"), std::string::npos) << result;
+  for (const char* object : {"paper", "cloth", "balloon"}) {
+    EXPECT_EQ(history_of(at("out"), object).at("step"), std::vector<double>{0}) << object;
+    EXPECT_EQ(read_pvd(at("out/scene.pvd"), object).size(), 1U);
+  }
+  // What is kept of it is the beginning: a run that goes on from there, with a solver that may work, is the whole run.
+  ASSERT_EQ(checkpoints_of(at("out")).size(), 1U);
+  succeed(2, scene("out") + Arguments{"-restart", "out"});
+  succeed(2, scene("whole"));
+  expect_whole("out");
+  expect_same_run("whole", "out");
+}
+
+TEST_F(WorldTest, WritesTheMeshesOfAllObjects) {
+  const CommandResult result = succeed(2, scene("out") + Arguments{"-mesh_only"});
+  EXPECT_NE(result.output.find("cloth: rectangle: 42 points"), std::string::npos) << result;
+  for (const char* object : {"paper", "cloth", "balloon"}) {
+    EXPECT_EQ(read_pvd(at("out/scene.pvd"), object).size(), 1U);
+    EXPECT_TRUE(fs::exists(at("out") / ("scene_" + std::string(object) + ".mesh.h5")));
+  }
+  succeed(2, scene("again") +
+                 Arguments{"-objects_cloth_mesh_file", at("out/scene_cloth.mesh.h5").string(), "-time_max_steps", "1"});
+}
+
+TEST_F(WorldTest, BadInputNamesTheObjectAndWritesNothing) {
+  const std::vector<std::pair<Arguments, std::string>> faults{
+      {{"-objects_cloth_mesh_file", "nowhere.obj"}, "cloth: "},
+      {{"-objects_balloon_mesh_shape", "disc"}, "balloon: disc: "},
+      {{"-objects_paper_pins_hooks_group", "rail"}, "pins.hooks.group"},
+      {{"-objects_papr_mesh_cells", "3,3"},
+       "-objects_papr_mesh_cells: no such object; expected one that a deck names in objects: paper, cloth, balloon"},
+      {{"-objects_paper_wall_thickness", "1 mm"}, "has no effect in this run; expected with chain: inflate"},
+      {{"-objects_paper_output_fields", "strain"}, "expected -output_fields"},
+      {{"-output_fields", "stran"}, "output.fields: no field 'stran' in this run"},
+  };
+  for (const auto& [options, text] : faults) {
+    const CommandResult result = pellicle(1, scene("out") + options);
+    EXPECT_EQ(result.exit_code, 1) << result;
+    EXPECT_EQ(result.error_lines().size(), 1U) << result;
+    EXPECT_NE(result.errors.find(text), std::string::npos) << result;
+    EXPECT_FALSE(fs::exists(at("out"))) << result;
+  }
+}
+
+}  // namespace
+}  // namespace pellicle

@@ -1,0 +1,279 @@
+// Several objects under one clock: all accept a step or none does.
+
+#include "world/world.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "base/error.h"
+#include "surface/shell.h"
+#include "tests/io/files.h"
+#include "tests/support/balls.h"
+#include "tests/support/csv.h"
+#include "tests/support/frames.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/run_folder.h"
+#include "tests/support/solver_options.h"
+#include "tests/world/one_object.h"
+
+namespace pellicle::world_test {
+namespace {
+
+constexpr double h = 2e-3;  // [s]
+
+/// A strip that a hot ball burns through from its first step on, and a balloon.
+std::deque<ObjectOptions> sheet_and_balloon(const std::string& directory) {
+  std::deque<ObjectOptions> objects;
+  Options& sheet = objects.emplace_back("sheet").options;
+  sheet.sheet.thickness = 0.05;
+  sheet.sheet.perturbation = 0.01;
+  sheet.heat.convection = 100;
+  sheet.ablation.loss_mass = 0.5;
+  sheet.combustion.ignition_temperature = 900;
+  sheet.combustion.mass_loss_rate = 1;
+  HeatSource& ball = sheet.heat.sources["ball"];
+  ball.centre = {0.5, 0, 0};
+  ball.radius = 0.3;
+  ball.rate = 1000;
+  ball.temperature = 2000;
+  Options& balloon = objects.emplace_back("balloon").options;
+  balloon.chain = ChainKind::inflate;
+  balloon.chambers["gas"].pressure = {{0, 0}, {0.02, 2000}};
+  for (ObjectOptions& object : objects) {
+    object.options.output.directory = directory;
+    object.options.output.name = "both";
+    object.options.time.step = h;
+  }
+  return objects;
+}
+
+/// The world of these objects, its folder and what it says.
+struct Scene {
+  explicit Scene(const std::string& directory) : objects(sheet_and_balloon(directory)) {}
+
+  World::Member member(std::size_t object) {
+    World::Member member{objects[object].name, object == 0 ? clock_of<BurnRun>() : clock_of<InflateRun>(), nullptr};
+    const Options& options = objects[object].options;
+    const ObjectOutput output{folder.output, console, *member.clock, member.name};
+    if (object == 0) {
+      member.object =
+          std::make_unique<BurnRun>(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 1, 0.1), options.sheet), options, output);
+    } else {
+      member.object = std::make_unique<InflateRun>(
+          make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet), options, output);
+    }
+    return member;
+  }
+
+  static std::vector<World::Member> list(World::Member first, World::Member second) {
+    std::vector<World::Member> members;
+    members.push_back(std::move(first));
+    members.push_back(std::move(second));
+    return members;
+  }
+
+  std::deque<ObjectOptions> objects;
+  std::ostringstream said;
+  Console console{PETSC_COMM_WORLD, 0, said, false};
+  RunFolder folder{objects.front().options.output};
+  World world{folder.output, objects.front().options.output, list(member(0), member(1))};
+};
+
+/// A step of the world, which must succeed, with its frame and rows.
+void step(World& world) {
+  world.keep();
+  const StepResult result = world.advance(h);
+  ASSERT_TRUE(result.converged) << result.reason;
+  world.accept(world.time());
+  world.draw();
+  world.record(h, 0);
+}
+
+/// Expects that the states of all objects are the same to the last bit.
+void expect_same_states(const World& one, const World& other) {
+  for (std::size_t i = 0; i < one.members().size(); ++i) {
+    for (const auto& [field, difference] :
+         differences(one.members()[i].object->state(), other.members()[i].object->state())) {
+      EXPECT_EQ(difference, 0) << one.members()[i].name << ": " << field;
+    }
+  }
+}
+
+TEST(World, IfTheSecondObjectFailsTheFirstGoesBackToo) {
+  const TestFolder folder;
+  Scene straight(folder / "straight");
+  Scene failing(folder / "failing");
+  Scene* scenes[] = {&straight, &failing};
+  for (Scene* scene : scenes) {
+    scene->world.draw();
+    scene->world.record(0, 0);
+    step(scene->world);
+  }
+  {
+    // The solver of the balloon may make no iterations. The sheet has moved, and burnt, by then.
+    SolverOptions solver;
+    solver.set("objects_balloon_prism_ksp_max_it", "0");
+    failing.world.forget();
+    failing.world.keep();
+    for (const double length : {h, h / 2}) {
+      const StepResult result = failing.world.advance(length);
+      EXPECT_FALSE(result.converged);
+      EXPECT_EQ(result.reason.rfind("balloon: ", 0), 0U) << result.reason;
+      double moved = 0;
+      for (const auto& [field, difference] :
+           differences(straight.world.members()[0].object->state(), failing.world.members()[0].object->state())) {
+        moved = field == "position" ? difference : moved;
+      }
+      MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+      EXPECT_GT(moved, 1e-6) << "the sheet was to move first";
+      failing.world.restore();
+      expect_same_states(straight.world, failing.world);
+      EXPECT_EQ(failing.world.time(), h);
+      EXPECT_EQ(failing.world.step(), 1);
+    }
+  }
+  for (Scene* scene : scenes) {
+    scene->world.forget();
+    step(scene->world);
+    step(scene->world);
+  }
+  expect_same_states(straight.world, failing.world);
+  EXPECT_EQ(failing.world.step(), 3);
+}
+
+/// An object that is gone, or cannot go on, from a step on.
+class Brief : public Object {
+ public:
+  Brief(int steps, bool vanishes) : steps_(steps), vanishes_(vanishes) {}
+
+  ObjectState& state() override { return state_; }
+  StepResult advance(double length) override {
+    EXPECT_LT(state_.step, steps_) << "stepped beyond its end";
+    state_.time += length;
+    ++state_.step;
+    return {true, "", 3, "steady", error};
+  }
+  void accept(double time) override { state_.time = time; }
+  void keep() override { kept_ = state_; }
+  void restore() override { state_ = kept_; }
+  std::string ended() const override { return state_.step < steps_ ? "" : vanishes_ ? "it is gone" : "it is open"; }
+  bool is_gone() const override { return vanishes_ && state_.step >= steps_; }
+  void draw(const FrameSink&) override { ++frames; }
+  void record(double, int) override { ++rows; }
+  void save(Hdf5File&) const override {}
+  void forget() override {}
+  void resume_output(const Hdf5File&) override {}
+
+  std::optional<double> error;
+  int frames = 0;
+  int rows = 0;
+
+ private:
+  static Layout layout() {
+    Layout layout;
+    layout.comm = PETSC_COMM_WORLD;
+    return layout;
+  }
+
+  int steps_;
+  bool vanishes_;
+  Layout nothing_ = layout();
+  ObjectState state_{nothing_, {}};
+  ObjectState kept_{nothing_, {}};
+};
+
+World::Member brief(const std::string& name, int steps, bool vanishes) {
+  return {name, std::make_unique<StageClock>(std::vector<std::string>{"nothing"}),
+          std::make_unique<Brief>(steps, vanishes)};
+}
+
+TEST(World, GoesOnWithoutWhatIsGoneAndEndsWithTheLast) {
+  const TestFolder folder;
+  Scene scene(folder / "out");
+  World world(scene.folder.output, scene.objects.front().options.output,
+              Scene::list(brief("a", 2, true), brief("b", 4, true)));
+  TimeOptions time;
+  time.step = h;
+  run_steps(world, time, scene.console);
+  EXPECT_EQ(world.step(), 4);
+  EXPECT_DOUBLE_EQ(world.time(), 4 * h);
+  EXPECT_EQ(world.ended(), "a: it is gone; b: it is gone");
+  const auto& a = static_cast<const Brief&>(*world.members()[0].object);
+  const auto& b = static_cast<const Brief&>(*world.members()[1].object);
+  EXPECT_EQ(a.rows, 2) << "of the steps in which it took part";
+  EXPECT_EQ(b.rows, 4);
+  if (folder.rank() == 0) {
+    EXPECT_NE(scene.said.str().find("ended at 0.008 s: a: it is gone; b: it is gone"), std::string::npos)
+        << scene.said.str();
+  }
+}
+
+TEST(World, EndsWhenOneCannotGoOn) {
+  const TestFolder folder;
+  Scene scene(folder / "out");
+  World world(scene.folder.output, scene.objects.front().options.output,
+              Scene::list(brief("a", 9, true), brief("b", 3, false)));
+  TimeOptions time;
+  time.step = h;
+  run_steps(world, time, scene.console);
+  EXPECT_EQ(world.step(), 3);
+  EXPECT_EQ(world.ended(), "b: it is open");
+}
+
+TEST(World, TellsOfTheObjectsTogether) {
+  const TestFolder folder;
+  Scene scene(folder / "out");
+  World world(scene.folder.output, scene.objects.front().options.output,
+              Scene::list(brief("a", 9, true), brief("b", 9, false)));
+  StepResult result = world.advance(h);
+  EXPECT_EQ(result.iterations, 6);
+  EXPECT_EQ(result.figures, "a steady, b steady");
+  EXPECT_EQ(result.step_error, std::nullopt);
+  static_cast<Brief&>(*world.members()[0].object).error = 0.2;
+  EXPECT_EQ(world.advance(h).step_error, 0.2);
+  static_cast<Brief&>(*world.members()[1].object).error = 0.3;
+  EXPECT_EQ(world.advance(h).step_error, 0.3);
+}
+
+TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
+  const TestFolder folder;
+  Scene scene(folder / "out");
+  OutputOptions output = scene.objects.front().options.output;
+  output.fields = {"temperature", "thickness"};  // of the sheet, and of the balloon
+  {
+    World world(scene.folder.output, output, Scene::list(scene.member(0), scene.member(1)));
+    world.draw();
+    world.record(0, 0);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (folder.rank() == 0) {
+    const auto sheet = read_pvd(folder / "out/both.pvd", "sheet");
+    const auto balloon = read_pvd(folder / "out/both.pvd", "balloon");
+    ASSERT_EQ(sheet.size(), 1U);
+    ASSERT_EQ(balloon.size(), 1U);
+    EXPECT_EQ(sheet[0].second.filename(), "both_sheet_000000.pvtp");
+    EXPECT_EQ(read_frame(0, sheet[0].second).point_fields.count("temperature"), 1U);
+    EXPECT_EQ(read_frame(0, sheet[0].second).cell_fields.count("burn_time"), 0U);
+    EXPECT_EQ(read_frame(0, balloon[0].second).cell_fields.count("thickness"), 1U);
+    EXPECT_EQ(read_csv(folder / "out/history_sheet.csv").at("step").size(), 1U);
+    EXPECT_EQ(read_csv(folder / "out/history_balloon.csv").at("step").size(), 1U);
+  }
+  output.fields = {"temperature", "stres"};
+  output.directory = folder / "other";
+  RunFolder other(output);
+  World world(other.output, output, Scene::list(scene.member(0), scene.member(1)));
+  std::string fault;
+  try {
+    world.draw();
+  } catch (const Error& error) {
+    fault = error.what();
+  }
+  EXPECT_EQ(fault.rfind("output.fields: no field 'stres' in this run: expected some of velocity, temperature", 0), 0U)
+      << fault;
+  EXPECT_NE(fault.find(", stress"), std::string::npos) << fault;
+  EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
+}  // namespace
+}  // namespace pellicle::world_test
