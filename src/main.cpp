@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <deque>
+#include <filesystem>
 #include <iostream>
 #include <thread>
 
@@ -21,12 +22,39 @@ using namespace pellicle;
 
 namespace {
 
+/// The words of the command line. Where they name a run to go on with and no deck, its own options are the deck, and
+/// its folder is where it goes on: `pellicle -restart output/hot_ball`.
+std::vector<std::string> with_kept_deck(int argc, char** argv) {
+  std::vector<std::string> words(argv, argv + argc);
+  std::filesystem::path run;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const std::string extension = std::filesystem::path(words[i]).extension().string();
+    if (extension == ".yaml" || extension == ".yml") {
+      return words;
+    }
+    if ((words[i] == "-restart" || words[i] == "--restart") && i + 1 < words.size()) {
+      run = words[i + 1];
+    }
+  }
+  if (!run.empty()) {
+    const std::filesystem::path folder = run.extension() == ".h5" ? run.parent_path() : run;
+    words.insert(words.begin() + 1,
+                 {(folder / "options.yaml").string(), "-output_directory", folder.empty() ? "." : folder.string()});
+  }
+  return words;
+}
+
 /// Reads the options and runs what they ask for. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
   std::deque<ObjectOptions> objects;
   OptionTable& table = objects.emplace_back("").table;
+  const std::vector<std::string> words = with_kept_deck(argc, argv);
+  std::vector<const char*> pointers;
+  for (const std::string& word : words) {
+    pointers.push_back(word.c_str());
+  }
   const ProgramArguments arguments =
-      read_arguments(MPI_COMM_WORLD, argc, argv, table,
+      read_arguments(MPI_COMM_WORLD, static_cast<int>(pointers.size()), pointers.data(), table,
                      [&objects](const std::string& name) -> OptionTable& { return objects.emplace_back(name).table; });
   const std::string program = std::string("pellicle ") + version();
   if (arguments.help || arguments.options_table || arguments.version) {

@@ -42,7 +42,8 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
-  tangent_.emplace(membrane.particles, potentials_, model_.constraints.projectors(), options_.mat_type, options_.solver_prefix);
+  tangent_.emplace(membrane.particles, potentials_, model_.constraints.projectors(), options_.mat_type,
+                   options_.solver_prefix);
 
   // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
   // small stretch, since not every material can go that far.

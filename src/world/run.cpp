@@ -183,7 +183,7 @@ class Run {
     console_.tell("done: time " + time_text(world.time()) + ", " + std::to_string(world.step()) + " steps in " +
                   duration_text(clocks.front().second->elapsed()) + "; " + options_.output.directory + "/" +
                   options_.output.name + ".pvd");
-    tell_of(checkpoints);
+    tell_of(checkpoints, &world);
   }
 
   /// Whether steps from a checkpoint are those of the run that goes on without it. @throws Error if they are not
@@ -227,21 +227,18 @@ class Run {
     console_.tell(what + ": all " + std::to_string(compared) + " fields are the same");
   }
 
-  /// How to go on from the newest checkpoint, if there is one.
-  void tell_of(const Checkpoints& checkpoints) const {
+  /// How to go on from the newest checkpoint, if there is one: beyond the end where the run has reached it.
+  void tell_of(const Checkpoints& checkpoints, const World* ended = nullptr) const {
     if (checkpoints.newest().empty()) {
       return;
     }
-    std::string command;
-    for (std::size_t k = 0; k < record_.arguments.size(); ++k) {
-      if (record_.arguments[k] == "-restart") {
-        ++k;
-      } else {
-        command += shell_word(record_.arguments[k]) + " ";
-      }
+    std::string command = shell_word(record_.arguments.front()) + " -restart " + shell_word(options_.output.directory);
+    if (ended != nullptr && options_.time.max_steps > 0 && ended->step() >= options_.time.max_steps) {
+      command += " -time_max_steps 0";
+    } else if (ended != nullptr) {
+      command += " -time_end LATER";
     }
-    console_.tell("checkpoint: " + checkpoints.newest() + "; to go on: " + command + "-restart " +
-                  shell_word(options_.output.directory));
+    console_.tell("checkpoint: " + checkpoints.newest() + "; to go on: " + command);
   }
 
   MPI_Comm comm_;

@@ -295,12 +295,30 @@ TEST_F(RestartTest, ASignalLeavesACheckpointAndTheCommandThatGoesOn) {
     ASSERT_NE(found, std::string::npos) << ended;
     const std::size_t begin = found + before.size();
     const std::string said = ended.output.substr(begin, ended.output.find('\n', begin) - begin);
-    // The later of two values wins.
+    EXPECT_EQ(said, std::string(PELLICLE_PROGRAM) + " -restart out");
     const CommandResult result = run_command({"sh", "-c", said + " -time_max_steps " + std::to_string(step + 2)});
     EXPECT_EQ(result.exit_code, 0) << said << "\n" << result;
     expect_whole_table(at("out"), step + 2);
     EXPECT_EQ(read_pvd(at("out/scene.pvd")).size(), 3U) << "the first, that of the signal, the last";
   }
+}
+
+TEST_F(RestartTest, ARunGoesOnWithTheOptionsThatItHasKept) {
+  // PETSc's options, what stands under names, and files given by relative names among them.
+  const Arguments scene = sheet() + Arguments{"-project_ksp_type", "minres", "-time_max_steps", "12"};
+  const CommandResult first = run(2, scene, "out");
+  EXPECT_NE(first.output.find(" -restart out -time_max_steps 0\n"), std::string::npos) << first;
+  const CommandResult rest = succeed(2, {"-restart", "out", "-time_max_steps", "0"});
+  EXPECT_NE(rest.output.find(" -restart out -time_end LATER\n"), std::string::npos) << rest;
+  expect_whole_output(at("out"), "scene", 24);
+  run(2, sheet() + Arguments{"-project_ksp_type", "minres"}, "whole");
+  expect_same_bits("whole", "out");
+  // From a checkpoint of it, and into another folder.
+  succeed(1, {"-restart", checkpoints_of(at("out")).front().string(), "-output_directory", "rest"});
+  EXPECT_EQ(read_csv(at("rest/history.csv")).at("step").back(), 24);
+  const CommandResult lost = pellicle(1, {"-restart", "nowhere"});
+  EXPECT_EQ(lost.exit_code, 1) << lost;
+  EXPECT_NE(lost.errors.find("pellicle: nowhere/options.yaml: cannot be read"), std::string::npos) << lost;
 }
 
 TEST_F(RestartTest, AFailureLeavesACheckpointOfTheLastGoodState) {
