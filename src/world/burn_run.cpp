@@ -329,7 +329,9 @@ void BurnRun::save(Hdf5File& checkpoint) const {
   checkpoint.write_once<PetscInt>(sheet_ids(output_), {sheet_->first_lattice_id, sheet_->id_end});
   write_fields(checkpoint, sheet_state(output_), *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
                cell_ids(*sheet_, cells));
-  ledger_->save(checkpoint);
+  if (ledger_ != nullptr) {  // none of what is gone since before this folder
+    ledger_->save(checkpoint);
+  }
 }
 
 void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin); }

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -218,21 +219,43 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
   throw Error("restart: " + path + " has no sound checkpoint" + faults);
 }
 
+namespace {
+
+/// "objects.cloth" of the key "objects.cloth.heat.capacity"; "" of a key of the run, or of one without named objects.
+std::string object_of(const std::string& key) {
+  const std::string start = "objects.";
+  return key.compare(0, start.size(), start) == 0 ? key.substr(0, key.find('.', start.size())) : "";
+}
+
+/// Whether a run may go on with another value.
+bool may_change(const OptionTable& table, const std::string& key) {
+  const std::string group = key.substr(0, key.find('.'));
+  const auto& options = table.options();
+  const auto option =
+      std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
+  return group == "output" || group == "checkpoint" || group == "time" || group == "petsc" || group == "restart" ||
+         group == "verify_restart" || (option != options.end() && option->is_solver_setting());
+}
+
+}  // namespace
+
 void require_same_options(const OptionTable& table, const std::string& before, const std::string& now) {
   std::string faults;
+  std::set<std::string> named;  // objects of which only one of the runs has any option
   for (const ChangedOption& changed : changed_options(before, now)) {
-    std::string key = changed.key;
-    if (key.compare(0, 8, "objects.") == 0) {  // "objects.cloth.heat.capacity"
-      key = key.substr(std::min(key.size(), key.find('.', 8)) + 1);
+    const std::string object = object_of(changed.key);
+    const bool is_of_one =
+        !object.empty() && changed.key == object + ".chain" && (changed.before.empty() || changed.now.empty());
+    if (is_of_one) {
+      faults += (faults.empty() ? "" : "; ") + object + ": " +
+                (changed.now.empty() ? "not given, was an object" : "was no object");
+      named.insert(object);
     }
-    const std::string group = key.substr(0, key.find('.'));
-    const auto& options = table.options();
-    const auto option =
-        std::find_if(options.begin(), options.end(), [&key](const Option& one) { return one.key() == key; });
-    const bool may_change = group == "output" || group == "checkpoint" || group == "time" || group == "petsc" ||
-                            group == "restart" || group == "verify_restart" ||
-                            (option != options.end() && option->is_solver_setting());
-    if (!may_change) {
+  }
+  for (const ChangedOption& changed : changed_options(before, now)) {
+    const std::string object = object_of(changed.key);
+    if (named.count(object) == 0 &&
+        !may_change(table, object.empty() ? changed.key : changed.key.substr(object.size() + 1))) {
       const auto said = [](const std::string& value) { return value.empty() ? "not given" : value; };
       faults += (faults.empty() ? "" : "; ") + changed.key + ": " + said(changed.now) + ", was " + said(changed.before);
     }

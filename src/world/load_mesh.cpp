@@ -104,9 +104,7 @@ std::string mesh_file_name(const OutputOptions& options, const std::string& obje
   return options.name + (object.empty() ? "" : "_" + object) + ".mesh.h5";
 }
 
-namespace {
-
-LoadedMesh load_unheaded_mesh(MPI_Comm comm, const Options& options) {
+LoadedMesh load_mesh(MPI_Comm comm, const Options& options) {
   if (options.mesh.has_partition()) {
     return read_mesh_file(comm, options);
   }
@@ -120,16 +118,6 @@ LoadedMesh load_unheaded_mesh(MPI_Comm comm, const Options& options) {
     }
   });
   return {rows_of(comm, checked.mesh), mesh_lines(checked.report, options.chain), {checked.report.quality()}};
-}
-
-}  // namespace
-
-LoadedMesh load_mesh(MPI_Comm comm, const Options& options, const std::string& heading) {
-  try {
-    return load_unheaded_mesh(comm, options);
-  } catch (const Error& error) {  // the same on every rank
-    throw Error(heading + error.what());
-  }
 }
 
 void require_fit(const CheckedMesh& checked, const Options& options) {

@@ -28,9 +28,8 @@ struct LoadedMesh {
 /// Loads the mesh of a run: reads or generates it on rank 0, and for the inflating chain splits its faces into
 /// triangles, or reads on each rank its share of a file of `-mesh_only` (mesh_file_name), which is checked and in its
 /// place. Collective.
-/// @param heading "cloth: ", before what is said of the mesh; empty where the run has one
 /// @throws Error, on all ranks; with `-mesh_only` no mesh is refused because the chain cannot be built on it
-LoadedMesh load_mesh(MPI_Comm comm, const Options& options, const std::string& heading);
+LoadedMesh load_mesh(MPI_Comm comm, const Options& options);
 
 /// The name of the file in which `-mesh_only` writes the mesh and its partition: "sheet.mesh.h5", or of one of several
 /// objects "world_sheet.mesh.h5".

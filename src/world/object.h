@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/stage_clock.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
@@ -37,6 +38,17 @@ struct ObjectOutput {
   /// Its group in a checkpoint: "objects/cloth". @param kind that stands for the name where there is none
   std::string group(const std::string& kind) const { return "objects/" + (object.empty() ? kind : object); }
 };
+
+/// Does what belongs to an object. @throws Error as `work` does, with the object's name before it
+/// @param heading see ObjectOutput::heading
+template <class Work>
+auto about_object(const std::string& heading, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    throw Error(heading + error.what());
+  }
+}
 
 /// Takes a frame of an object. @returns whether it has been written
 using FrameSink = std::function<bool(const Frame&)>;

@@ -58,7 +58,7 @@ class Run {
   /// The whole run. Collective.
   void run() {
     open_checkpoint();
-    World world = checkpoint_ == nullptr ? world_from_meshes() : world_from(*checkpoint_, folder_);
+    World world = make_world(checkpoint_.get(), folder_);
     const bool goes_on = goes_on_in_its_folder();
     Checkpoints checkpoints(folder_, options_.checkpoint, record_, goes_on ? world.step() : -1);
     begin_output(world, goes_on);
@@ -70,11 +70,6 @@ class Run {
   }
 
  private:
-  static World::Member member_of(const ObjectOptions& object) {
-    const bool burns = object.options.chain == ChainKind::burn;
-    return {object.name, std::make_unique<StageClock>(burns ? Burn::stage_names() : Inflate::stage_names()), nullptr};
-  }
-
   /// What somebody who watches is told of an object.
   void add_figures(const ObjectOutput& output, const std::vector<std::string>& lines) {
     for (const std::string& line : lines) {
@@ -82,43 +77,46 @@ class Run {
     }
   }
 
-  World world_from_meshes() {
-    std::vector<World::Member> members;
-    for (const ObjectOptions& object : objects_) {
-      World::Member& member = members.emplace_back(member_of(object));
-      const ObjectOutput output{folder_, console_, *member.clock, object.name};
-      LoadedMesh loaded = load_mesh(comm_, object.options, output.heading());
-      for (const std::string& line : loaded.lines) {
-        record_.mesh.push_back(output.heading() + line);
-      }
-      add_figures(output, loaded.figures);
-      if (object.options.chain == ChainKind::burn) {
-        Sheet sheet = make_sheet(comm_, std::move(loaded.rows), object.options.sheet);
-        add_figures(output, {spring_line(sheet), partition_line(sheet)});
-        member.object = std::make_unique<BurnRun>(std::move(sheet), object.options, output);
-      } else {
-        Membrane membrane = make_membrane(comm_, std::move(loaded.rows), object.options.sheet).membrane;
-        add_figures(output, {partition_line(membrane)});
-        member.object = std::make_unique<InflateRun>(std::move(membrane), object.options, output);
-      }
+  std::unique_ptr<Object> object_from_mesh(const Options& options, const ObjectOutput& output) {
+    LoadedMesh loaded = load_mesh(comm_, options);
+    for (const std::string& line : loaded.lines) {
+      record_.mesh.push_back(output.heading() + line);
     }
-    return {folder_, options_.output, std::move(members)};
+    add_figures(output, loaded.figures);
+    if (options.chain == ChainKind::burn) {
+      Sheet sheet = make_sheet(comm_, std::move(loaded.rows), options.sheet);
+      add_figures(output, {spring_line(sheet), partition_line(sheet)});
+      return std::make_unique<BurnRun>(std::move(sheet), options, output);
+    }
+    Membrane membrane = make_membrane(comm_, std::move(loaded.rows), options.sheet).membrane;
+    add_figures(output, {partition_line(membrane)});
+    return std::make_unique<InflateRun>(std::move(membrane), options, output);
   }
 
-  World world_from(const Hdf5File& checkpoint, OutputFolder& folder) {
+  std::unique_ptr<Object> object_from(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output) {
+    if (options.chain == ChainKind::burn) {
+      auto sheet = std::make_unique<BurnRun>(checkpoint, options, output);
+      add_figures(output, {spring_line(sheet->sheet()), partition_line(sheet->sheet())});
+      return sheet;
+    }
+    auto balloon = std::make_unique<InflateRun>(checkpoint, options, output);
+    add_figures(output, {partition_line(balloon->membrane())});
+    return balloon;
+  }
+
+  /// @param checkpoint null: the objects begin with their meshes
+  World make_world(const Hdf5File* checkpoint, OutputFolder& folder) {
     std::vector<World::Member> members;
     for (const ObjectOptions& object : objects_) {
-      World::Member& member = members.emplace_back(member_of(object));
+      const bool burns = object.options.chain == ChainKind::burn;
+      World::Member& member = members.emplace_back();
+      member.name = object.name;
+      member.clock = std::make_unique<StageClock>(burns ? Burn::stage_names() : Inflate::stage_names());
       const ObjectOutput output{folder, console_, *member.clock, object.name};
-      if (object.options.chain == ChainKind::burn) {
-        auto sheet = std::make_unique<BurnRun>(checkpoint, object.options, output);
-        add_figures(output, {spring_line(sheet->sheet()), partition_line(sheet->sheet())});
-        member.object = std::move(sheet);
-      } else {
-        auto balloon = std::make_unique<InflateRun>(checkpoint, object.options, output);
-        add_figures(output, {partition_line(balloon->membrane())});
-        member.object = std::move(balloon);
-      }
+      member.object = about_object(output.heading(), [&] {
+        return checkpoint == nullptr ? object_from_mesh(object.options, output)
+                                     : object_from(*checkpoint, object.options, output);
+      });
     }
     return {folder, options_.output, std::move(members)};
   }
@@ -200,7 +198,7 @@ class Run {
     output.directory += "/verify_restart";
     OutputFolder folder(comm_, output, record_);
     const std::unique_ptr<Hdf5File> checkpoint = pellicle::open_checkpoint(comm_, checkpoints.newest(), console_);
-    World again = world_from(*checkpoint, folder);
+    World again = make_world(checkpoint.get(), folder);
     again.draw();
     again.record(0, 0);
     run_steps(again, time, console_);

@@ -124,6 +124,41 @@ output: {interval_steps: 4, directory: alone}
   EXPECT_EQ(history_of(at("world"), "balloon"), history_of(at("alone"))) << "to the last bit";
 }
 
+TEST_F(WorldTest, GoesOnWithoutWhatIsGoneAlsoFromACheckpoint) {
+  write("gone.yaml", R"(
+time: {step: 4 ms, end: 60 ms}
+force: {gravity: [0, 0, 0]}
+output: {interval_steps: 5}
+checkpoint: {interval_steps: 5}
+objects:
+  scrap:
+    mesh: {shape: rectangle, cells: [3, 3], size: [0.1 m, 0.1 m]}
+    sheet: {thickness: 1 cm, areal_density: 0.1}
+    heat: {initial_temperature: 900 K}
+    combustion: {mass_loss_rate: 0.1, ignition_temperature: 400 K, min_mass: 0.1}
+    ablation: {loss_mass: 0.5}
+  ball:
+    mesh: {shape: icosphere, level: 1, radius: 5 cm, shift: [1 m, 0, 0]}
+    wall: {thickness: 0.3 mm}
+    chambers: {air: {pressure: [[0, 0], [0.2 s, 1 kPa]]}}
+)");
+  succeed(2, {"gone.yaml", "-output_directory", "out"});
+  EXPECT_EQ(history_of(at("out"), "ball").at("step").back(), 15);
+  const double last = history_of(at("out"), "scrap").at("step").back();
+  EXPECT_LT(last, 5) << "it has burnt away";
+  EXPECT_EQ(read_pvd(at("out/gone.pvd"), "ball").size(), 4U);
+  EXPECT_EQ(read_pvd(at("out/gone.pvd"), "scrap").size(), 1U);
+  // In another folder there is nothing of it; from there, and in the folder itself, the run goes on.
+  succeed(3, {"-restart", "out/checkpoint_000010.h5", "-output_directory", "rest"});
+  EXPECT_EQ(history_of(at("rest"), "ball").at("step").back(), 15);
+  EXPECT_FALSE(fs::exists(at("rest/history_scrap.csv")));
+  for (const char* out : {"rest", "out"}) {
+    succeed(2, {"-restart", out, "-time_end", "80 ms"});
+    EXPECT_EQ(history_of(at(out), "ball").at("step").back(), 20);
+  }
+  EXPECT_EQ(history_of(at("out"), "scrap").at("step").back(), last);
+}
+
 TEST_F(WorldTest, VerifiesItsRestart) {
   const CommandResult result = succeed(2, scene("out") + Arguments{"-verify_restart", "3"});
   EXPECT_NE(result.output.find("fields are the same"), std::string::npos) << result;
@@ -160,11 +195,25 @@ TEST_F(WorldTest, WritesTheMeshesOfAllObjects) {
                  Arguments{"-objects_cloth_mesh_file", at("out/scene_cloth.mesh.h5").string(), "-time_max_steps", "1"});
 }
 
+TEST_F(WorldTest, GoesOnWithTheSameObjectsOnly) {
+  succeed(1, scene("out") + Arguments{"-time_max_steps", "1"});
+  std::string renamed = three_objects;
+  renamed.replace(renamed.find("  cloth:"), 8, "  cotton:");
+  write("renamed.yaml", renamed);
+  const CommandResult result =
+      pellicle(1, {"renamed.yaml", "-output_directory", "out", "-output_name", "scene", "-restart", "out"});
+  EXPECT_EQ(result.exit_code, 1) << result;
+  EXPECT_EQ(result.errors,
+            "pellicle: restart: objects.cloth: not given, was an object; objects.cotton: was no object; expected the "
+            "options of the run that goes on, but for its solvers, time, output and checkpoints\n");
+}
+
 TEST_F(WorldTest, BadInputNamesTheObjectAndWritesNothing) {
   const std::vector<std::pair<Arguments, std::string>> faults{
       {{"-objects_cloth_mesh_file", "nowhere.obj"}, "cloth: "},
       {{"-objects_balloon_mesh_shape", "disc"}, "balloon: disc: "},
-      {{"-objects_paper_pins_hooks_group", "rail"}, "pins.hooks.group"},
+      {{"-objects_paper_pins_hooks_group", "rail"}, "pellicle: paper: pins.hooks.group"},
+      {{"-objects_paper_heat_diffusivity_texture", "nowhere.png"}, "pellicle: paper: "},
       {{"-objects_papr_mesh_cells", "3,3"},
        "-objects_papr_mesh_cells: no such object; expected one that a deck names in objects: paper, cloth, balloon"},
       {{"-objects_paper_wall_thickness", "1 mm"}, "has no effect in this run; expected with chain: inflate"},
