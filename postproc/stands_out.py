@@ -51,7 +51,7 @@ def fail(problem):
 
 def frames(folder):
     """Returns times and files of the frames."""
-    files = glob.glob(os.path.join(glob.escape(folder), "*.pvd"))
+    files = [name for name in glob.glob(os.path.join(glob.escape(folder), "*.pvd")) if not name.endswith("_failed.pvd")]
     if len(files) != 1:
         fail(f"{folder}: {len(files)} .pvd files; expected the folder of a run, with one")
     try:

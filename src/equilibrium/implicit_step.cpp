@@ -94,13 +94,11 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
   result.linear_iterations = newton.linear_iterations;
   result.concave_iterations = concave_iterations_;
   result.converged = newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
-  if (!result.converged) {
+  if (result.converged) {
+    judge(newton, result);
+  } else {
     result.reason = words_of_failure(newton);
-    return result;
-  }
-  judge(newton, result);
-  if (!result.converged) {
-    return result;
+    potential_.move_to(unknowns_);
   }
   position.values() = potential_.position().values();
   pressure(potential_.prescribed()) = potential_.multiplier();

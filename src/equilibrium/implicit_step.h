@@ -40,9 +40,9 @@ class ImplicitStep {
   /// Collective. @throws Error on solver options that PETSc does not know
   ImplicitStep(const BalloonModel& model, const PrismOptions& options);
 
-  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step;
-  /// velocities, thickness, other pressures and time are the caller's. Both stay as they were when the result has not
-  /// converged. Collective.
+  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step; to where
+  /// Newton's method gave up when the result has not converged. Velocities, thickness, other pressures and time are the
+  /// caller's. Collective.
   ImplicitResult advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start);
 
   /// Square root of the wall's undeformed area, the same on every rank [m].

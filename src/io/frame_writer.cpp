@@ -41,6 +41,12 @@ FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vecto
       surface_series_(folder, options_.name, objects),
       spring_series_(folder, options_.name + "_springs", objects) {}
 
+FrameWriter FrameWriter::of_failed_state(std::vector<std::string> objects) const {
+  OutputOptions options = options_;
+  options.name += "_failed";
+  return FrameWriter(folder_, std::move(options), std::move(objects));
+}
+
 bool FrameWriter::due(double time, int step) const {
   if (surface_series_.empty()) {
     return true;

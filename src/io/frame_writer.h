@@ -39,6 +39,12 @@ class FrameWriter {
   /// @param objects their names; of a run of one object it may be empty
   FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects = {""});
 
+  /// Writes the state in which a step failed, NAME_failed.pvd beside the others. Collective.
+  FrameWriter of_failed_state(std::vector<std::string> objects) const;
+
+  /// The .pvd of the surfaces.
+  std::string file() const { return folder_.path(surface_series_.name() + ".pvd"); }
+
   /// Whether there is no frame of this step yet.
   bool lacks(int step) const { return surface_series_.empty() || step != last_step_; }
   /// Whether the interval asks for a frame of this step: the first step asked about, then every `interval_steps` steps

@@ -223,7 +223,8 @@ bool OutputFolder::is_of_run(const std::string& name) const {
   }
   of_object += of_object.empty() ? "" : ")";
   const std::regex table("checkpoint_[0-9]{6,}\\.h5|(history|pieces|projection)" + of_object + "\\.csv");
-  const std::regex rest("(_springs)?(\\.pvd|" + of_object + "_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp))");
+  const std::regex rest("(_failed)?(_springs)?(\\.pvd|" + of_object +
+                        "_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp))");
   return std::regex_match(name, table) ||
          (name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), rest));
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "state/field_registry.h"
+
 namespace pellicle {
 
 /// Numbers of a state under one name.
@@ -19,5 +21,8 @@ struct NamedValues {
 /// @param quantities what this rank holds of each; the same names in the same order on every rank
 /// @returns "the velocity is not finite": the first of which some rank holds such a number; "" if there is none
 std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities);
+
+/// Sets to 0 what is not finite in a state, so that it can be drawn. Collective. @returns whether there was any
+bool make_finite(MPI_Comm comm, const FieldRegistry& state);
 
 }  // namespace pellicle

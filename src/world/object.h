@@ -50,7 +50,7 @@ auto about_object(const std::string& heading, const Work& work) {
   }
 }
 
-/// Takes a frame of an object. @returns whether it has been written
+/// Takes a frame of an object. @returns whether it has become one of the frames of the run
 using FrameSink = std::function<bool(const Frame&)>;
 
 /// An object of a world: its stages together with their state. All calls are collective.

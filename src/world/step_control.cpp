@@ -52,6 +52,15 @@ void write_step(Chain& chain, bool with_frame, double h, int retries) {
               (is_drawn ? ", the last frame" : ", of which there is no frame"));
 }
 
+/// Draws the state in which a step has failed. @returns the end of a message
+std::string draw_failed(Chain& chain, double h) {
+  try {
+    return "; the state in which it failed is " + chain.draw_failed(h);
+  } catch (const Error& error) {
+    return std::string("; of the state in which it failed there is no frame: ") + error.what();
+  }
+}
+
 }  // namespace
 
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints) {
@@ -98,6 +107,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
       signal = stop_signal();
     }
     if (!step.converged) {
+      const std::string failed_state = signal == 0 ? draw_failed(chain, h) : "";
       chain.restore();
       std::string kept = "; the state before it is the last frame";
       try {
@@ -115,7 +125,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
       if (signal != 0) {
         throw Interrupted(signal, "ended by " + signal_name(signal) + " when " + failure + kept);
       }
-      throw Error(failure + kept);
+      throw Error(failure + kept + failed_state);
     }
     chain.accept(without_drift(chain.time(), options.step));
     const bool with_frame = is_last() || chain.frame_due() || signal != 0;

@@ -45,6 +45,9 @@ class Chain {
   virtual std::optional<double> next_frame_time() const = 0;
   /// Writes a frame, if there is none of this step. The first one makes the output folder.
   virtual void draw() = 0;
+  /// Writes the present state, which a step of length h has left that failed, as a frame of a series of its own. What
+  /// is not finite in the state becomes 0. @returns its file and what is to be said of it @throws Error, on all ranks
+  virtual std::string draw_failed(double h) = 0;
   /// Writes what it takes to go on from the present state and behind the present output. @throws Error, on all ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
   /// Forgets what solvers know of earlier steps: the next step is that of a run that goes on from a checkpoint.
@@ -65,7 +68,8 @@ class Chain {
 /// sqrt(tolerance/e), within the bounds of the options. Collective.
 /// A signal that is to end the run (see stop_signal.h) ends it after the step in which it came, whose frame and row are
 /// written.
-/// @throws Error when a step failed at every length tried, after the last good state has been drawn; or when a frame or
+/// @throws Error when a step failed at every length tried, after the state in which the last try failed and the last
+/// good state have been drawn; or when a frame or
 /// row could not be written, after the other one has been; Interrupted, on a signal
 /// Checkpoints are written where they are asked for and at the end, whatever ends the run.
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);

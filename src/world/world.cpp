@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "world/non_finite.h"
+
 namespace pellicle {
 
 std::vector<std::string> names_of(const std::vector<World::Member>& members) {
@@ -23,8 +25,8 @@ std::string headed(const World::Member& member, const std::string& line) {
 }  // namespace
 
 World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members)
-
-    : members_(std::move(members)),
+    : comm_(folder.comm()),
+      members_(std::move(members)),
       writer_(folder, options, names_of(members_)),
       fields_are_to_be_checked_(!options.fields.empty()) {}
 
@@ -143,6 +145,29 @@ void World::draw() {
     }
   }
   writer_.complete(time(), step());
+}
+
+std::string World::draw_failed(double h) {
+  FrameWriter writer = writer_.of_failed_state(names_of(members_));
+  double start = time();  // Objects before the one that failed are already at the end of the step.
+  for (const Member& member : members_) {
+    start = member.object->is_gone() ? start : std::min(start, member.object->state().time);
+  }
+  bool was_finite = true;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Object& object = *members_[i].object;
+    if (object.is_gone()) {
+      continue;
+    }
+    was_finite = !make_finite(comm_, object.state()) && was_finite;
+    object.draw([&](Frame frame) {
+      frame.time = start + h;
+      writer.write(i, frame);
+      return false;
+    });
+  }
+  writer.complete(start + h, step());
+  return writer.file() + (was_finite ? "" : ", with 0 in place of numbers that are not finite");
 }
 
 void World::record(double h, int retries) {

@@ -39,6 +39,7 @@ class World : public Chain {
   bool frame_due() const override { return writer_.due(time(), step()); }
   std::optional<double> next_frame_time() const override { return writer_.next_time(time()); }
   void draw() override;
+  std::string draw_failed(double h) override;
   void record(double h, int retries) override;
   void save(Hdf5File& checkpoint) const override;
   void forget() override;
@@ -50,6 +51,7 @@ class World : public Chain {
   /// Whether the object took part in the last step: one of which nothing is left stays where it was.
   bool is_present(const Member& member) const { return member.object->state().step == step(); }
 
+  MPI_Comm comm_;
   std::vector<Member> members_;
   FrameWriter writer_;
   bool fields_are_to_be_checked_;

@@ -194,7 +194,8 @@ TEST_F(BalloonRunsTest, AFailedRunKeepsTheLastGoodState) {
     EXPECT_EQ(result.exit_code, 1) << result;
     const std::vector<std::string> lines = result.error_lines();
     ASSERT_EQ(lines.size(), 1U) << result;
-    for (const char* text : {"pellicle: step 6 at time 0.05", "failed", "0.00125 s", "last frame"}) {
+    for (const char* text : {"pellicle: step 6 at time 0.05", "failed", "0.00125 s", "last frame",
+                             "the state in which it failed is ", "_failed.pvd"}) {
       EXPECT_NE(lines[0].find(text), std::string::npos) << text << " is not in: " << lines[0];
     }
     const auto frames = read_pvd(pvd());
@@ -204,6 +205,14 @@ TEST_F(BalloonRunsTest, AFailedRunKeepsTheLastGoodState) {
     EXPECT_EQ(last.points.at("position").size(), 162U);
     EXPECT_LT(range_of(last.cell_values.at("stretch")).second, 1.02) << "the state before the burst";
     EXPECT_EQ(history().at("step").back(), 5);
+    const std::filesystem::path failed = pvd().replace_extension("").string() + "_failed.pvd";
+    const auto failed_frames = read_pvd(failed);
+    ASSERT_EQ(failed_frames.size(), 1U);
+    EXPECT_NEAR(failed_frames[0].first, 0.05125, 1e-12) << "where the last try was to end";
+    const DrawnFrame state = last_frame(failed);
+    EXPECT_EQ(state.points.at("position").size(), 162U);
+    EXPECT_GT(relative_difference(state.points.at("position"), last.points.at("position")), 1e-4) << "on its way";
+    EXPECT_NE(text_of(pvd().parent_path() / "run_files.txt").find("_failed.pvd\n"), std::string::npos);
   }
 }
 

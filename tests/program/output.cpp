@@ -190,8 +190,16 @@ TEST_F(OutputTest, AFailedRunKeepsTheLastGoodState) {
   const DrawnFrame frame = last_frame(pvd());
   EXPECT_EQ(frame.points.at("position").size(), 21u * 21 + 20 * 20);
   EXPECT_LT(range_of(frame.points.at("temperature")).second, 301) << "the state before the fire";
+  EXPECT_NE(lines[0].find("; the state in which it failed is out/scene_failed.pvd"), std::string::npos) << lines[0];
+  const std::filesystem::path failed = folder() / "out/scene_failed.pvd";
+  ASSERT_EQ(read_pvd(failed).size(), 1U);
+  EXPECT_NEAR(read_pvd(failed)[0].first, 0.0105, 1e-12) << "where the last try was to end";
+  EXPECT_GT(range_of(last_frame(failed).points.at("temperature")).second, 1000) << "in the fire";
   const auto history = read_csv(folder() / "out" / "history.csv");
   EXPECT_EQ(history.at("step").back(), 5);
+  EXPECT_NEAR(read_csv(folder() / "out/pieces.csv").at("time").back(), 0.010, 1e-12) << "of the frames of the run";
+  run(2, {"-time_max_steps", "4"});
+  EXPECT_FALSE(std::filesystem::exists(failed)) << "it is of the run before";
 }
 
 TEST_F(OutputTest, AnOlderRunOfTheSameNameIsReplaced) {

@@ -28,5 +28,34 @@ TEST(NonFinite, TheFirstOfAnyRankIsNamedOnAll) {
   EXPECT_EQ(words({}, broken), "the velocity is not finite");
 }
 
+TEST(NonFinite, WhatIsNotFiniteBecomesZero) {
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  const Layout particles = number_owned(MPI_COMM_WORLD, 2);
+  FieldRegistry state(particles, {1, 1});
+  auto& position = state.add<Field>({"position", "m", Item::particle}, 3);
+  auto& ratio = state.add<std::vector<double>>({"ratio", "", Item::cell});
+  auto& pressure = state.add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, 2);
+  auto& time = state.add<double>({"time", "s", Item::object});
+  position.values().setConstant(3);
+  ratio[0] = 4;
+  EXPECT_FALSE(make_finite(MPI_COMM_WORLD, state));
+  if (rank == ranks - 1) {
+    position.values()(1, 1) = std::numeric_limits<double>::quiet_NaN();
+    ratio[0] = std::numeric_limits<double>::infinity();
+    pressure[1] = -std::numeric_limits<double>::infinity();
+    time = std::numeric_limits<double>::quiet_NaN();
+  }
+  EXPECT_TRUE(make_finite(MPI_COMM_WORLD, state)) << "on every rank";
+  const double expected = rank == ranks - 1 ? 0 : 3;
+  EXPECT_EQ(position.values()(1, 1), expected);
+  EXPECT_EQ(position.values()(0, 1), 3);
+  EXPECT_EQ(ratio[0], rank == ranks - 1 ? 0 : 4);
+  EXPECT_EQ(pressure[1], 0);
+  EXPECT_EQ(time, 0);
+}
+
 }  // namespace
 }  // namespace pellicle::non_finite_test

@@ -76,6 +76,14 @@ class FakeChain : public Chain {
     drawn_sum = sum_;
     last_frame_ = time_ + 1e-12;
   }
+  std::string draw_failed(double h) override {
+    if (failed_frame_fails) {
+      throw Error("the disk is full");
+    }
+    failed_length = h;
+    failed_sum = sum_;
+    return "fake_failed.pvd";
+  }
   void record(double h, int retries) override {
     if (step_ == record_fails_in_step) {
       throw Error("history.csv was removed");
@@ -96,6 +104,9 @@ class FakeChain : public Chain {
   int record_fails_in_step = -1;
   int attempts = 0;
   double drawn_sum = 0;
+  bool failed_frame_fails = false;
+  double failed_length = 0;
+  double failed_sum = 0;
   std::vector<double> drawn;
   std::vector<Row> rows;
 
@@ -210,8 +221,10 @@ TEST(StepControl, StopsWithTheReasonAndTheLastGoodState) {
     EXPECT_STREQ(
         error.what(),
         "step 3 at time 2.000000 s failed, down to a length of 0.125 s: the step is too long; the state before "
-        "it is the last frame");
+        "it is the last frame; the state in which it failed is fake_failed.pvd");
   }
+  EXPECT_DOUBLE_EQ(chain.failed_length, 0.125);
+  EXPECT_NE(chain.failed_sum, 2) << "not the state that was put back";
   EXPECT_EQ(chain.attempts, 2 + 4);
   expect_near(chain.drawn, {2});
   EXPECT_DOUBLE_EQ(chain.drawn_sum, 2);
@@ -285,6 +298,22 @@ TEST(StepControl, WhatCanBeKeptOfAStepIsKept) {
   EXPECT_EQ(fault_of(without_frame, options_for(0.5, 4)),
             "the disk is full; ended at 1 s after step 2, of which there is no frame");
   EXPECT_EQ(without_frame.rows.size(), 2U);
+}
+
+TEST(StepControl, TheLastGoodStateIsKeptWhereTheOneThatFailedCannotBeDrawn) {
+  FakeChain chain;
+  chain.frame_interval = 10;
+  chain.fails_from = 1;
+  chain.fails_until = 9;
+  chain.failed_frame_fails = true;
+  const std::string fault = fault_of(chain, options_for(0.5, 4));
+  EXPECT_NE(
+      fault.find("; the state before it is the last frame; of the state in which it failed there is no frame: the "
+                 "disk is full"),
+      std::string::npos)
+      << fault;
+  expect_near(chain.drawn, {1});
+  EXPECT_DOUBLE_EQ(chain.drawn_sum, 1);
 }
 
 /// It bears steps that are ever shorter.
