@@ -6,17 +6,10 @@
 
 namespace pellicle {
 
-namespace {
-
-/// A flag for each triangle of a cell, kept at the cell's lattice particle.
-using TriangleFlags = std::array<bool, 4>;
-
-}  // namespace
-
-std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass) {
-  std::vector<double> level(static_cast<std::size_t>(sheet.particles.local()));
+std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass) {
+  std::vector<double> level(static_cast<std::size_t>(surface.particles.local()));
   for (std::size_t i = 0; i < level.size(); ++i) {
-    level[i] = mass.data()[i] / sheet.initial_mass[i] - loss_mass;
+    level[i] = mass.data()[i] / surface.initial_mass[i] - loss_mass;
   }
   return level;
 }
@@ -31,16 +24,11 @@ SpringState spring_state(double level_0, double level_1) {
 bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
   const auto has_burnt = [&level](PetscInt particle) { return level[static_cast<std::size_t>(particle)] < 0; };
   bool died = false;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(sheet_.owned_cells); ++c) {
-    if (!has_burnt(sheet_.lattice[c])) {
-      continue;
-    }
-    const std::array<PetscInt, 4>& corners = sheet_.cells[c];
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (living.triangles[4 * c + k] && has_burnt(corners[k]) && has_burnt(corners[(k + 1) % 4])) {
-        living.triangles[4 * c + k] = false;
-        died = true;
-      }
+  for (std::size_t t = 0; t < owned_triangles(); ++t) {
+    const auto& [a, b, c] = surface_.triangles[t];
+    if (living.triangles[t] && has_burnt(a) && has_burnt(b) && has_burnt(c)) {
+      living.triangles[t] = false;
+      died = true;
     }
   }
   return spread(living, died);
@@ -48,25 +36,24 @@ bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
 
 bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn) {
   const bool tears = std::any_of(torn.begin(), torn.end(), [](const auto& springs) { return !springs.empty(); });
-  if (!on_any_rank(sheet_.comm(), tears)) {
+  if (!on_any_rank(surface_.comm(), tears)) {
     return false;
   }
   // A torn spring of this rank may have triangles in cells of others, which their owners mark.
-  std::vector<TriangleFlags> marks(static_cast<std::size_t>(sheet_.particles.local()), TriangleFlags{});
+  std::vector<TriangleFlags> marks(elements(), TriangleFlags{});
   for (const Colour colour : all_colours) {
     for (const PetscInt spring : torn[static_cast<std::size_t>(colour)]) {
-      for (const PetscInt triangle : sheet_.of(colour).triangles[static_cast<std::size_t>(spring)]) {
+      for (const PetscInt triangle : surface_.of(colour).triangles[static_cast<std::size_t>(spring)]) {
         if (triangle >= 0) {
-          const PetscInt lattice = sheet_.lattice[static_cast<std::size_t>(triangle / 4)];
-          marks[static_cast<std::size_t>(lattice)][static_cast<std::size_t>(triangle % 4)] = true;
+          flag(marks, static_cast<std::size_t>(triangle)) = true;
         }
       }
     }
   }
-  gather_flags(sheet_.particles, marks);
+  gather_flags(surface_.elements, marks);
   bool died = false;
-  for (std::size_t t = 0; t < 4 * static_cast<std::size_t>(sheet_.owned_cells); ++t) {
-    if (living.triangles[t] && marks[static_cast<std::size_t>(sheet_.lattice[t / 4])][t % 4]) {
+  for (std::size_t t = 0; t < owned_triangles(); ++t) {
+    if (living.triangles[t] && flag(marks, t)) {
       living.triangles[t] = false;
       died = true;
     }
@@ -75,23 +62,22 @@ bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& 
 }
 
 bool Ablation::spread(Living& living, bool died) {
-  if (!on_any_rank(sheet_.comm(), died)) {
+  if (!on_any_rank(surface_.comm(), died)) {
     return false;
   }
-  std::vector<TriangleFlags> lives(static_cast<std::size_t>(sheet_.particles.local()), TriangleFlags{});
-  const std::size_t owned_triangles = 4 * static_cast<std::size_t>(sheet_.owned_cells);
-  for (std::size_t t = 0; t < owned_triangles; ++t) {
-    lives[static_cast<std::size_t>(sheet_.lattice[t / 4])][t % 4] = living.triangles[t];
+  std::vector<TriangleFlags> lives(elements(), TriangleFlags{});
+  for (std::size_t t = 0; t < owned_triangles(); ++t) {
+    flag(lives, t) = living.triangles[t];
   }
-  update_ghosts(sheet_.particles, lives);
-  for (std::size_t t = owned_triangles; t < living.triangles.size(); ++t) {
-    living.triangles[t] = lives[static_cast<std::size_t>(sheet_.lattice[t / 4])][t % 4];
+  update_ghosts(surface_.elements, lives);
+  for (std::size_t t = owned_triangles(); t < living.triangles.size(); ++t) {
+    living.triangles[t] = flag(lives, t);
   }
 
   // All triangles of an owned spring are local; a ghost's need not be.
   const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[static_cast<std::size_t>(t)]; };
   for (const Colour colour : all_colours) {
-    const SpringSet& set = sheet_.of(colour);
+    const SpringSet& set = surface_.of(colour);
     std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
       springs[s] = springs[s] && std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
@@ -102,9 +88,9 @@ bool Ablation::spread(Living& living, bool died) {
 }
 
 std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field& mass) const {
-  const std::vector<bool> has_springs = particles_with_springs(sheet_, living);
+  const std::vector<bool> has_springs = particles_with_springs(surface_, living);
   std::vector<PetscInt> bare;
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
     if (!has_springs[static_cast<std::size_t>(i)] && mass.data()[i] > 0) {
       bare.push_back(i);
     }
@@ -116,7 +102,7 @@ std::vector<bool> empty_cells(const Sheet& sheet, const Living& living) {
   // Red and green springs end at the lattice point; the yellow ones of a cell live exactly as long as a red one does.
   const std::vector<bool> has_springs = particles_with_springs(sheet, living);
   std::vector<bool> empty;
-  for (PetscInt c = 0; c < sheet.owned_cells; ++c) {
+  for (PetscInt c = 0; c < sheet.elements.owned; ++c) {
     empty.push_back(!has_springs[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(c)])]);
   }
   return empty;

@@ -13,21 +13,22 @@ namespace pellicle {
 /// burnt away (burning paper, section 6).
 /// @param mass [kg], ghosts up to date, (1 x local)
 /// @param loss_mass m^loss as a fraction of the initial mass
-std::vector<double> level_set(const Sheet& sheet, const Field& mass, double loss_mass);
+std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass);
 
 /// What has become of a spring by the levels of its ends (burning paper, section 6 and Fig. 5). A burnt one is taken
 /// out when the triangles that share it are gone.
 enum class SpringState { shrunk = 0, partly_burnt = 1, burnt = 2 };
 SpringState spring_state(double level_0, double level_1);
 
-/// Takes burnt and torn springs out of a sheet, without a change of its numbering.
+/// Takes what has burnt or torn out of a surface, without a change of its numbering.
 ///
-/// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre with the lattice
-/// particle's m', or when a spring that shares it tears; a spring dies when all triangles that share it are dead.
+/// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
+/// lattice particle's m', or when a spring that shares it tears; a spring dies when all triangles that share it are
+/// dead.
 class Ablation {
  public:
-  /// The sheet must outlive this object.
-  explicit Ablation(const Sheet& sheet) : sheet_(sheet) {}
+  /// The surface must outlive this object.
+  explicit Ablation(const Surface& surface) : surface_(surface) {}
 
   /// Triangles and springs that die because of the level set. Collective.
   /// @returns whether a triangle died on any rank
@@ -38,19 +39,30 @@ class Ablation {
   /// @returns whether a triangle died on any rank
   bool tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn);
 
-  /// Springs, and triangles of other ranks' cells, that follow from the triangles of the owned cells. Collective.
+  /// Springs, and triangles of other ranks' elements, that follow from the triangles of the owned ones. Collective.
   void follow_triangles(Living& living) { spread(living, true); }
 
   /// Owned particles whose last spring is dead and that still have a mass. Not collective.
   std::vector<PetscInt> bare_particles(const Living& living, const Field& mass) const;
 
  private:
-  /// Tells the other ranks which triangles of this rank's cells live, and then which of its springs.
-  /// @param died whether a triangle of this rank's cells has died
+  /// A flag for each drawn triangle of an element.
+  using TriangleFlags = std::array<bool, 4>;
+  bool& flag(std::vector<TriangleFlags>& flags, std::size_t triangle) const {
+    const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+    return flags[triangle / per_element][triangle % per_element];
+  }
+  std::size_t elements() const { return static_cast<std::size_t>(surface_.elements.local()); }
+  std::size_t owned_triangles() const {
+    return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
+  }
+
+  /// Tells the other ranks which triangles of this rank's elements live, and then which of its springs.
+  /// @param died whether a triangle of this rank's elements has died
   /// @returns whether one has on any rank
   bool spread(Living& living, bool died);
 
-  const Sheet& sheet_;
+  const Surface& surface_;
 };
 
 /// Owned cells of which nothing is left: no spring of theirs but blue ones, which neighbours may share, lives. Not

@@ -1,31 +1,38 @@
 #include "ablation/cut_surface.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
 #include "geometry/marching_triangle.h"
+#include "parallel/exchange.h"
+#include "parallel/route.h"
 
 namespace pellicle {
 
 namespace {
 
-/// Draws cells and numbers the points.
+/// Draws the owned elements and numbers the points.
 class Cutter {
  public:
-  Cutter(const Sheet& sheet, const Living& living, const std::vector<double>& level)
-      : sheet_(sheet), living_(living), level_(level), number_(level.size(), -1) {}
+  Cutter(const Surface& surface, const Living& living, const std::vector<double>& level)
+      : surface_(surface), living_(living), level_(level), number_(level.size(), -1) {}
 
   DrawnSurface draw();
 
  private:
-  /// The points of a living triangle as particles, a virtual centre as the lattice particle.
-  std::array<PetscInt, 3> triangle(std::size_t cell, std::size_t k) const {
-    return {sheet_.cells[cell][k], sheet_.cells[cell][(k + 1) % 4], sheet_.lattice[cell]};
-  }
-  PetscInt id(PetscInt particle) const { return sheet_.persistent_id[static_cast<std::size_t>(particle)]; }
+  PetscInt id(PetscInt particle) const { return surface_.persistent_id[static_cast<std::size_t>(particle)]; }
   double level(PetscInt particle) const { return level_[static_cast<std::size_t>(particle)]; }
-  bool is_alive(std::size_t cell, std::size_t k) const { return living_.triangles[4 * cell + k]; }
+  bool is_centre(PetscInt particle) const { return surface_.is_lattice[static_cast<std::size_t>(particle)]; }
+  std::size_t triangles() const {
+    return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
+  }
+  std::size_t element_of(std::size_t triangle) const {
+    return triangle / static_cast<std::size_t>(surface_.triangles_per_element);
+  }
 
   /// Number of the point between two particles, or of one that is uncut if they are the same; -1 where there is none.
   PetscInt& number_of(PetscInt from, PetscInt to) {
@@ -34,46 +41,44 @@ class Cutter {
   }
   std::int64_t cut_id(PetscInt from, PetscInt to) const {
     const auto [low, high] = std::minmax({id(from), id(to)});  // by value
-    return -(std::int64_t{low} * sheet_.id_end + high) - 1;
+    return -(std::int64_t{low} * surface_.id_end + high) - 1;
   }
   void add_uncut_points();
-  /// The point at the share t of the way from one particle of a cell to another. @returns its number
-  PetscInt add_point(std::size_t cell, PetscInt from, PetscInt to, double t);
-  void draw(std::size_t cell, std::size_t k);
+  /// The point at the share t of the way from one particle of an element to another. @returns its number
+  PetscInt add_point(std::size_t element, PetscInt from, PetscInt to, double t);
+  void draw(std::size_t triangle);
+  void find_owners();
 
-  const Sheet& sheet_;
+  const Surface& surface_;
   const Living& living_;
   const std::vector<double>& level_;
-  DrawnSurface surface_;
+  DrawnSurface drawn_;
   std::vector<PetscInt> number_;                           ///< of the uncut point of each particle, or -1
   std::unordered_map<std::int64_t, PetscInt> cut_number_;  ///< of each cut point by id, or -1
-  std::vector<PetscInt> least_cell_;                       ///< of each point: least id of the cells drawn at it
+  std::vector<PetscInt> least_element_;                    ///< of each point: least id of the elements drawn at it
 };
 
 void Cutter::add_uncut_points() {
   for (const bool centres : {false, true}) {
-    for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet_.owned_cells); ++cell) {
-      for (std::size_t k = 0; k < 4; ++k) {
-        for (const PetscInt particle : triangle(cell, k)) {
-          if (is_alive(cell, k) && level(particle) >= 0 && number_of(particle, particle) < 0 &&
-              sheet_.is_lattice[static_cast<std::size_t>(particle)] == centres) {
-            number_of(particle, particle) = add_point(cell, particle, particle, 0);
-          }
+    for (std::size_t t = 0; t < triangles(); ++t) {
+      for (const PetscInt particle : surface_.triangles[t]) {
+        if (living_.triangles[t] && level(particle) >= 0 && number_of(particle, particle) < 0 &&
+            is_centre(particle) == centres) {
+          number_of(particle, particle) = add_point(element_of(t), particle, particle, 0);
         }
       }
     }
   }
 }
 
-PetscInt Cutter::add_point(std::size_t cell, PetscInt from, PetscInt to, double t) {
+PetscInt Cutter::add_point(std::size_t element, PetscInt from, PetscInt to, double t) {
   DrawnPoint point;
   point.id = from == to ? id(from) : cut_id(from, to);
-  const PetscInt lattice = sheet_.lattice[cell];
-  if (from == lattice || to == lattice) {
-    point.lattice = lattice;
-    point.centre_share = to == lattice ? (from == lattice ? 1 : t) : 1 - t;
+  if (is_centre(from) || is_centre(to)) {
+    point.lattice = surface_.lattice[element];
+    point.centre_share = is_centre(to) ? (is_centre(from) ? 1 : t) : 1 - t;
     for (std::size_t k = 0; k < 4; ++k) {
-      const PetscInt corner = sheet_.cells[cell][k];
+      const PetscInt corner = surface_.cells[element][k];
       point.particles[k] = corner;
       point.weights[k] = point.centre_share / 4 + (corner == from || corner == to ? 1 - point.centre_share : 0);
     }
@@ -84,15 +89,14 @@ PetscInt Cutter::add_point(std::size_t cell, PetscInt from, PetscInt to, double 
     point.particles = {to, from};
     point.weights = {t, 1 - t};
   }
-  surface_.points.push_back(point);
-  least_cell_.push_back(std::numeric_limits<PetscInt>::max());
-  return static_cast<PetscInt>(surface_.points.size()) - 1;
+  drawn_.points.push_back(point);
+  least_element_.push_back(std::numeric_limits<PetscInt>::max());
+  return static_cast<PetscInt>(drawn_.points.size()) - 1;
 }
 
-void Cutter::draw(std::size_t cell, std::size_t k) {
-  const bool is_owned = cell < static_cast<std::size_t>(sheet_.owned_cells);
-  const PetscInt cell_id = id(sheet_.lattice[cell]);
-  const std::array<PetscInt, 3> particles = triangle(cell, k);
+void Cutter::draw(std::size_t triangle) {
+  const std::size_t element = element_of(triangle);
+  const std::array<PetscInt, 3>& particles = surface_.triangles[triangle];
   const KeptPart part = marching_triangle({level(particles[0]), level(particles[1]), level(particles[2])});
   for (std::size_t t = 0; t < static_cast<std::size_t>(part.count); ++t) {
     std::array<PetscInt, 3> points;
@@ -101,40 +105,79 @@ void Cutter::draw(std::size_t cell, std::size_t k) {
       const PetscInt from = particles[static_cast<std::size_t>(border.from)];
       const PetscInt to = particles[static_cast<std::size_t>(border.to)];
       PetscInt& number = number_of(from, to);
-      if (number < 0 && is_owned) {
-        number = add_point(cell, from, to, border.t);
+      if (number < 0) {
+        number = add_point(element, from, to, border.t);
       }
-      if (number >= 0 && cell_id < least_cell_[static_cast<std::size_t>(number)]) {
-        least_cell_[static_cast<std::size_t>(number)] = cell_id;
-        surface_.points[static_cast<std::size_t>(number)].is_owned = is_owned;
-      }
+      PetscInt& least = least_element_[static_cast<std::size_t>(number)];
+      least = std::min(least, surface_.element_id[element]);
       points[i] = number;
     }
-    if (is_owned) {
-      surface_.triangles.push_back(points);
-      surface_.cells.push_back(static_cast<PetscInt>(cell));
+    drawn_.triangles.push_back(points);
+    drawn_.elements.push_back(static_cast<PetscInt>(element));
+  }
+}
+
+/// Of the ranks that draw a point one counts it: that of the least element. Collective.
+void Cutter::find_owners() {
+  MPI_Comm comm = surface_.comm();
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  // Of a point that another rank draws all particles are ghosts, here or there.
+  std::vector<std::array<bool, 1>> is_shared(level_.size(), {true});
+  std::fill_n(is_shared.begin(), surface_.particles.owned, std::array{false});
+  gather_flags(surface_.particles, is_shared);
+  std::vector<std::size_t> numbers;
+  std::vector<std::array<std::int64_t, 2>> claims;  // ids of points, and of elements
+  std::vector<int> destinations;
+  for (std::size_t number = 0; number < drawn_.points.size(); ++number) {
+    const DrawnPoint& point = drawn_.points[number];
+    bool shared = true;
+    for (std::size_t k = 0; k < 4; ++k) {
+      shared = shared && (point.weights[k] == 0 || is_shared[static_cast<std::size_t>(point.particles[k])][0]);
     }
+    if (shared) {
+      numbers.push_back(number);
+      claims.push_back({point.id, least_element_[number]});
+      destinations.push_back(static_cast<int>(std::abs(point.id) % ranks));
+    }
+  }
+  // All that is claimed of a point meets on one rank.
+  const Route route(comm, destinations);
+  std::vector<std::array<std::int64_t, 2>> received = route.send(claims);
+  std::unordered_map<std::int64_t, std::int64_t> least;
+  for (const auto& [id, element] : received) {
+    std::int64_t& known = least.try_emplace(id, element).first->second;
+    known = std::min(known, element);
+  }
+  for (auto& [id, element] : received) {
+    element = least.at(id);
+  }
+  const std::vector<std::array<std::int64_t, 2>> answers = route.send_back(received);
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    drawn_.points[numbers[k]].is_owned = answers[k][1] == least_element_[numbers[k]];
   }
 }
 
 DrawnSurface Cutter::draw() {
   add_uncut_points();
-  // Other ranks' cells come last and draw nothing, but may take points. All cells at the points of owned cells are
-  // local, so that every rank finds the same owner.
-  for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (is_alive(cell, k)) {
-        draw(cell, k);
-      }
+  for (std::size_t t = 0; t < triangles(); ++t) {
+    if (living_.triangles[t]) {
+      draw(t);
     }
   }
-  return std::move(surface_);
+  find_owners();
+  return std::move(drawn_);
 }
 
 }  // namespace
 
-DrawnSurface cut_surface(const Sheet& sheet, const Living& living, const std::vector<double>& level) {
-  return Cutter(sheet, living, level).draw();
+DrawnSurface cut_surface(const Surface& surface, const Living& living, const std::vector<double>& level) {
+  return Cutter(surface, living, level).draw();
+}
+
+DrawnSurface whole_surface(const Surface& surface) {
+  return cut_surface(surface, Living(surface),
+                     std::vector<double>(static_cast<std::size_t>(surface.particles.local()), 1.0));
 }
 
 }  // namespace pellicle

@@ -7,15 +7,17 @@
 
 namespace pellicle {
 
-/// The living triangles of a rank's cells, cut where the level set is zero (marching triangles; burning paper, eq. 7
-/// and Fig. 6). A corner stands for itself, a virtual centre is the mean of its cell's corners and has its lattice
+/// The living triangles of a rank's elements, cut where the level set is zero (marching triangles; burning paper, eq. 7
+/// and Fig. 6). A corner stands for itself, the virtual centre of a quad is the mean of its corners and has its lattice
 /// particle's level and id. A cut point is linear between the two points that it lies between; its negative id depends
 /// on their ids alone, and neighbours on other ranks compute the same point from the same numbers.
 ///
 /// Points: corners that are used, then virtual centres, then cut points, each once. A point that several ranks draw is
-/// owned by the one that draws the cell of the least id at it. Four triangles a cell where nothing is cut. Not
-/// collective.
+/// owned by the one that draws the element of the least id at it. All triangles where nothing is cut. Collective.
 /// @param level of the local particles, ghosts up to date
-DrawnSurface cut_surface(const Sheet& sheet, const Living& living, const std::vector<double>& level);
+DrawnSurface cut_surface(const Surface& surface, const Living& living, const std::vector<double>& level);
+
+/// All of it, with nothing cut. Collective.
+DrawnSurface whole_surface(const Surface& surface);
 
 }  // namespace pellicle

@@ -46,7 +46,7 @@ double whole_area(const std::array<PetscInt, 4>& corners, const Field& positions
 
 DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSurface& surface, const Field& positions)
     : sheet_(sheet),
-      area_(static_cast<std::size_t>(sheet.owned_cells), 0.0),
+      area_(static_cast<std::size_t>(sheet.elements.owned), 0.0),
       cell_weight_(sheet.particles, 1),
       weight_(sheet.particles, 1),
       drawn_(sheet.particles, 1),
@@ -55,7 +55,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
     const auto corner = [&](std::size_t k) {
       return place(surface.points[static_cast<std::size_t>(surface.triangles[t][k])], positions);
     };
-    area_[static_cast<std::size_t>(surface.cells[t])] += triangle_area(corner(0), corner(1), corner(2));
+    area_[static_cast<std::size_t>(surface.elements[t])] += triangle_area(corner(0), corner(1), corner(2));
   }
   for (std::size_t cell = 0; cell < area_.size(); ++cell) {
     const auto first = living.triangles.begin() + 4 * static_cast<std::ptrdiff_t>(cell);

@@ -87,7 +87,7 @@ void Tearing::find_stress(const TearingInput& input) {
       }
     }
   }
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet_.owned_cells); ++cell) {
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet_.elements.owned); ++cell) {
     for (const PetscInt corner : sheet_.cells[cell]) {
       sums(living_cells, corner) += living_share(input.living, cell);
     }

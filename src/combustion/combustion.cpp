@@ -4,32 +4,35 @@
 
 namespace pellicle {
 
-double burn(Field& mass, Field& mass_change, const Sheet& sheet, const BurnInput& input,
+double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options) {
   double lost = 0;
-  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+  for (PetscInt i = 0; i < surface.particles.local(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    double rate = options.mass_loss_rate * (sheet.is_lattice[k] ? options.lattice_factor : options.corner_factor);
+    double rate = options.mass_loss_rate * (surface.is_lattice[k] ? options.lattice_factor : options.corner_factor);
     if (!input.mass_loss_factor.empty()) {
       rate *= input.mass_loss_factor[k];
     }
     const double excess = std::max(input.temperature.data()[i] - options.ignition_temperature, 0.0);
     const double before = mass.data()[i];
-    const double least = std::min(before, options.min_mass * sheet.initial_mass[k]);
-    const double after = std::max(before - rate * input.time_step * sheet.initial_mass[k] * excess, least);
+    const double least = std::min(before, options.min_mass * surface.initial_mass[k]);
+    const double after = std::max(before - rate * input.time_step * surface.initial_mass[k] * excess, least);
     mass.data()[i] = after;
     mass_change.data()[i] = after - before;
-    if (i < sheet.particles.owned) {
+    if (i < surface.particles.owned) {
       lost += before - after;
     }
   }
   return lost;
 }
 
+double burnt_share(double mass_ratio, const CombustionOptions& options) {
+  return options.min_mass < 1 ? std::clamp((1 - mass_ratio) / (1 - options.min_mass), 0.0, 1.0) : 0.0;
+}
+
 double volume_ratio(double mass_ratio, const CombustionOptions& options) {
-  const double burnt_share =
-      options.min_mass < 1 ? std::clamp((1 - mass_ratio) / (1 - options.min_mass), 0.0, 1.0) : 0.0;
-  const double density_ratio = 1 + (options.burnt_density / options.initial_density - 1) * burnt_share;
+  const double density_ratio =
+      1 + (options.burnt_density / options.initial_density - 1) * burnt_share(mass_ratio, options);
   return std::clamp(mass_ratio / density_ratio, 0.0, 1.0);
 }
 

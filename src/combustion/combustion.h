@@ -24,11 +24,15 @@ struct BurnInput {
 /// @param mass [kg], ghosts up to date, (1 x local)
 /// @param mass_change receives dm <= 0 [kg], (1 x local)
 /// @returns the mass lost by the owned particles, at least 0 [kg].
-double burn(Field& mass, Field& mass_change, const Sheet& sheet, const BurnInput& input,
+double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options);
 
+/// Share of what can burn that has, (m^init - m) / (m^init - m^min), in [0, 1].
+/// @param mass_ratio m/m^init
+double burnt_share(double mass_ratio, const CombustionOptions& options);
+
 /// v = (m/rho) / (m^init/rho^init), in [0, 1] (burning paper, eq. 5). The density goes from the initial to the burnt
-/// one linearly with the burnt share (m^init - m) / (m^init - m^min).
+/// one linearly with the burnt share.
 /// @param mass_ratio m/m^init
 double volume_ratio(double mass_ratio, const CombustionOptions& options);
 

@@ -46,6 +46,12 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .more_than(0)
       .help("density of what is left at the least mass")
       .source("burning paper, eq. 5; README: parameters");
+  table.add("combustion.char_stiffness", options.char_stiffness)
+      .more_than(0)
+      .help(
+          "factor on the elastic energy of a balloon's wall at the least mass; in between it is linear in the mass; 1: "
+          "char is as stiff as the wall")
+      .source("README: readings");
 }
 
 }  // namespace pellicle

@@ -26,7 +26,7 @@ struct Plane {
 };
 
 /// Distance of the plane's member on any rank that is nearest to it [m]; collective.
-double nearest_distance(const PointSet& points, const Plane& plane) {
+double nearest_distance(const Surface& points, const Plane& plane) {
   double nearest = std::numeric_limits<double>::infinity();
   for (PetscInt i = 0; i < points.particles.owned; ++i) {
     if (plane.members[static_cast<std::size_t>(i)]) {
@@ -68,7 +68,7 @@ void describe(OptionTable& table, SymmetryOptions& options) {
       .help("named group of vertices in the mesh: only those that lie in the plane and are in it stay; empty: all");
 }
 
-Constraints::Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
+Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
     : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()),
       has_planes_(!planes.empty()) {
   const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));

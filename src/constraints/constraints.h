@@ -7,7 +7,7 @@
 
 #include "base/options.h"
 #include "constraints/pins.h"
-#include "surface/point_set.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -27,7 +27,7 @@ class Constraints {
  public:
   /// Collective. @throws Error that names the plane and the key: no vertex (of its group) in it, planes without a
   /// common point
-  Constraints(const PointSet& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
+  Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
 
   /// Orthogonal projector on the directions in which each local particle may move: I, I - n n^T, ..., 0.
   const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }

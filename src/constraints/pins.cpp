@@ -30,7 +30,7 @@ void describe(OptionTable& table, PinOptions& options) {
           "rest before and after them");
 }
 
-Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& options)
+Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)
     : points_(&points), pinned_(static_cast<std::size_t>(points.particles.local()), false) {
   for (const auto& [name, given] : options) {
     const std::string key = "pins." + name;
@@ -52,7 +52,7 @@ Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& opti
   }
 }
 
-Pins::Pins(const PointSet& points, const std::map<std::string, PinOptions>& options,
+Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options,
            const std::vector<PetscInt>& numbers)
     : points_(&points), pinned_(numbers.size(), false) {
   for (const auto& [name, given] : options) {

@@ -8,7 +8,7 @@
 #include "base/options.h"
 #include "constraints/selection.h"
 #include "parallel/field.h"
-#include "surface/point_set.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -25,12 +25,12 @@ class Pins {
  public:
   /// Collective. The points must outlive the pins.
   /// @throws Error that names the pin and the key: a selector that selects nothing, a particle in two pins, a bad path
-  Pins(const PointSet& points, const std::map<std::string, PinOptions>& options);
+  Pins(const Surface& points, const std::map<std::string, PinOptions>& options);
 
   /// Pins that have been chosen before. The points must outlive the pins. Not collective.
   /// @param numbers pin of each local particle, see numbers
   /// @throws Error on a bad path
-  Pins(const PointSet& points, const std::map<std::string, PinOptions>& options, const std::vector<PetscInt>& numbers);
+  Pins(const Surface& points, const std::map<std::string, PinOptions>& options, const std::vector<PetscInt>& numbers);
 
   /// Number of the pin that holds each local particle, -1 where none does.
   std::vector<PetscInt> numbers() const;
@@ -53,7 +53,7 @@ class Pins {
     std::vector<PetscInt> particles;  ///< local numbers, ghosts included
   };
 
-  const PointSet* points_;
+  const Surface* points_;
   std::vector<Pin> pins_;
   std::vector<bool> pinned_;
 };

@@ -38,7 +38,7 @@ void describe(OptionTable& table, ContactOptions& options) {
       .source("README: parameters");
 }
 
-PointLoads::PointLoads(const PointSet& points, std::vector<double> areas,
+PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
                        const std::map<std::string, AttachmentOptions>& attachments,
                        const std::map<std::string, PushOptions>& forces,
                        const std::map<std::string, BodyOptions>& bodies, const ContactOptions& contact)

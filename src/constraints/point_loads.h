@@ -9,7 +9,7 @@
 #include "constraints/pins.h"
 #include "contact/bodies.h"
 #include "parallel/field.h"
-#include "surface/point_set.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -57,7 +57,7 @@ class PointLoads {
   /// Collective. The points must outlive the loads.
   /// @param areas undeformed area round each local particle [m^2]
   /// @throws Error that names the object and the key, the same on all ranks
-  PointLoads(const PointSet& points, std::vector<double> areas,
+  PointLoads(const Surface& points, std::vector<double> areas,
              const std::map<std::string, AttachmentOptions>& attachments,
              const std::map<std::string, PushOptions>& forces, const std::map<std::string, BodyOptions>& bodies,
              const ContactOptions& contact);
@@ -101,7 +101,7 @@ class PointLoads {
   void add_pressure(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact, PointPotential& sum) const;
   void add_friction(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact, PointPotential& sum) const;
 
-  const PointSet* points_;
+  const Surface* points_;
   std::vector<double> areas_;
   ContactOptions options_;
   std::vector<Attachment> attachments_;

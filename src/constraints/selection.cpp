@@ -43,7 +43,7 @@ Ends parse_ends(const std::string& name, const std::string& key) {
 /// Marks owned particles for one object of a deck; each selector must find something on some rank.
 class Selection {
  public:
-  Selection(const PointSet& points, std::string key)
+  Selection(const Surface& points, std::string key)
       : points_(points), key_(std::move(key)), chosen_(static_cast<std::size_t>(points.particles.owned), false) {}
 
   /// Of each local particle: the ghosts hear it from their owners. Collective.
@@ -70,13 +70,13 @@ class Selection {
   }
 
  private:
-  const PointSet& points_;
+  const Surface& points_;
   std::string key_;
   std::vector<bool> chosen_;  ///< of each owned particle
 };
 
 /// Corner particles that belong to one cell only, of the owned particles.
-std::vector<bool> geometric_corners(const PointSet& points) {
+std::vector<bool> geometric_corners(const Surface& points) {
   std::vector<bool> corners(static_cast<std::size_t>(points.particles.owned));
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i] = points.cell_count[i] == 1;
@@ -111,7 +111,7 @@ void describe(OptionTable& table, SelectionOptions& options) {
   table.add("group", options.group).help("named group of vertices in the mesh");
 }
 
-Eigen::AlignedBox3d bounding_box(const PointSet& points, const std::vector<bool>& chosen) {
+Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>& chosen) {
   Eigen::AlignedBox3d box;
   for (PetscInt i = 0; i < points.particles.owned; ++i) {
     if (chosen[static_cast<std::size_t>(i)]) {
@@ -123,7 +123,7 @@ Eigen::AlignedBox3d bounding_box(const PointSet& points, const std::vector<bool>
   return box;
 }
 
-std::vector<bool> select(const PointSet& points, const std::string& key, const SelectionOptions& options) {
+std::vector<bool> select(const Surface& points, const std::string& key, const SelectionOptions& options) {
   Selection selection(points, key);
   if (!options.radius && !options.centre.isZero(0)) {
     throw Error(key + ".centre: given without a radius, expected both");

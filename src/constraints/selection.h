@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/options.h"
-#include "surface/point_set.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -33,9 +33,9 @@ void describe(OptionTable& table, SelectionOptions& options);
 /// Which particles are chosen, for each local particle, ghosts included. Collective.
 /// @param key of the object that selects, "pins.hook"
 /// @throws Error that names the key, the same on all ranks: a selector that selects nothing, or none given
-std::vector<bool> select(const PointSet& points, const std::string& key, const SelectionOptions& options);
+std::vector<bool> select(const Surface& points, const std::string& key, const SelectionOptions& options);
 
 /// The smallest box round the undeformed places of the chosen owned particles of all ranks [m]. Collective.
-Eigen::AlignedBox3d bounding_box(const PointSet& points, const std::vector<bool>& chosen);
+Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>& chosen);
 
 }  // namespace pellicle

@@ -28,6 +28,7 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       damping_(model.elements, model.mass, options),
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
+      between_(model.elements.membrane().particles, 3),
       predicted_(3, owned()) {
   const Membrane& membrane = model_.elements.membrane();
   MPI_Comm_rank(comm(), &rank_);
@@ -207,7 +208,8 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
     load_pressure.resize(membrane.triangles.size());
     for (std::size_t e = 0; e < load_pressure.size(); ++e) {
       const int chamber = model_.chambers.of_element(static_cast<PetscInt>(e));
-      load_pressure[e] = chamber >= 0 ? gas_[static_cast<std::size_t>(chamber)].pressure : 0;
+      const bool is_loaded = chamber >= 0 && model_.elements.stiffness(e) != 0;
+      load_pressure[e] = is_loaded ? gas_[static_cast<std::size_t>(chamber)].pressure : 0;
     }
   }
   wall_.set_load(std::move(load_pressure), model_.constraints.origin());
@@ -236,15 +238,32 @@ double StepPotential::bordering_stiffness(int chamber) const {
   return 10 * (pressure + force_scale_ / std::pow(volume, 2.0 / 3)) / volume;
 }
 
+/// Work of a given pressure on what is left of a wall with a hole, straight from x^n to x: by Simpson's rule, which is
+/// exact, since the force is a square of the positions. This rank's share.
+double StepPotential::work_on_rest(int chamber) {
+  const auto force = [&](double share) {
+    between_.values() = start_.values() + share * (position_.values() - start_.values());
+    return model_.chambers.volume_gradient(chamber, between_);
+  };
+  const Eigen::Matrix3Xd mean = (force(0) + 4 * force(0.5) + force(1)) / 6;
+  return gas_[static_cast<std::size_t>(chamber)].pressure *
+         mean.cwiseProduct((position_.values() - start_.values()).leftCols(owned())).sum();
+}
+
 double StepPotential::value() {
   evaluate_gas();
   double sum = 0;
   for (const Potential* potential : potentials_) {
     sum += potential->value(position_);
   }
+  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
+    if (model_.chambers.has_hole(chamber)) {
+      sum -= work_on_rest(chamber);
+    }
+  }
   sum = sum_over_ranks(comm(), sum);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    if (!model_.chambers.prescribes_volume(chamber)) {
+    if (!model_.chambers.prescribes_volume(chamber) && !model_.chambers.has_hole(chamber)) {
       sum += gas_[static_cast<std::size_t>(chamber)].potential;
     }
   }

@@ -46,7 +46,8 @@ struct StepStart {
 ///             + U(x) + W(V(x)) - sum_i m_i g.x_i + loads,
 ///
 /// with C = mass_damping M + stiffness_damping K(x^n), elastic energy U and the gas's potential W; without inertia the
-/// first term is left out. Eq. 23 divided by h^2 is its gradient.
+/// first term is left out. Eq. 23 divided by h^2 is its gradient. Of a chamber with a hole, whose pressure is given, W
+/// is minus the work on what is left of the wall, straight from x^n to x; a follower load has no potential.
 ///
 /// It is a sum of potentials: wall, inertia, damping, weight, loads and the model's others. The gas stands beside them,
 /// since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
@@ -105,6 +106,7 @@ class StepPotential {
  private:
   void add_vertex_potentials();
   void evaluate_gas();
+  double work_on_rest(int chamber);
   double bordering_stiffness(int chamber) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
   MPI_Comm comm() const { return model_.elements.membrane().comm(); }
@@ -126,6 +128,7 @@ class StepPotential {
   double time_end_ = 0;
   Field start_;                         ///< x^n
   Field position_;                      ///< x
+  Field between_;                       ///< on the way from x^n to x
   Eigen::Matrix3Xd predicted_;          ///< x^n + h v^n of the owned vertices
   Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
   std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown

@@ -165,9 +165,8 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
     chamber.law = given->law;
     chamber.options = *given;
   }
-  for (const int piece : membrane.piece) {
-    chamber_of_element_.push_back(named.chamber_of_piece[static_cast<std::size_t>(piece)]);
-  }
+  chamber_of_piece_ = named.chamber_of_piece;
+  set_living(std::vector<bool>(membrane.piece.size(), true));
 
   Field rest(membrane.particles, 3);
   rest.values() = membrane.rest;
@@ -250,6 +249,20 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
                 " needs a volume, but the piece is open at vertex " + std::to_string(open) +
                 ", expected its whole boundary in symmetry planes, or the law pressure");
   }
+}
+
+void Chambers::set_living(const std::vector<bool>& living) {
+  chamber_of_element_.assign(living.size(), -1);
+  has_hole_.assign(chambers_.size(), 0);
+  for (std::size_t element = 0; element < living.size(); ++element) {
+    const int chamber = chamber_of_piece_[static_cast<std::size_t>(membrane_->piece[element])];
+    if (living[element] || (chamber >= 0 && needs_closed_wall(chamber))) {
+      chamber_of_element_[element] = chamber;
+    } else if (chamber >= 0) {
+      has_hole_[static_cast<std::size_t>(chamber)] = 1;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, membrane_->comm());
 }
 
 Eigen::VectorXd Chambers::volumes(const Field& positions) const {

@@ -42,6 +42,15 @@ class Chambers {
   /// Chamber of a local element, -1 if it bounds none.
   int of_element(PetscInt element) const { return chamber_of_element_[static_cast<std::size_t>(element)]; }
 
+  /// Whether its law asks for the volume, which a wall with a hole does not enclose.
+  bool needs_closed_wall(int chamber) const { return of(chamber).law != GasLaw::pressure; }
+  /// Says which local elements there are: the pressure of a chamber that needs no closed wall acts on no others, ghosts
+  /// included. Collective.
+  void set_living(const std::vector<bool>& living);
+  /// Whether elements are missing on which the pressure of a chamber would act. Then V is no volume, and dV/dx, by
+  /// which the pressure acts, is not its gradient.
+  bool has_hole(int chamber) const { return has_hole_[static_cast<std::size_t>(chamber)] != 0; }
+
   /// V0, from the undeformed positions, the same on every rank [m^3].
   double initial_volume(int chamber) const { return of(chamber).initial_volume; }
   /// V of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
@@ -74,7 +83,9 @@ class Chambers {
   double ambient_pressure_;  ///< [Pa]
   Eigen::Vector3d origin_;
   std::vector<Chamber> chambers_;
-  std::vector<int> chamber_of_element_;
+  std::vector<int> chamber_of_piece_;    ///< of each piece of the membrane, -1: none
+  std::vector<int> chamber_of_element_;  ///< of the local elements, -1: none
+  std::vector<int> has_hole_;            ///< of each chamber
 };
 
 }  // namespace pellicle

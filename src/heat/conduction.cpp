@@ -34,19 +34,20 @@ void set(Vec vector, const Eigen::VectorXd& values) {
 
 }  // namespace
 
-Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std::vector<double>& diffusivity_factor)
-    : sheet_(sheet),
+Conduction::Conduction(const Surface& surface, const HeatOptions& options,
+                       const std::vector<double>& diffusivity_factor)
+    : surface_(surface),
       umbrella_(options.operator_name == HeatOperator::umbrella),
       assembled_(options.mat_type == HeatMatrix::aij),
       tolerance_(options.ksp_rtol),
       solver_prefix_(options.solver_prefix),
-      diffusivity_(static_cast<std::size_t>(sheet.particles.local()), options.diffusivity),
-      exchange_(sheet.particles, 1),
-      estimate_(sheet.particles, 1) {
+      diffusivity_(static_cast<std::size_t>(surface.particles.local()), options.diffusivity),
+      exchange_(surface.particles, 1),
+      estimate_(surface.particles, 1) {
   for (std::size_t i = 0; i < diffusivity_factor.size(); ++i) {
     diffusivity_[i] *= diffusivity_factor[i];
   }
-  graph_.pairs = umbrella_ ? umbrella_pairs(sheet) : cotangent_pairs(sheet);
+  graph_.pairs = umbrella_ ? umbrella_pairs(surface) : cotangent_pairs(surface);
   if (assembled_) {
     create_assembled();
   } else {
@@ -65,7 +66,7 @@ Conduction::Conduction(const Sheet& sheet, const HeatOptions& options, const std
 }
 
 void Conduction::create_assembled() {
-  const Layout& particles = sheet_.particles;
+  const Layout& particles = surface_.particles;
   // Each rank writes the rows of its own particles: their diagonal, then what lies beside it, pair by pair.
   std::vector<PetscInt> rows;
   std::vector<PetscInt> columns;
@@ -84,22 +85,22 @@ void Conduction::create_assembled() {
     }
   }
   entries_.resize(rows.size());
-  check(MatCreate(sheet_.comm(), matrix_.create()));
+  check(MatCreate(surface_.comm(), matrix_.create()));
   check(MatSetSizes(matrix_, particles.owned, particles.owned, particles.global, particles.global));
   check(MatSetType(matrix_, MATAIJ));
   check(MatSetPreallocationCOO(matrix_, static_cast<PetscCount>(rows.size()), rows.data(), columns.data()));
 }
 
 void Conduction::create_shell() {
-  const Layout& particles = sheet_.particles;
-  check(MatCreateShell(sheet_.comm(), particles.owned, particles.owned, particles.global, particles.global, this,
+  const Layout& particles = surface_.particles;
+  check(MatCreateShell(surface_.comm(), particles.owned, particles.owned, particles.global, particles.global, this,
                        matrix_.create()));
   const auto product = +[](Mat matrix, Vec x, Vec y) -> PetscErrorCode {
     return as_petsc_callback([&] {
       void* self = nullptr;
       check(MatShellGetContext(matrix, &self));
       auto& conduction = *static_cast<Conduction*>(self);
-      set(y, conduction.product(copy_of(x, conduction.sheet_.particles.owned)));
+      set(y, conduction.product(copy_of(x, conduction.surface_.particles.owned)));
     });
   };
   const auto diagonal = +[](Mat matrix, Vec out) -> PetscErrorCode {
@@ -119,12 +120,12 @@ void Conduction::create_shell() {
 
 void Conduction::update_operator(const ConductionInput& input) {
   if (umbrella_) {
-    set_umbrella(graph_, sheet_, diffusivity_, input.positions, input.living);
+    set_umbrella(graph_, surface_, diffusivity_, input.positions, input.living);
   } else {
-    set_cotangent(graph_, sheet_, diffusivity_, input.positions, input.mass, input.living);
+    set_cotangent(graph_, surface_, diffusivity_, input.positions, input.mass, input.living);
   }
-  const PetscInt owned = sheet_.particles.owned;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(sheet_.particles.local());
+  const PetscInt owned = surface_.particles.owned;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(surface_.particles.local());
   for (std::size_t p = 0; p < graph_.pairs.size(); ++p) {
     graph_.weights[p] *= input.time_step;
     sum[graph_.pairs[p][0]] += graph_.weights[p];
@@ -164,14 +165,14 @@ Eigen::VectorXd Conduction::product(const Eigen::VectorXd& x) {
 
 double Conduction::limit_of_remainder(const Field& temperature) const {
   std::array<double, 3> largest{-HUGE_VAL, -HUGE_VAL, 1};  // temperature, minus temperature, and stiffness
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
     if (diagonal_[i] > graph_.capacity[i]) {
       const double value = temperature.data()[i];
       largest = {std::max(largest[0], value), std::max(largest[1], -value),
                  std::max(largest[2], diagonal_[i] / graph_.capacity[i])};
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, surface_.comm());
   const double range = std::max(0.0, largest[0] + largest[1]);
   const double highest = std::max({0.0, largest[0], largest[1]});
   const double rounding = 4 * std::numeric_limits<double>::epsilon();
@@ -182,7 +183,7 @@ double Conduction::limit_of_remainder(const Field& temperature) const {
 StageResult Conduction::advance(Field& temperature, const ConductionInput& input) {
   update_operator(input);
   const double limit = limit_of_remainder(temperature);
-  const PetscInt owned = sheet_.particles.owned;
+  const PetscInt owned = surface_.particles.owned;
   auto before = owned_values(temperature.data(), owned);
   auto after = owned_values(estimate_.data(), owned);
   estimate_.values() = temperature.values();
@@ -201,7 +202,7 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
     const Eigen::VectorXd increment = copy_of(increment_, owned);
     remainder = (remainder - product(increment)).cwiseQuotient(graph_.capacity);
     largest = owned > 0 ? remainder.cwiseAbs().maxCoeff() : 0;
-    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, surface_.comm());
     if (largest <= limit) {
       before = after + (increment + remainder);
       temperature.update_ghosts();

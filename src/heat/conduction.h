@@ -9,7 +9,7 @@
 #include "heat/heat_options.h"
 #include "parallel/field.h"
 #include "surface/living.h"
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -21,7 +21,7 @@ struct ConductionInput {
   double time_step = 0;    ///< h [s]
 };
 
-/// Heat conduction over all particles of a sheet by backward Euler (burning paper, eq. 2, 3 and section 5):
+/// Heat conduction over all particles of a surface by backward Euler (burning paper, eq. 2, 3 and section 5):
 /// (capacity + h K) (T^{n+1} - T^n) = -h K T^n, a symmetric positive definite system for CG.
 ///
 /// What the linear solver leaves over, r, is given to the particles as r / capacity, so that heat flows from one
@@ -33,9 +33,9 @@ struct ConductionInput {
 /// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.
 class Conduction {
  public:
-  /// @param sheet must outlive this object
+  /// @param surface must outlive this object
   /// @param diffusivity_factor factor on `heat.diffusivity` of each local particle, or empty for 1. Collective.
-  Conduction(const Sheet& sheet, const HeatOptions& options, const std::vector<double>& diffusivity_factor);
+  Conduction(const Surface& surface, const HeatOptions& options, const std::vector<double>& diffusivity_factor);
   Conduction(const Conduction&) = delete;  // The shell matrix points to this object.
   Conduction& operator=(const Conduction&) = delete;
 
@@ -52,7 +52,7 @@ class Conduction {
   /// What may remain of a particle's balance, as a change of its temperature [K]. Collective.
   double limit_of_remainder(const Field& temperature) const;
 
-  const Sheet& sheet_;
+  const Surface& surface_;
   bool umbrella_;
   bool assembled_;
   double tolerance_;

@@ -11,16 +11,36 @@ namespace {
 /// make a weight infinite.
 constexpr double smallest_share = 1e-3;
 
-double triangle_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  return 0.5 * (b - a).cross(c - a).norm();
-}
+double triangle_area(const std::array<Eigen::Vector3d, 3>& x) { return 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm(); }
 
-Eigen::Vector3d corner_mean(const Eigen::Map<const Eigen::Matrix3Xd>& x, const std::array<PetscInt, 4>& cell) {
-  return 0.25 * (x.col(cell[0]) + x.col(cell[1]) + x.col(cell[2]) + x.col(cell[3]));
-}
+/// Where the points of an element's drawn triangles stand.
+class DrawnPlaces {
+ public:
+  /// @param positions of the local particles, (3 x local) [m]
+  DrawnPlaces(const Surface& surface, const double* positions, std::size_t element)
+      : x_(positions, 3, surface.particles.local()), has_centre_(surface.has_quads()) {
+    if (has_centre_) {
+      const std::array<PetscInt, 4>& cell = surface.cells[element];
+      centre_ = 0.25 * (x_.col(cell[0]) + x_.col(cell[1]) + x_.col(cell[2]) + x_.col(cell[3]));
+    }
+  }
+  std::array<Eigen::Vector3d, 3> operator()(const std::array<PetscInt, 3>& triangle) const {
+    return {x_.col(triangle[0]), x_.col(triangle[1]), has_centre_ ? centre_ : Eigen::Vector3d(x_.col(triangle[2]))};
+  }
 
-Eigen::Map<const Eigen::Matrix3Xd> columns(const double* values, const Sheet& sheet) {
-  return {values, 3, sheet.particles.local()};
+ private:
+  Eigen::Map<const Eigen::Matrix3Xd> x_;
+  bool has_centre_;
+  Eigen::Vector3d centre_;
+};
+
+/// Pairs of an element: the sides of its triangle; of a quad its sides, then from its corners to its centre.
+std::size_t pairs_of_element(const Surface& surface) { return surface.has_quads() ? 8 : 3; }
+
+/// Among the pairs of its element those of a drawn triangle's points 0 and 1, 0 and 2, 1 and 2.
+std::array<std::size_t, 3> sides_of(const Surface& surface, std::size_t triangle) {
+  return surface.has_quads() ? std::array{triangle, 4 + triangle, 4 + (triangle + 1) % 4}
+                             : std::array<std::size_t, 3>{0, 1, 2};
 }
 
 }  // namespace
@@ -37,21 +57,21 @@ Eigen::VectorXd DiffusionGraph::inflow(const Field& values) const {
   return sum.head(capacity.size());
 }
 
-std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet) {
+std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface) {
   std::vector<std::array<PetscInt, 2>> pairs;
-  for (const SpringSet& set : sheet.springs) {
+  for (const SpringSet& set : surface.springs) {
     pairs.insert(pairs.end(), set.ends.begin(), set.ends.end());
   }
   return pairs;
 }
 
-void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
+void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                   const Field& positions, const Living& living) {
   graph.weights.assign(graph.pairs.size(), 0);
-  Eigen::VectorXd capacity = Eigen::VectorXd::Zero(sheet.particles.local());
+  Eigen::VectorXd capacity = Eigen::VectorXd::Zero(surface.particles.local());
   std::size_t p = 0;
-  for (std::size_t colour = 0; colour < sheet.springs.size(); ++colour) {
-    const SpringSet& set = sheet.springs[colour];
+  for (std::size_t colour = 0; colour < surface.springs.size(); ++colour) {
+    const SpringSet& set = surface.springs[colour];
     for (std::size_t s = 0; s < set.ends.size(); ++s, ++p) {
       if (!living.springs[colour][s]) {
         continue;
@@ -65,74 +85,69 @@ void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<d
       capacity[b] += 0.5 * distance;
     }
   }
-  graph.capacity = capacity.head(sheet.particles.owned);
+  graph.capacity = capacity.head(surface.particles.owned);
 }
 
-std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet) {
-  std::vector<std::array<PetscInt, 2>> pairs;
-  pairs.reserve(8 * sheet.cells.size());
-  for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
-    const std::array<PetscInt, 4>& cell = sheet.cells[c];
-    for (std::size_t k = 0; k < 4; ++k) {
-      pairs.push_back({cell[k], cell[(k + 1) % 4]});
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      pairs.push_back({cell[k], sheet.lattice[c]});
-    }
+std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface) {
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t pairs_each = pairs_of_element(surface);
+  std::vector<std::array<PetscInt, 2>> pairs(pairs_each * surface.triangles.size() / per_element);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto& [a, b, c] = surface.triangles[t];
+    const std::array<std::size_t, 3> side = sides_of(surface, t % per_element);
+    const std::size_t first = t / per_element * pairs_each;
+    pairs[first + side[2]] = {b, c};
+    pairs[first + side[1]] = {a, c};
+    pairs[first + side[0]] = {a, b};
   }
   return pairs;
 }
 
-void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
+void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const Living& living) {
   graph.weights.assign(graph.pairs.size(), 0);
-  const auto x = columns(positions.data(), sheet);
-  const auto rest = columns(sheet.rest.data(), sheet);
-  const auto mass_ratio = [&](PetscInt i) { return mass.data()[i] / sheet.initial_mass[static_cast<std::size_t>(i)]; };
+  const auto mass_ratio = [&](PetscInt i) {
+    return mass.data()[i] / surface.initial_mass[static_cast<std::size_t>(i)];
+  };
   const auto alpha = [&](PetscInt i) { return diffusivity[static_cast<std::size_t>(i)]; };
+  const std::array<double, 3> share = surface.point_shares();
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::size_t pairs_each = pairs_of_element(surface);
 
-  for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
-    const std::array<PetscInt, 4>& cell = sheet.cells[c];
-    const PetscInt lattice = sheet.lattice[c];
-    const Eigen::Vector3d centre = corner_mean(x, cell);
-    const Eigen::Vector3d rest_centre = corner_mean(rest, cell);
-
+  for (std::size_t element = 0; element < surface.element_mass.size(); ++element) {
+    const DrawnPlaces present(surface, positions.data(), element);
+    const DrawnPlaces rest(surface, surface.rest.data(), element);
     std::array<double, 4> area{};
-    double cell_area = 0;
-    double corner_ratio = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const PetscInt a = cell[k];
-      const PetscInt b = cell[(k + 1) % 4];
-      area[k] = std::max(triangle_area(x.col(a), x.col(b), centre),
-                         smallest_share * triangle_area(rest.col(a), rest.col(b), rest_centre));
-      cell_area += area[k];
-      corner_ratio += 0.25 * mass_ratio(a);
+    double element_area = 0;
+    double element_ratio = 0;
+    for (std::size_t k = 0; k < per_element; ++k) {
+      const std::array<PetscInt, 3>& triangle = surface.triangles[per_element * element + k];
+      area[k] = std::max(triangle_area(present(triangle)), smallest_share * triangle_area(rest(triangle)));
+      element_area += area[k];
+      for (std::size_t i = 0; i < 3; ++i) {
+        element_ratio += share[i] * mass_ratio(triangle[i]);
+      }
     }
-    // The lattice particle has half of the cell's initial mass, the corners' shares of this cell are the other half.
-    const double cell_mass =
-        sheet.initial_mass[static_cast<std::size_t>(lattice)] * (mass_ratio(lattice) + corner_ratio);
-    const double density = cell_mass / cell_area;
+    element_ratio /= static_cast<double>(per_element);
+    const double density = surface.element_mass[element] * element_ratio / element_area;
 
     // K_ab = e_a . e_b / (4 A) with e_a the edge opposite to a, whose negative is the weight of the pair.
-    double* edge_weight = &graph.weights[8 * c];
-    double* spoke_weight = edge_weight + 4;
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (!living.triangles[4 * c + k]) {
+    double* weight = &graph.weights[pairs_each * element];
+    for (std::size_t k = 0; k < per_element; ++k) {
+      if (!living.triangles[per_element * element + k]) {
         continue;
       }
-      const std::size_t next = (k + 1) % 4;
-      const PetscInt a = cell[k];
-      const PetscInt b = cell[next];
-      const Eigen::Vector3d opposite_a = centre - x.col(b);
-      const Eigen::Vector3d opposite_b = x.col(a) - centre;
-      const Eigen::Vector3d opposite_centre = x.col(b) - x.col(a);
-      const double factor = density * (alpha(a) + alpha(b) + alpha(lattice)) / 3 / (4 * area[k]);
-      edge_weight[k] -= factor * opposite_a.dot(opposite_b);
-      spoke_weight[k] -= factor * opposite_a.dot(opposite_centre);
-      spoke_weight[next] -= factor * opposite_b.dot(opposite_centre);
+      const std::array<PetscInt, 3>& triangle = surface.triangles[per_element * element + k];
+      const auto [xa, xb, xc] = present(triangle);
+      const auto [a, b, c] = triangle;
+      const std::array<std::size_t, 3> side = sides_of(surface, k);
+      const double factor = density * (alpha(a) + alpha(b) + alpha(c)) / 3 / (4 * area[k]);
+      weight[side[0]] -= factor * (xc - xb).dot(xa - xc);
+      weight[side[1]] -= factor * (xc - xb).dot(xb - xa);
+      weight[side[2]] -= factor * (xa - xc).dot(xb - xa);
     }
   }
-  graph.capacity = mass.values().row(0).head(sheet.particles.owned);
+  graph.capacity = mass.values().row(0).head(surface.particles.owned);
 }
 
 }  // namespace pellicle

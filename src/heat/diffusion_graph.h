@@ -6,7 +6,7 @@
 
 #include "parallel/field.h"
 #include "surface/living.h"
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -22,8 +22,8 @@ struct DiffusionGraph {
   Eigen::VectorXd inflow(const Field& values) const;
 };
 
-/// Pairs of the umbrella: the springs of all four colours.
-std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet);
+/// Pairs of the umbrella: the springs of all four colours, or the edges of triangles.
+std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface);
 
 /// Sets weights and capacity to the scale-dependent umbrella as printed (burning paper, eq. 3, acting on T), row i
 /// times E_i/2 so that it is symmetric: weight_ij = alpha_ij / d_ij with the present distance, not below 1e-3 of the
@@ -32,25 +32,25 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Sheet& sheet);
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param living what has not burnt, ghosts up to date
-void set_umbrella(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
+void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                   const Field& positions, const Living& living);
 
-/// Pairs of the consistent operator: the eight edges of the four drawn triangles of each local cell.
-std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Sheet& sheet);
+/// Pairs of the consistent operator: the sides of the drawn triangles of each local element.
+std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 
-/// Sets weights and capacity to linear finite elements (cotangent weights) on the drawn triangles: two neighbouring
-/// corners and the centre of the cell, which is the mean of its corners and carries the lattice particle's temperature.
-/// A flat sheet is therefore exact, whatever its thickness.
+/// Sets weights and capacity to linear finite elements (cotangent weights) on the drawn triangles: those of the mesh,
+/// or two neighbouring corners of a quad and its centre, which is the mean of its corners and carries the lattice
+/// particle's temperature. A flat sheet is therefore exact, whatever its thickness.
 ///
 /// In conservation form, m_i dT_i/dt = sum over triangles of alpha sigma K_ij T_j, with the areal density sigma of the
-/// cell: with equal density this converges to alpha times the Laplacian, and it keeps sum_i m_i T_i always. The share
-/// of a half of the cell's mass on the lattice particle makes every row exact on a square grid. alpha is the mean of
-/// the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not conduct.
+/// element: with equal density this converges to alpha times the Laplacian, and it keeps sum_i m_i T_i always. The
+/// share of a half of a quad's mass on the lattice particle makes every row exact on a square grid. alpha is the mean
+/// of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not conduct.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param mass [kg], ghosts up to date, (1 x local); the capacity
 /// @param living what has not burnt, ghosts up to date
-void set_cotangent(DiffusionGraph& graph, const Sheet& sheet, const std::vector<double>& diffusivity,
+void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const Living& living);
 
 }  // namespace pellicle

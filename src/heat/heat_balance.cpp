@@ -1,6 +1,7 @@
 #include "heat/heat_balance.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "geometry/quad_area.h"
@@ -13,66 +14,72 @@ constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
 
 }  // namespace
 
-double heat_content(const Sheet& sheet, const Field& mass, const Field& temperature, double capacity) {
-  // The ledger compares sums over the whole sheet with what came in, which may be little of them.
+double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity) {
+  // The ledger compares sums over the whole surface with what came in, which may be little of them.
   long double sum = 0;
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     sum += static_cast<long double>(mass.data()[i]) * temperature.data()[i];
   }
   return static_cast<double>(capacity * sum);
 }
 
-double release_burning_heat(Field& temperature, const Sheet& sheet, const Field& mass_change, const Field& mass,
+double release_burning_heat(Field& temperature, const Surface& surface, const Field& mass_change, const Field& mass,
                             const HeatOptions& options) {
   double heat = 0;
-  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+  for (PetscInt i = 0; i < surface.particles.local(); ++i) {
     if (mass.data()[i] == 0) {
       continue;
     }
     const double before = temperature.data()[i];
     const double after =
-        before - options.burning_heat * mass_change.data()[i] / sheet.initial_mass[static_cast<std::size_t>(i)];
+        before - options.burning_heat * mass_change.data()[i] / surface.initial_mass[static_cast<std::size_t>(i)];
     temperature.data()[i] = after;
-    if (i < sheet.particles.owned) {
+    if (i < surface.particles.owned) {
       heat += mass.data()[i] * options.capacity * (after - before);
     }
   }
   return heat;
 }
 
-Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living& living) {
-  Eigen::VectorXd area = Eigen::VectorXd::Zero(sheet.particles.local());
-  for (std::size_t c = 0; c < sheet.cells.size(); ++c) {
-    const std::array<PetscInt, 4>& cell = sheet.cells[c];
-    const double cell_area = quad_area_vector(positions.vector(cell[0]), positions.vector(cell[1]),
-                                              positions.vector(cell[2]), positions.vector(cell[3]))
-                                 .norm();
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (living.triangles[4 * c + k]) {
-        area[cell[k]] += cell_area / 16;
-        area[cell[(k + 1) % 4]] += cell_area / 16;
-        area[sheet.lattice[c]] += cell_area / 8;
-      }
+Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const Living& living) {
+  Eigen::VectorXd area = Eigen::VectorXd::Zero(surface.particles.local());
+  const std::array<double, 3> share = surface.point_shares();
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const auto x = [&positions](PetscInt particle) { return positions.vector(particle); };
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (!living.triangles[t]) {
+      continue;
+    }
+    const std::array<PetscInt, 3>& triangle = surface.triangles[t];
+    double triangle_area = 0;
+    if (surface.has_quads()) {
+      const std::array<PetscInt, 4>& cell = surface.cells[t / per_element];
+      triangle_area = quad_area_vector(x(cell[0]), x(cell[1]), x(cell[2]), x(cell[3])).norm() / 4;
+    } else {
+      triangle_area = 0.5 * (x(triangle[1]) - x(triangle[0])).cross(x(triangle[2]) - x(triangle[0])).norm();
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      area[triangle[i]] += share[i] * triangle_area;
     }
   }
-  return area.head(sheet.particles.owned);
+  return area.head(surface.particles.owned);
 }
 
-HeatExchange exchange_with_surroundings(Field& temperature, const Sheet& sheet, const Field& positions,
+HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surface, const Field& positions,
                                         const Field& mass, const Living& living, double time_step,
                                         const HeatOptions& options) {
   HeatExchange exchange;
   if (options.convection == 0 && options.emissivity == 0) {
     return exchange;
   }
-  const Eigen::VectorXd area = particle_areas(sheet, positions, living);
+  const Eigen::VectorXd area = particle_areas(surface, positions, living);
   const double ambient = options.ambient_temperature;
   // Heat transfer coefficient of convection and of radiation written as such: T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
   const auto transfer = [&](double value) {
     return options.convection +
            options.emissivity * stefan_boltzmann * (value + ambient) * (value * value + ambient * ambient);
   };
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     const double capacity = mass.data()[i] * options.capacity;
     if (capacity <= 0) {
       continue;

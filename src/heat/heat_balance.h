@@ -3,25 +3,25 @@
 #include "heat/heat_options.h"
 #include "parallel/field.h"
 #include "surface/living.h"
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
 /// sum c m_i T_i of the owned particles [J]; with a change of mass or of temperature in place of one of them, the heat
 /// that comes with it. Not collective: the caller sums over the ranks.
-double heat_content(const Sheet& sheet, const Field& mass, const Field& temperature, double capacity);
+double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity);
 
 /// Heat released by burning (burning paper, eq. 1 with the sign mended): T -= eta dm / m^init, of which dm <= 0 is the
 /// mass change of the step before; particles of mass 0 have left. Not collective: ghosts are heated alike.
 /// @returns the heat added to the owned particles [J].
-double release_burning_heat(Field& temperature, const Sheet& sheet, const Field& mass_change, const Field& mass,
+double release_burning_heat(Field& temperature, const Surface& surface, const Field& mass_change, const Field& mass,
                             const HeatOptions& options);
 
-/// Area of the sheet that belongs to each owned particle [m^2]: half of a cell to its lattice particle, an eighth to
-/// each corner, as the masses are shared; each dead triangle takes away a quarter of what its cell gives its particles.
-/// Not collective.
+/// Area of the surface that belongs to each owned particle [m^2], as the masses are shared: of a quad half to its
+/// lattice particle and an eighth to each corner, of a triangle a third to each. Each dead triangle takes away what it
+/// gives. Not collective.
 /// @param living what has not burnt, ghosts up to date
-Eigen::VectorXd particle_areas(const Sheet& sheet, const Field& positions, const Living& living);
+Eigen::VectorXd particle_areas(const Surface& surface, const Field& positions, const Living& living);
 
 /// Heat that the owned particles exchanged [J].
 struct HeatExchange {
@@ -33,7 +33,7 @@ struct HeatExchange {
 /// m c dT/dt = -2 A (h_c (T - T_amb) + epsilon sigma (T^4 - T_amb^4)), by the exponential midpoint rule: exact for
 /// convection, second order for radiation, never beyond T_amb. Nothing when both are off. Collective.
 /// @param living what has not burnt, ghosts up to date
-HeatExchange exchange_with_surroundings(Field& temperature, const Sheet& sheet, const Field& positions,
+HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surface, const Field& positions,
                                         const Field& mass, const Living& living, double time_step,
                                         const HeatOptions& options);
 

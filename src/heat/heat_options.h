@@ -24,7 +24,7 @@ inline const std::vector<std::string>& names_of(HeatMatrix) {
   return names;
 }
 
-/// Heat of a sheet (burning paper, section 5).
+/// Heat of a surface (burning paper, section 5).
 struct HeatOptions {
   /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "heat_";

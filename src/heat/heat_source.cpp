@@ -19,13 +19,13 @@ Eigen::Vector3d HeatSource::centre_at(double time) const {
 
 void describe(OptionTable& table, HeatSource& source) {
   table.add("shape", source.shape)
-      .help("a moving hot ball, or an image on the sheet")
+      .help("a moving hot ball, or an image on the surface")
       .source("burning paper, section 5");
   table.add("temperature", source.temperature).unit("K").at_least(0).help("temperature of the source");
   table.add("rate", source.rate)
       .unit("1/s")
       .at_least(0)
-      .help("how fast the sheet takes on the source's temperature")
+      .help("how fast the surface takes on the source's temperature")
       .source("README: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
@@ -71,7 +71,7 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
   if (!source.active(input.time)) {
     return 0;
   }
-  const Layout& particles = input.sheet.particles;
+  const Layout& particles = input.surface.particles;
   const bool ball = source.shape == SourceShape::ball;
   const Eigen::Vector3d centre = source.centre_at(input.time);
   const double ball_share = -std::expm1(-source.rate * input.time_step);

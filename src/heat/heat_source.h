@@ -7,7 +7,7 @@
 
 #include "base/options.h"
 #include "parallel/field.h"
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -45,7 +45,7 @@ void validate(const std::string& name, const HeatSource& source);
 
 /// What a heat source needs to know of a step. Fields with ghosts up to date.
 struct HeatSourceInput {
-  const Sheet& sheet;
+  const Surface& surface;
   const Field& positions;              ///< at the start of the step [m]
   const Field& mass;                   ///< [kg]
   const std::vector<double>& texture;  ///< sampled value in [0, 1] at each local particle; used by shape texture only

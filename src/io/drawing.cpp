@@ -59,7 +59,7 @@ void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataA
 /// Points that are particles, numbered 0, 1, 2, ... in the order in which they are first used.
 class ParticlePoints {
  public:
-  explicit ParticlePoints(const PointSet& set)
+  explicit ParticlePoints(const Surface& set)
       : set_(set), number_(static_cast<std::size_t>(set.particles.local()), -1) {}
 
   vtkIdType operator()(PetscInt particle) {
@@ -78,14 +78,14 @@ class ParticlePoints {
   const std::vector<DrawnPoint>& points() const { return points_; }
 
  private:
-  const PointSet& set_;
+  const Surface& set_;
   std::vector<vtkIdType> number_;
   std::vector<DrawnPoint> points_;
 };
 
 /// Adds the texture coordinates of the points, if the mesh has any, as ParaView wants them: its writer of PLY crashes
 /// unless they are of type float, and looks for them by this name. Collective.
-void add_uv(const PointSet& set, const std::vector<DrawnPoint>& points, vtkPolyData* piece) {
+void add_uv(const Surface& set, const std::vector<DrawnPoint>& points, vtkPolyData* piece) {
   if (on_any_rank(set.comm(), set.uv.cols() > 0)) {  // A rank without particles writes the array too.
     const auto uv = named_array<vtkFloatArray>("TCoords");
     uv->SetNumberOfComponents(2);
@@ -141,43 +141,22 @@ std::vector<DrawnField> drawn_fields(const FieldRegistry& state, Item item) {
   return fields;
 }
 
-Drawing drawing_of(const Sheet& sheet, const DrawnSurface& surface) {
+Drawing drawing_of(const Surface& surface, const DrawnSurface& drawn) {
   Drawing drawing;
-  drawing.points = surface.points;
-  drawing.items = surface.cells;
+  drawing.points = drawn.points;
+  drawing.items = drawn.elements;
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
   const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
   vtkNew<vtkCellArray> triangles;
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto& [a, b, c] = surface.triangles[t];
+  for (std::size_t t = 0; t < drawn.triangles.size(); ++t) {
+    const auto& [a, b, c] = drawn.triangles[t];
     const vtkIdType triangle[] = {a, b, c};
     triangles->InsertNextCell(3, triangle);
-    const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(surface.cells[t])];
-    cell_id->InsertNextValue(sheet.persistent_id[static_cast<std::size_t>(lattice)] - sheet.first_lattice_id);
+    cell_id->InsertNextValue(surface.element_id[static_cast<std::size_t>(drawn.elements[t])]);
   }
   drawing.skeleton->SetPolys(triangles);
-  add_identity(sheet.comm(), drawing.points, cell_id, drawing.skeleton);
-  add_uv(sheet, drawing.points, drawing.skeleton);
-  return drawing;
-}
-
-Drawing drawing_of(const Membrane& membrane) {
-  ParticlePoints number(membrane);
-  Drawing drawing;
-  drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
-  const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
-  vtkNew<vtkCellArray> triangles;
-  for (PetscInt element = 0; element < membrane.elements.owned; ++element) {
-    const auto& corners = membrane.triangles[static_cast<std::size_t>(element)];
-    const vtkIdType triangle[] = {number(corners[0]), number(corners[1]), number(corners[2])};
-    triangles->InsertNextCell(3, triangle);
-    cell_id->InsertNextValue(membrane.element_id[static_cast<std::size_t>(element)]);
-    drawing.items.push_back(element);
-  }
-  drawing.points = number.points();
-  drawing.skeleton->SetPolys(triangles);
-  add_identity(membrane.comm(), drawing.points, cell_id, drawing.skeleton);
-  add_uv(membrane, drawing.points, drawing.skeleton);
+  add_identity(surface.comm(), drawing.points, cell_id, drawing.skeleton);
+  add_uv(surface, drawing.points, drawing.skeleton);
   return drawing;
 }
 

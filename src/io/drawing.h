@@ -9,7 +9,6 @@
 #include "state/field_registry.h"
 #include "surface/drawn_surface.h"
 #include "surface/living.h"
-#include "surface/membrane.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -33,14 +32,11 @@ struct Drawing {
   std::vector<PetscInt> items;  ///< of each drawn cell: the local cell, the element, or the owned spring
 };
 
-/// What is left of a sheet. Point data: `vertex_id` (the persistent id, negative where the sheet is cut), the texture
-/// coordinates `TCoords`, of type float, if the sheet has them, and `vtkGhostType`, which marks a point that another
-/// rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, `cell_id`. Collective.
-Drawing drawing_of(const Sheet& sheet, const DrawnSurface& surface);
-
-/// The owned triangles as they are. Point and cell data as for a sheet; `cell_id` is the number of the face in its
-/// file. Collective.
-Drawing drawing_of(const Membrane& membrane);
+/// What is left of a surface. Point data: `vertex_id` (the persistent id, negative where it is cut), the texture
+/// coordinates `TCoords`, of type float, if the surface has them, and `vtkGhostType`, which marks a point that another
+/// rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, and `cell_id`, the number of the
+/// face in its file. Collective.
+Drawing drawing_of(const Surface& surface, const DrawnSurface& drawn);
 
 /// The owned springs that live as lines between the particles themselves, corners and lattice points, the colours in
 /// their order: point data `vertex_id` and `vtkGhostType`; cell data `colour` (as Colour) and `rank`. An item is the

@@ -1,5 +1,7 @@
 #include "prism/gradient_stiffness.h"
 
+#include <algorithm>
+
 #include "base/log_event.h"
 #include "geometry/pressure_load.h"
 #include "surface/membrane_geometry.h"
@@ -31,14 +33,22 @@ void GradientStiffness::update(const Field& positions, const std::vector<double>
   }
   const LogScope scope(event, flops);
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
+    if (elements_->stiffness(e) == 0) {
+      continue;
+    }
     const auto [e12, e13] = edges_of(positions.data(), elements_->membrane().triangles[e]);
-    linearised_[e] = gradient_element(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, thickness_ratio[e]);
+    linearised_[e] = gradient_element(wall.material_of(e), wall.rule, elements_->rest(e), e12, e13, thickness_ratio[e]);
+    linearised_[e].volume *= elements_->stiffness(e);
   }
   positions_ = positions.values().colwise() - load.origin;
   pressure_ = load.pressure;
 }
 
 void GradientStiffness::multiply(std::size_t element, const Eigen::Vector3d w[3], Eigen::Vector3d result[3]) const {
+  if (elements_->stiffness(element) == 0) {
+    std::fill_n(result, 3, Eigen::Vector3d::Zero());
+    return;
+  }
   gradient_action(linearised_[element], director_, w, result);
   for (int a = 0; a < 3; ++a) {
     result[a] = -result[a];

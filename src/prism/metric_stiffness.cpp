@@ -164,7 +164,7 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
     }
     const MetricEnergy energy = elements_->element_energy(e, positions, thickness_ratio[e]);
     const MetricTangent tangent =
-        positive_ ? positive_part(energy, elements_->wall().rest[e]) : MetricTangent{energy.gradient, energy.hessian};
+        positive_ ? positive_part(energy, elements_->rest(e)) : MetricTangent{energy.gradient, energy.hessian};
     const Eigen::Vector3d scale(2, 1, 2);
     int k = 0;
     for (int i = 0; i < 3; ++i) {

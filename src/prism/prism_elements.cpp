@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/log_event.h"
 #include "surface/membrane_geometry.h"
@@ -34,8 +35,38 @@ PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membr
 
 MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio) const {
   const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
-  return metric_energy(wall_->material_of(element), wall_->rule, wall_->rest[element], metric(e12, e13),
-                       thickness_ratio);
+  if (stiffness_.empty()) {
+    return metric_energy(wall_->material_of(element), wall_->rule, wall_->rest[element], metric(e12, e13),
+                         thickness_ratio);
+  }
+  const double stiffness = stiffness_[element];
+  if (stiffness == 0) {
+    return {0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), thickness_ratio};
+  }
+  MetricEnergy energy =
+      metric_energy(wall_->material_of(element), wall_->rule, rest_[element], metric(e12, e13), thickness_ratio);
+  energy.energy *= stiffness;
+  energy.gradient *= stiffness;
+  energy.hessian *= stiffness;
+  return energy;
+}
+
+void PrismElements::set_burnt(std::vector<double> stiffness, const std::vector<double>& length) {
+  stiffness_ = std::move(stiffness);
+  rest_.clear();
+  for (std::size_t e = 0; e < stiffness_.size(); ++e) {
+    const double squared = length[e] * length[e];
+    const RestMetric& whole = wall_->rest[e];
+    rest_.push_back({whole.inverse / squared, whole.area * squared, whole.volume * squared});
+  }
+}
+
+PrincipalState PrismElements::principal(std::size_t element, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13,
+                                        double thickness_ratio) const {
+  PrincipalState state =
+      principal_state(wall_->material_of(element), wall_->rule, rest(element), e12, e13, thickness_ratio);
+  state.stress *= stiffness(element);
+  return state;
 }
 
 double PrismElements::energy(const Field& positions, const std::vector<double>& thickness_ratio) const {
@@ -84,8 +115,9 @@ PetscInt PrismElements::inverted(const Field& from, const Field& to) const {
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
     const Eigen::Vector3d after = element_area(to, triangle);
-    const bool is_fine = after.norm() > collapsed_area * wall_->rest[e].area &&  // false where it is not a number
-                         after.dot(element_area(from, triangle)) > 0;
+    const bool is_fine =
+        stiffness(e) == 0 || (after.norm() > collapsed_area * wall_->rest[e].area &&  // false where it is not a number
+                              after.dot(element_area(from, triangle)) > 0);
     count += is_fine ? 0 : 1;
   }
   return count;
@@ -94,7 +126,9 @@ PetscInt PrismElements::inverted(const Field& from, const Field& to) const {
 double PrismElements::volume(const Field& positions, const std::vector<double>& thickness_ratio) const {
   double sum = 0;
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
-    sum += element_area(positions, membrane_->triangles[e]).norm() * thickness_ratio[e] * wall_->thickness[e];
+    if (stiffness(e) != 0) {
+      sum += element_area(positions, membrane_->triangles[e]).norm() * thickness_ratio[e] * wall_->thickness[e];
+    }
   }
   return sum;
 }

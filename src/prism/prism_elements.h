@@ -5,6 +5,7 @@
 
 #include "parallel/field.h"
 #include "prism/wall.h"
+#include "prism/wall_stress.h"
 
 namespace pellicle {
 
@@ -14,6 +15,14 @@ class PrismElements {
  public:
   /// Membrane and wall must outlive it.
   PrismElements(const Membrane& membrane, const Wall& wall);
+
+  /// What fire has made of the local elements, from here on: of undeformed lengths `length` times those of the wall,
+  /// and `stiffness` times the energy that they would have so. Without stiffness an element is gone: it has no energy
+  /// and its vertices may be anywhere. None: all are as the wall has them.
+  void set_burnt(std::vector<double> stiffness, const std::vector<double>& length);
+  /// Of a local element, see set_burnt.
+  double stiffness(std::size_t element) const { return stiffness_.empty() ? 1 : stiffness_[element]; }
+  const RestMetric& rest(std::size_t element) const { return rest_.empty() ? wall_->rest[element] : rest_[element]; }
 
   /// Elastic energy of the owned elements [J]; infinite when one has collapsed.
   /// @param thickness_ratio h/h0 of the local elements: what ThicknessRule::fixed keeps, a starting value otherwise
@@ -30,6 +39,9 @@ class PrismElements {
 
   /// Operations of element_energy for all local elements, as energy_density_flops counts them.
   double energy_flops() const { return local_flops_; }
+  /// Stretches and stresses of a local element that is not gone. @param e12, e13 deformed edges [m]
+  PrincipalState principal(std::size_t element, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13,
+                           double thickness_ratio) const;
 
   /// Owned elements that have collapsed (to 1e-12 of the undeformed area) or turned over (by more than 90 degrees) on
   /// the way between two positions.
@@ -44,8 +56,10 @@ class PrismElements {
  private:
   const Membrane* membrane_;
   const Wall* wall_;
-  double owned_flops_ = 0;  ///< of element_energy, of the owned elements
-  double local_flops_ = 0;  ///< of all
+  double owned_flops_ = 0;         ///< of element_energy, of the owned elements
+  double local_flops_ = 0;         ///< of all
+  std::vector<double> stiffness_;  ///< of the local elements, or empty for 1
+  std::vector<RestMetric> rest_;   ///< of the local elements, or empty for the wall's
 };
 
 }  // namespace pellicle

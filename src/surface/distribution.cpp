@@ -496,7 +496,7 @@ Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   return layout;
 }
 
-void Distribution::fill(PointSet& set, const std::vector<PetscInt>& points) const {
+void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const {
   set.particles = layout(points);
   const auto count = static_cast<Eigen::Index>(points.size());
   set.rest.resize(3, count);

@@ -9,8 +9,8 @@
 #include "parallel/layout.h"
 #include "parallel/partition.h"
 #include "surface/mesh_rows.h"
-#include "surface/point_set.h"
 #include "surface/sheet_options.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -86,7 +86,7 @@ class Distribution {
   Layout layout(const std::vector<PetscInt>& points) const;
   /// Makes particles of these cells and vertices, of which the owned ones come first: everything but `is_lattice` and
   /// `cell_count`. Collective.
-  void fill(PointSet& set, const std::vector<PetscInt>& points) const;
+  void fill(Surface& set, const std::vector<PetscInt>& points) const;
 
  private:
   PartitionQuality quality() const;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -20,11 +20,11 @@ struct DrawnPoint {
   double centre_share = 0;  ///< 0 where there is none
 };
 
-/// What a rank draws of a sheet: what is left of its owned cells.
+/// What a rank draws of a surface: what is left of its owned elements.
 struct DrawnSurface {
   std::vector<DrawnPoint> points;
   std::vector<std::array<PetscInt, 3>> triangles;  ///< point numbers
-  std::vector<PetscInt> cells;                     ///< local cell of each triangle
+  std::vector<PetscInt> elements;                  ///< local element of each triangle
 };
 
 }  // namespace pellicle

@@ -5,7 +5,7 @@
 
 namespace pellicle {
 
-std::vector<bool> members_of_group(const PointSet& points, const std::string& key, const std::string& group) {
+std::vector<bool> members_of_group(const Surface& points, const std::string& key, const std::string& group) {
   const auto found = points.groups.find(group);
   if (found == points.groups.end()) {
     constexpr std::size_t most = 12;

@@ -3,22 +3,22 @@
 #include <array>
 #include <vector>
 
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
-/// What is left of a sheet that burns or tears, without a change of its numbering: the springs that still hold and the
-/// drawn triangles that are still there, at least in part. A spring lives as long as one of the triangles that share
-/// it.
+/// What is left of a surface that burns or tears, without a change of its numbering: the springs that still hold and
+/// the drawn triangles that are still there, at least in part. A spring lives as long as one of the triangles that
+/// share it.
 struct Living {
   /// Everything lives.
-  explicit Living(const Sheet& sheet);
+  explicit Living(const Surface& surface);
 
   std::array<std::vector<bool>, 4> springs;  ///< local springs of each colour, ghosts up to date
-  std::vector<bool> triangles;               ///< four a local cell, ghosts up to date
+  std::vector<bool> triangles;               ///< drawn ones of the local elements, ghosts up to date
 };
 
 /// Which local particles have a local spring that lives; of owned particles all springs are local. Not collective.
-std::vector<bool> particles_with_springs(const Sheet& sheet, const Living& living);
+std::vector<bool> particles_with_springs(const Surface& surface, const Living& living);
 
 }  // namespace pellicle

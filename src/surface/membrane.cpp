@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "parallel/collective.h"
-#include "parallel/exchange.h"
+#include "parallel/field.h"
 #include "surface/distribution.h"
 #include "surface/perturbation.h"
 
@@ -125,6 +125,10 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
     }
   }
   distribution.fill(membrane, particles);
+  membrane.id_end = membrane.persistent_id.empty()
+                        ? 0
+                        : *std::max_element(membrane.persistent_id.begin(), membrane.persistent_id.end()) + 1;
+  MPI_Allreduce(MPI_IN_PLACE, &membrane.id_end, 1, MPIU_INT, MPI_MAX, comm);
   membrane.is_lattice.assign(particles.size(), false);
   membrane.cell_count.assign(static_cast<std::size_t>(membrane.particles.owned), 0);
 
@@ -152,6 +156,37 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
     }
   }
   return {std::move(membrane), distribution.particle_data(particles), distribution.cell_data(elements)};
+}
+
+void set_burnable(Membrane& membrane, std::vector<double> element_mass) {
+  membrane.element_mass = std::move(element_mass);
+  Field mass(membrane.particles, 1);
+  SpringSet& edges = membrane.of(Colour::blue);
+  std::map<std::pair<PetscInt, PetscInt>, std::size_t> number;
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    const std::array<PetscInt, 3>& triangle = membrane.triangles[e];
+    for (std::size_t k = 0; k < 3; ++k) {
+      mass.data()[triangle[k]] += membrane.element_mass[e] / 3;
+      const auto [a, b] = std::minmax({triangle[k], triangle[(k + 1) % 3]});  // by value
+      const auto [edge, is_new] = number.try_emplace({a, b}, edges.ends.size());
+      if (is_new) {
+        edges.ends.push_back({a, b});
+        edges.initial_length.push_back((membrane.rest.col(a) - membrane.rest.col(b)).norm());
+        edges.triangles.push_back({static_cast<PetscInt>(e), -1, -1, -1});
+      } else {
+        edges.triangles[edge->second][1] = static_cast<PetscInt>(e);
+      }
+    }
+  }
+  edges.layout = number_owned(membrane.comm(), static_cast<PetscInt>(edges.ends.size()));
+  for (SpringSet& none : membrane.springs) {
+    if (none.ends.empty()) {
+      none.layout = number_owned(membrane.comm(), 0);
+    }
+  }
+  // Local elements are all that an owned vertex belongs to; a ghost misses some.
+  mass.update_ghosts();
+  membrane.initial_mass.assign(mass.data(), mass.data() + membrane.particles.local());
 }
 
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements) {

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <array>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "surface/mesh_rows.h"
-#include "surface/point_set.h"
 #include "surface/sheet_options.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -15,11 +14,8 @@ namespace pellicle {
 ///
 /// Local elements: the triangles of this rank, then those of other ranks that have a vertex which this rank owns. So a
 /// rank sums the whole of what acts on its vertices without asking others; all vertices of local elements are local.
-struct Membrane : PointSet {
-  Layout elements;
-  std::vector<std::array<PetscInt, 3>> triangles;  ///< local vertex numbers of the local elements, owned first
-  std::vector<PetscInt> element_id;                ///< persistent: of each local element, SurfaceMesh::id_of_face
-  Eigen::Matrix2Xd element_uv;                     ///< mean of the texture coordinates of its corners, or no columns
+struct Membrane : Surface {
+  Eigen::Matrix2Xd element_uv;  ///< mean of the texture coordinates of the corners of each local element, or no columns
   std::map<std::string, std::vector<double>> element_fields;  ///< SurfaceMesh::face_fields of the local elements
 
   /// Pieces of the mesh, joined by common edges, numbered by their lowest face.
@@ -45,6 +41,10 @@ struct LoadedMembrane {
 /// Builds a membrane from rows that lie on the ranks in any way. Its numbers depend on the triangles, their ids and
 /// their ranks alone. Collective.
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options);
+
+/// Gives a membrane what it takes to burn: masses, and its edges. Collective.
+/// @param element_mass of the local elements [kg]
+void set_burnable(Membrane& membrane, std::vector<double> element_mass);
 
 /// The membrane as rows: elements and vertices where they are owned. Collective.
 /// @param particles what belongs to the owned particles

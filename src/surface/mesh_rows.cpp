@@ -126,7 +126,7 @@ void set_groups(MPI_Comm comm, MeshRows& rows, std::vector<std::string> names,
   }
 }
 
-MeshRows::Point row_of(const PointSet& points, PetscInt particle) {
+MeshRows::Point row_of(const Surface& points, PetscInt particle) {
   MeshRows::Point row;
   row.id = points.persistent_id[static_cast<std::size_t>(particle)];
   Eigen::Map<Eigen::Vector3d>(row.position.data()) = points.rest.col(particle);
@@ -136,7 +136,7 @@ MeshRows::Point row_of(const PointSet& points, PetscInt particle) {
   return row;
 }
 
-MeshRows vertex_rows(const PointSet& points, PetscInt count) {
+MeshRows vertex_rows(const Surface& points, PetscInt count) {
   MeshRows rows;
   rows.has_uv = on_any_rank(points.comm(), points.uv.cols() > 0);
   for (PetscInt vertex = 0; vertex < count; ++vertex) {

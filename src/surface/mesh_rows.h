@@ -8,7 +8,7 @@
 
 #include "meshing/surface_mesh.h"
 #include "parallel/records.h"
-#include "surface/point_set.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
@@ -57,9 +57,9 @@ void set_groups(MPI_Comm comm, MeshRows& rows, std::vector<std::string> names,
                 const std::vector<std::vector<int>>& groups_of_vertex);
 
 /// What is known of a local particle: id, rest place, texture coordinates. Not collective.
-MeshRows::Point row_of(const PointSet& points, PetscInt particle);
+MeshRows::Point row_of(const Surface& points, PetscInt particle);
 
 /// The first owned particles as vertices, with their groups; without masses and data. Collective.
-MeshRows vertex_rows(const PointSet& points, PetscInt count);
+MeshRows vertex_rows(const Surface& points, PetscInt count);
 
 }  // namespace pellicle

@@ -6,7 +6,7 @@
 
 namespace pellicle {
 
-Eigen::Matrix3Xd perturbed_positions(const PointSet& points, const SheetOptions& options, double mean_edge) {
+Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge) {
   const double amplitude = options.perturbation * mean_edge;
   Eigen::Matrix3Xd positions = points.rest;
   for (Eigen::Index i = 0; i < positions.cols(); ++i) {

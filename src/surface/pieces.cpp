@@ -40,10 +40,10 @@ class DisjointSets {
 
 /// For each local particle the least persistent id of those that living springs join to it, -1 where none lives.
 /// Collective.
-std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) {
-  DisjointSets sets(sheet.particles.local());
+std::vector<PetscInt> connected_parts(const Surface& surface, const Living& living) {
+  DisjointSets sets(surface.particles.local());
   for (const Colour colour : all_colours) {
-    const std::vector<std::array<PetscInt, 2>>& ends = sheet.of(colour).ends;
+    const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
     const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < ends.size(); ++s) {
       if (lives[s]) {
@@ -53,15 +53,15 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
   }
 
   // A set's least id is taken from its members, a member's from its set, a ghost's from its owner, until all agree.
-  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
-  const PetscInt owned = sheet.particles.owned;
-  const PetscInt local = sheet.particles.local();
+  const std::vector<bool> has_springs = particles_with_springs(surface, living);
+  const PetscInt owned = surface.particles.owned;
+  const PetscInt local = surface.particles.local();
   std::vector<PetscInt> least(has_springs.size(), std::numeric_limits<PetscInt>::max());
   std::vector<std::size_t> set_of(has_springs.size());
   for (PetscInt i = 0; i < local; ++i) {
     const auto k = static_cast<std::size_t>(i);
     set_of[k] = sets.find(i);
-    least[set_of[k]] = std::min(least[set_of[k]], sheet.persistent_id[k]);
+    least[set_of[k]] = std::min(least[set_of[k]], surface.persistent_id[k]);
   }
   std::vector<PetscInt> part(has_springs.size());
   for (bool changed = true; changed;) {
@@ -69,7 +69,7 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
       const auto k = static_cast<std::size_t>(i);
       part[k] = has_springs[k] ? least[set_of[k]] : -1;
     }
-    update_ghosts(sheet.particles, part);
+    update_ghosts(surface.particles, part);
     changed = false;
     for (PetscInt i = owned; i < local; ++i) {
       PetscInt& of_set = least[set_of[static_cast<std::size_t>(i)]];
@@ -79,7 +79,7 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
         of_set = of_ghost;
       }
     }
-    changed = on_any_rank(sheet.comm(), changed);
+    changed = on_any_rank(surface.comm(), changed);
   }
   return part;
 }
@@ -88,9 +88,9 @@ std::vector<PetscInt> connected_parts(const Sheet& sheet, const Living& living) 
 using PartSizes = std::map<PetscInt, std::map<PetscInt, PetscInt>>;
 
 /// The sizes over all ranks. Collective.
-PartSizes part_sizes(const Sheet& sheet, const std::vector<PetscInt>& parts, const std::vector<PetscInt>& pieces) {
+PartSizes part_sizes(const Surface& surface, const std::vector<PetscInt>& parts, const std::vector<PetscInt>& pieces) {
   std::unordered_map<PetscInt, std::array<PetscInt, 3>> own;  // by part: piece, part, particles
-  for (std::size_t i = 0; i < static_cast<std::size_t>(sheet.particles.owned); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(surface.particles.owned); ++i) {
     if (parts[i] >= 0) {
       ++own.insert({parts[i], {pieces[i], parts[i], 0}}).first->second[2];
     }
@@ -99,7 +99,7 @@ PartSizes part_sizes(const Sheet& sheet, const std::vector<PetscInt>& parts, con
   for (const auto& entry : own) {
     sent.insert(sent.end(), entry.second.begin(), entry.second.end());
   }
-  const std::vector<PetscInt> received = of_all_ranks(sheet.comm(), sent);
+  const std::vector<PetscInt> received = of_all_ranks(surface.comm(), sent);
   PartSizes sizes;
   for (std::size_t k = 0; k < received.size(); k += 3) {
     sizes[received[k]][received[k + 1]] += received[k + 2];
@@ -113,11 +113,11 @@ std::size_t Pieces::place_of(PetscInt id) const {
   return static_cast<std::size_t>(std::lower_bound(present.begin(), present.end(), id) - present.begin());
 }
 
-Pieces initial_pieces(const Sheet& sheet) {
+Pieces initial_pieces(const Surface& surface) {
   Pieces pieces;
-  pieces.of_particle = connected_parts(sheet, Living(sheet));
+  pieces.of_particle = connected_parts(surface, Living(surface));
   // The parts of one piece that has never been.
-  const PartSizes sizes = part_sizes(sheet, pieces.of_particle, std::vector<PetscInt>(pieces.of_particle.size(), 0));
+  const PartSizes sizes = part_sizes(surface, pieces.of_particle, std::vector<PetscInt>(pieces.of_particle.size(), 0));
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
   for (const auto& [whole, parts] : sizes) {
     for (const auto& part : parts) {
@@ -132,13 +132,13 @@ Pieces initial_pieces(const Sheet& sheet) {
   return pieces;
 }
 
-void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, double time) {
-  const std::vector<PetscInt> parts = connected_parts(sheet, living);
+void update_pieces(Pieces& pieces, const Surface& surface, const Living& living, double time) {
+  const std::vector<PetscInt> parts = connected_parts(surface, living);
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
   std::vector<PetscInt> present;
   std::vector<double> birth_time;
   const PetscInt first_born = pieces.next_id;
-  for (const auto& [id, sizes] : part_sizes(sheet, parts, pieces.of_particle)) {
+  for (const auto& [id, sizes] : part_sizes(surface, parts, pieces.of_particle)) {
     const auto largest =
         std::max_element(sizes.begin(), sizes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     for (auto part = sizes.begin(); part != sizes.end(); ++part) {
@@ -160,15 +160,15 @@ void update_pieces(Pieces& pieces, const Sheet& sheet, const Living& living, dou
                  [&id_of_part](PetscInt part) { return id_of_part.at(part); });
 }
 
-std::vector<double> piece_masses(const Pieces& pieces, const Sheet& sheet, const Field& mass) {
+std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, const Field& mass) {
   std::vector<double> masses(pieces.present.size(), 0);
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     const PetscInt id = pieces.of_particle[static_cast<std::size_t>(i)];
     if (id >= 0) {
       masses[pieces.place_of(id)] += mass.data()[i];
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, masses.data(), static_cast<int>(masses.size()), MPI_DOUBLE, MPI_SUM, sheet.comm());
+  MPI_Allreduce(MPI_IN_PLACE, masses.data(), static_cast<int>(masses.size()), MPI_DOUBLE, MPI_SUM, surface.comm());
   return masses;
 }
 

@@ -62,6 +62,8 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids) {
   std::vector<PetscInt> cells;
   for (const PetscInt lattice : shell.sheet.lattice) {
     cells.push_back(shell.points[static_cast<std::size_t>(lattice)]);
+    shell.sheet.element_id.push_back(shell.sheet.persistent_id[static_cast<std::size_t>(lattice)] -
+                                     ids.first_lattice_id);
   }
   return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
 }
@@ -94,7 +96,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
   std::iota(corners.begin(), corners.end(), 0);
   std::vector<PetscInt> kept_cells;
   std::vector<PetscInt> lattice;
-  for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     const auto c = static_cast<std::size_t>(cell);
     if (kept[c]) {
       kept_cells.push_back(cell);
@@ -114,7 +116,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
 }
 
 MeshRows rows_of_mesh(const Sheet& sheet) {
-  MeshRows rows = rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.owned_cells), true), {}, {});
+  MeshRows rows = rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true), {}, {});
   for (MeshRows::Point& cell : rows.cells) {
     cell.id -= sheet.first_lattice_id;
     cell.position = {};

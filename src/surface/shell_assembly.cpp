@@ -54,7 +54,7 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
     const bool is_needed =
         needed[static_cast<std::size_t>(spring.ends[0])] || needed[static_cast<std::size_t>(spring.ends[1])] ||
         std::any_of(spring.triangles.begin(), spring.triangles.end(),
-                    [&sheet](PetscInt triangle) { return triangle >= 0 && triangle < 4 * sheet.owned_cells; });
+                    [&sheet](PetscInt triangle) { return triangle >= 0 && triangle < 4 * sheet.elements.owned; });
     if (!distribution.is_owned(spring.cell) && is_needed) {
       set.layout.ghost_global.push_back(number_of(spring));
       add(spring);
@@ -90,7 +90,9 @@ AssembledShell assemble_shell(const Distribution& distribution) {
     sheet.initial_mass.push_back(distribution.data(point).mass);
   }
 
-  // Cells, owned first, and the springs that belong to a cell.
+  // Cells, in the order of the distribution, and the springs that belong to a cell.
+  sheet.elements = distribution.cell_layout();
+  sheet.triangles_per_element = 4;
   std::vector<FoundSpring> red;
   std::vector<FoundSpring> yellow;
   std::vector<PetscInt> cell_of_point(static_cast<std::size_t>(distribution.points()), -1);
@@ -115,9 +117,12 @@ AssembledShell assemble_shell(const Distribution& distribution) {
       yellow.push_back({point, 0, {corners[0], corners[2]}, triangles});
       yellow.push_back({point, 1, {corners[1], corners[3]}, triangles});
       cell_of_point[static_cast<std::size_t>(point)] = static_cast<PetscInt>(sheet.cells.size());
+      for (std::size_t k = 0; k < 4; ++k) {
+        sheet.triangles.push_back({corners[k], corners[(k + 1) % 4], lattice});
+      }
       sheet.cells.push_back(corners);
       sheet.lattice.push_back(lattice);
-      sheet.owned_cells += owned ? 1 : 0;
+      sheet.element_mass.push_back(2 * sheet.initial_mass[static_cast<std::size_t>(lattice)]);
     }
   }
 
@@ -149,11 +154,7 @@ AssembledShell assemble_shell(const Distribution& distribution) {
       }
     }
   }
-  const std::array<PetscInt, 2> owned{sheet.owned_corners, sheet.owned_cells};
-  std::array<PetscInt, 2> global{};
-  MPI_Allreduce(owned.data(), global.data(), 2, MPIU_INT, MPI_SUM, distribution.comm());
-  sheet.global_corners = global[0];
-  sheet.global_cells = global[1];
+  MPI_Allreduce(&sheet.owned_corners, &sheet.global_corners, 1, MPIU_INT, MPI_SUM, distribution.comm());
   sheet.of(Colour::red) = make_spring_set(red, distribution, sheet);
   sheet.of(Colour::green) = make_spring_set(green, distribution, sheet);
   sheet.of(Colour::blue) = make_spring_set(blue, distribution, sheet);

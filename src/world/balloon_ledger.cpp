@@ -46,6 +46,11 @@ BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, c
     columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
     columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
   }
+  if (chain.burns()) {
+    columns.insert(columns.end(), burning_columns().begin(), burning_columns().end());
+    columns.push_back({"heat_iterations", ""});
+    pieces_ = std::make_unique<PieceTable>(output, resumed);
+  }
   for (const StageTime& stage : clock_.stages()) {
     std::string name = "seconds_" + stage.name;
     std::replace(name.begin(), name.end(), ' ', '_');
@@ -73,6 +78,9 @@ BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, c
 
 void BalloonLedger::save(Hdf5File& checkpoint) const {
   history_->save(checkpoint);
+  if (pieces_ != nullptr) {
+    pieces_->save(checkpoint);
+  }
   checkpoint.write_once<int>(group_ + counts_table,
                              {steps_, steps_above_tolerance_, worst_step_, concave_steps_, first_concave_step_});
   checkpoint.write_once<double>(group_ + residuals_table, {worst_residual_, last_residual_});
@@ -99,6 +107,9 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
     Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
   }
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    if (elements.stiffness(e) == 0) {
+      continue;
+    }
     const double thickness = elements.wall().thickness[e] * state.thickness_ratio[e];
     maxima = {std::max(maxima[0], thickness), std::max(maxima[1], -thickness)};
   }
@@ -155,6 +166,11 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
                           sums[momentum + 1],
                           sums[momentum + 2]};
   row.insert(row.end(), of_chambers.begin(), of_chambers.end());
+  if (chain_.burns()) {
+    const std::vector<double> burning = burning_row(membrane, *state.burning, chain_.heat_capacity());
+    row.insert(row.end(), burning.begin(), burning.end());
+    row.push_back(static_cast<double>(step.heat_iterations));
+  }
   for (const StageTime& stage : clock_.stages()) {
     row.push_back(stage.lap_seconds);
   }

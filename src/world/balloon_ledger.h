@@ -6,6 +6,7 @@
 
 #include "base/stage_clock.h"
 #include "io/history.h"
+#include "world/burning_output.h"
 #include "world/inflate.h"
 #include "world/object.h"
 
@@ -29,6 +30,12 @@ class BalloonLedger {
   /// @param retries how often it was tried again. Collective.
   void add(const BalloonState& state, const InflateStep& step, double h, int retries);
 
+  /// A row of pieces.csv for each piece of a wall that burns. Collective.
+  /// @param masses of the present pieces [kg]
+  void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
+    pieces_->add(time, step, pieces, masses);
+  }
+
   /// Lines about all steps: how many ended out of balance, and how many may have had several equilibria. None if none.
   std::vector<std::string> remarks() const;
 
@@ -37,6 +44,7 @@ class BalloonLedger {
   const StageClock& clock_;
   std::string group_;  ///< of the object in a checkpoint
   std::unique_ptr<History> history_;
+  std::unique_ptr<PieceTable> pieces_;    ///< if the wall burns
   double initial_rubber_volume_ = 0;      ///< [m^3]
   std::unique_ptr<Field> last_position_;  ///< positions of the last row, to see what turned over since
   int steps_ = 0;

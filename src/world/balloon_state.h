@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "surface/membrane.h"
+#include "world/burning_fields.h"
 #include "world/object_state.h"
 
 namespace pellicle {
@@ -11,11 +13,15 @@ namespace pellicle {
 /// All that changes of a balloon from step to step.
 struct BalloonState : ObjectState {
   /// At rest in the undeformed shape. The membrane must outlive the state. Collective.
-  BalloonState(const Membrane& membrane, int chambers)
+  /// @param burns whether it has BurningFields, for which the membrane must be burnable (set_burnable)
+  BalloonState(const Membrane& membrane, int chambers, bool burns = false)
       : ObjectState(membrane.particles, {membrane.elements.owned, membrane.elements.local()}),
         pressure(add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, chambers)) {
     position.values() = membrane.rest;
     thickness_ratio.assign(thickness_ratio.size(), 1.0);
+    if (burns) {
+      burning.emplace(*this, membrane);
+    }
   }
   BalloonState(BalloonState&&) = default;
   BalloonState& operator=(const BalloonState& other) {
@@ -26,6 +32,7 @@ struct BalloonState : ObjectState {
   /// h/h0 of the local elements.
   std::vector<double>& thickness_ratio = add<std::vector<double>>({"thickness_ratio", "", Item::cell, Drawn::yes});
   Eigen::VectorXd& pressure;  ///< across the wall, of each chamber, the same on every rank
+  std::optional<BurningFields> burning;
 };
 
 }  // namespace pellicle

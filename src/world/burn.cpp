@@ -5,17 +5,11 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/units.h"
-#include "heat/heat_balance.h"
-#include "heat/heat_source.h"
 #include "surface/shell.h"
 
 namespace pellicle {
 
 namespace {
-
-constexpr double heat_ledger_tolerance = 1e-9;  ///< share of the heat that came in
-constexpr double heat_ledger_rounding = 1e-14;  ///< share of the heat that was there at first
 
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
@@ -55,24 +49,13 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       options_(options),
       clock_(clock),
       textures_(std::move(textures)),
+      burning_(sheet, options, clock, textures_),
       pins_(std::move(pins)),
       bodies_(options.bodies),
-      ablation_(sheet),
       start_(sheet.particles, 3) {
-  const CombustionOptions& combustion = options.combustion;
-  const HeatOptions& heat = options.heat;
-  mass_loss_factor_ = sample("combustion.mass_loss_texture", combustion.mass_loss_texture,
-                             combustion.mass_loss_range[0], combustion.mass_loss_range[1]);
-  for (const auto& [name, source] : heat.sources) {
-    validate(name, source);
-    source_texture_[name] = sample("heat.sources." + name + ".file", source.file, 0, 1);
-  }
-  conduction_ = std::make_unique<Conduction>(sheet, heat,
-                                             sample("heat.diffusivity_texture", heat.diffusivity_texture,
-                                                    heat.diffusivity_range[0], heat.diffusivity_range[1]));
   projection_ = std::make_unique<SuccessiveProjection>(
       sheet, options.project,
-      at_springs(sheet, sample("project.weight_texture", options.project.weight_texture, 0, 1)));
+      at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
   if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   }
@@ -81,34 +64,24 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
     if (springs_ != nullptr) {
       throw Error("ablation.strength: tension follows from the projection, expected dynamics projection, not spring");
     }
-    tearing_.emplace(sheet, ablation,
-                     sample("ablation.strength_texture", ablation.strength_texture, ablation.strength_range[0],
-                            ablation.strength_range[1]));
+    tearing_.emplace(
+        sheet, ablation,
+        textures_.values(sheet.uv, "ablation.strength_texture", ablation.strength_texture, ablation.strength_range));
   }
-}
-
-std::vector<double> Burn::sample(const std::string& key, const std::string& file, double black, double white) {
-  std::vector<double> values = textures_.values(sheet_.uv, key, file);
-  for (double& value : values) {
-    value = black + (white - black) * value;
-  }
-  return values;
 }
 
 State Burn::initial_state() const {
   State state(sheet_);
   state.position.values() = perturbed_positions(sheet_, options_.sheet);
   pins_.impose(state.position, 0);
-  state.pieces = initial_pieces(sheet_);
   state.pin = pins_.numbers();
-  state.temperature.values().setConstant(options_.heat.initial_temperature);
-  state.heat_initial = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
+  burning_.begin(state);
   return state;
 }
 
 void Burn::follow(State& state) {
   set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
-  ablation_.follow_triangles(state.living);
+  burning_.follow(state);
 }
 
 BurnStep Burn::advance(State& state, double h) {
@@ -137,50 +110,10 @@ BurnStep Burn::advance(State& state, double h) {
   return step;
 }
 
-StageResult Burn::heat(State& state, double h) {
-  const auto timer = clock_.time("heat");
-  const HeatOptions& heat = options_.heat;
-  // Eq. 1: T^ext from the sources, then what the last step's burning released.
-  for (const auto& [name, source] : heat.sources) {
-    state.heat_in +=
-        apply_heat_source(state.temperature, source,
-                          {sheet_, state.position, state.mass, source_texture_.at(name), state.time, h, heat.capacity});
-  }
-  state.heat_in += release_burning_heat(state.temperature, sheet_, state.mass_change, state.mass, heat);
-  const HeatExchange exchange =
-      exchange_with_surroundings(state.temperature, sheet_, state.position, state.mass, state.living, h, heat);
-  state.heat_in += exchange.gained;
-  state.heat_out += exchange.lost;
-  Field rise(sheet_.particles, 1);
-  rise.values() = -state.temperature.values();
-  const StageResult result = conduction_->advance(state.temperature, {state.position, state.mass, state.living, h});
-  rise.values() += state.temperature.values();
-  state.heat_made += heat_content(sheet_, state.mass, rise, heat.capacity);
-  return result;
-}
-
-/// Whether all heat is accounted for; what the umbrella makes is, what the consistent operator makes is not.
-/// Collective.
-StageResult Burn::heat_ledger(const State& state) const {
-  const bool makes_heat = options_.heat.operator_name == HeatOperator::umbrella;
-  const double content = heat_content(sheet_, state.mass, state.temperature, options_.heat.capacity);
-  std::array<double, 4> sums{content, state.heat_initial, state.heat_in,
-                             state.heat_out - (makes_heat ? state.heat_made : 0)};
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  const double open = std::abs(sums[0] - sums[1] - sums[2] + sums[3]);
-  const double limit = heat_ledger_tolerance * sums[2] + heat_ledger_rounding * sums[1];
-  StageResult result;
-  if (!(open <= limit)) {  // also when it is not a number
-    result.converged = false;
-    result.reason = "the heat ledger does not close: " + number_text(open) +
-                    " J are unaccounted for, expected at most " + number_text(limit) + " J where " +
-                    number_text(sums[2]) + " J came in";
-  }
-  return result;
-}
+StageResult Burn::heat(State& state, double h) { return burning_.heat(state, state, h); }
 
 StageResult Burn::end_step(State& state, double h) {
-  const StageResult result = heat_ledger(state);
+  const StageResult result = burning_.heat_ledger(state);
   if (result.converged) {
     state.time += h;
     ++state.step;
@@ -189,29 +122,12 @@ StageResult Burn::end_step(State& state, double h) {
 }
 
 void Burn::combustion(State& state, double h) {
+  burning_.combustion(state, h);
   const auto timer = clock_.time("combustion");
-  state.mass_burnt +=
-      burn(state.mass, state.mass_change, sheet_, {state.temperature, mass_loss_factor_, h}, options_.combustion);
-  state.heat_out -= heat_content(sheet_, state.mass_change, state.temperature, options_.heat.capacity);
   set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
 }
 
-bool Burn::ablation(State& state, double h) {
-  const auto timer = clock_.time("ablation");
-  const std::vector<double> level = level_set(sheet_, state.mass, options_.ablation.loss_mass);
-  for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
-    const auto is_burnt = [&level](PetscInt particle) { return level[static_cast<std::size_t>(particle)] < 0; };
-    if (state.burn_time[cell] < 0 && (is_burnt(sheet_.lattice[cell]) ||
-                                      std::any_of(sheet_.cells[cell].begin(), sheet_.cells[cell].end(), is_burnt))) {
-      state.burn_time[cell] = state.time + h;
-    }
-  }
-  const bool died = ablation_.burn_away(state.living, level);
-  if (died) {
-    take_out(state, state.time + h);
-  }
-  return died;
-}
+bool Burn::ablation(State& state, double h) { return burning_.ablation(state, state, h); }
 
 bool Burn::tear(State& state, double h) {
   if (!tearing_) {
@@ -220,29 +136,7 @@ bool Burn::tear(State& state, double h) {
   const auto timer = clock_.time("ablation");
   const TearingInput input{
       state.living, pull_, state.position, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
-  if (!ablation_.tear(state.living, tearing_->torn(input))) {
-    return false;
-  }
-  for (std::size_t triangle = 0; triangle < state.living.triangles.size(); ++triangle) {
-    if (!state.living.triangles[triangle] && state.burn_time[triangle / 4] < 0) {
-      state.burn_time[triangle / 4] = state.time + h;
-    }
-  }
-  take_out(state, state.time + h);
-  return true;
-}
-
-/// What follows when triangles have died: particles without springs leave, pieces separate.
-void Burn::take_out(State& state, double time) {
-  for (const PetscInt i : ablation_.bare_particles(state.living, state.mass)) {
-    double& mass = state.mass.data()[i];
-    state.mass_burnt += mass;
-    state.heat_out += mass * options_.heat.capacity * state.temperature.data()[i];
-    mass = 0;
-    state.mass_change.data()[i] = 0;
-  }
-  update_ghosts(sheet_.particles, state.mass, state.mass_change);
-  update_pieces(state.pieces, sheet_, state.living, time);
+  return burning_.tear(state, tearing_->torn(input), state.time + h);
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {

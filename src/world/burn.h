@@ -1,21 +1,19 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "ablation/ablation.h"
 #include "ablation/tearing.h"
 #include "base/stage_clock.h"
 #include "base/stage_result.h"
 #include "constraints/pins.h"
 #include "contact/bodies.h"
-#include "heat/conduction.h"
 #include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
+#include "world/burning.h"
 #include "world/options.h"
 #include "world/state.h"
 #include "world/textures.h"
@@ -92,20 +90,13 @@ class Burn {
  private:
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures);
 
-  std::vector<double> sample(const std::string& key, const std::string& file, double black, double white);
-  void take_out(State& state, double time);
-  StageResult heat_ledger(const State& state) const;
-
   const Sheet& sheet_;
   const Options& options_;
   StageClock& clock_;
   Textures textures_;
-  std::vector<double> mass_loss_factor_;                       ///< of the local particles, or empty
-  std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
-  std::unique_ptr<Conduction> conduction_;
+  Burning burning_;
   Pins pins_;
   Bodies bodies_;
-  Ablation ablation_;
   std::optional<Tearing> tearing_;
   std::array<std::vector<double>, 4> pull_;  ///< of the owned springs in the last step, see Tearing
   std::unique_ptr<SuccessiveProjection> projection_;

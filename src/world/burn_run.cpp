@@ -62,7 +62,7 @@ std::vector<double> mass_ratio_of_layers(const Sheet& sheet, const Field& mass) 
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     add(i, i, sheet.initial_mass[static_cast<std::size_t>(i)]);
   }
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.owned_cells); ++cell) {
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
     const PetscInt lattice = sheet.lattice[cell];
     const double eighth = sheet.initial_mass[static_cast<std::size_t>(lattice)] / 4;
     for (const PetscInt corner : sheet.cells[cell]) {
@@ -106,26 +106,6 @@ ParticleFields derive(const Sheet& sheet, const State& state) {
   sum.update_ghosts();
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     fields.strain.push_back(std::sqrt(sum.values()(0, i) / std::max(1.0, sum.values()(1, i))));
-  }
-  return fields;
-}
-
-/// What frames show of the piece that each local cell belongs to.
-struct PieceFields {
-  std::vector<double> id;
-  std::vector<double> mass;        ///< [kg]
-  std::vector<double> birth_time;  ///< [s]
-};
-
-/// @param masses of the present pieces [kg]
-PieceFields derive(const Sheet& sheet, const Pieces& pieces, const std::vector<double>& masses) {
-  PieceFields fields;
-  for (const PetscInt lattice : sheet.lattice) {
-    const PetscInt id = pieces.of_particle[static_cast<std::size_t>(lattice)];
-    const bool is_present = id >= 0;
-    fields.id.push_back(static_cast<double>(id));
-    fields.mass.push_back(is_present ? masses[pieces.place_of(id)] : 0);
-    fields.birth_time.push_back(is_present ? pieces.birth_time[pieces.place_of(id)] : 0);
   }
   return fields;
 }
@@ -232,7 +212,7 @@ void BurnRun::accept(double time) {
   kept.flip();
   auto left = static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true));
   MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT, MPI_SUM, sheet_->comm());
-  const PetscInt before = sheet_->global_cells;
+  const PetscInt before = sheet_->elements.global;
   if (static_cast<double>(before - left) > limit * static_cast<double>(before)) {
     compact(kept);
     output_.console.say(output_.heading() + "step " + std::to_string(state_->step) + ": " +
@@ -250,7 +230,7 @@ void BurnRun::compact(const std::vector<bool>& kept) {
     return records;
   };
   LoadedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
-                                            packed(Item::cell, sheet_->owned_cells), options_.sheet);
+                                            packed(Item::cell, sheet_->elements.owned), options_.sheet);
   auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
   auto state = std::make_unique<State>(*sheet);
   state->take_over(*state_);
@@ -284,7 +264,7 @@ void BurnRun::draw(const FrameSink& write) {
   const std::vector<double> areal_density = shares.density(state_->mass);
   const std::vector<double> heat_density = shares.density(heat);
   const std::vector<double> masses = piece_masses(state_->pieces, *sheet_, state_->mass);
-  const PieceFields pieces = derive(*sheet_, state_->pieces, masses);
+  const PieceFields pieces(*sheet_, state_->pieces, masses);
   Frame frame;
   frame.time = state_->time;
   frame.step = state_->step;
@@ -298,11 +278,10 @@ void BurnRun::draw(const FrameSink& write) {
   };
   frame.particle_fields = with(Item::particle, {{"mass_ratio", 1, fields.mass_ratio_of_layers.data(), true},
                                                 {"strain", 1, fields.strain.data()}});
-  frame.cell_fields = with(Item::cell, {{"areal_density", 1, areal_density.data()},
-                                        {"heat_density", 1, heat_density.data()},
-                                        {"piece", 1, pieces.id.data()},
-                                        {"piece_mass", 1, pieces.mass.data()},
-                                        {"piece_birth_time", 1, pieces.birth_time.data()}});
+  frame.cell_fields =
+      with(Item::cell, {{"areal_density", 1, areal_density.data()}, {"heat_density", 1, heat_density.data()}});
+  const std::vector<DrawnField> of_pieces = pieces.drawn();
+  frame.cell_fields.insert(frame.cell_fields.end(), of_pieces.begin(), of_pieces.end());
   std::optional<Drawing> springs;
   SpringFields spring_fields;
   if (options_.output.springs) {
@@ -323,7 +302,7 @@ void BurnRun::draw(const FrameSink& write) {
 }
 
 void BurnRun::save(Hdf5File& checkpoint) const {
-  const auto cells = static_cast<std::size_t>(sheet_->owned_cells);
+  const auto cells = static_cast<std::size_t>(sheet_->elements.owned);
   const std::vector<PetscInt>& ids = sheet_->persistent_id;
   write_mesh(checkpoint, sheet_mesh(output_), rows_of(*sheet_, std::vector<bool>(cells, true), {}, {}));
   checkpoint.write_once<PetscInt>(sheet_ids(output_), {sheet_->first_lattice_id, sheet_->id_end});

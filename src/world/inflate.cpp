@@ -1,24 +1,58 @@
 #include "world/inflate.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
 
+#include "base/error.h"
+#include "equilibrium/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/textures.h"
 
 namespace pellicle {
 
-const std::vector<std::string>& Inflate::stage_names() {
+namespace {
+
+Wall wall_of(const Membrane& membrane, const Options& options) {
+  return make_wall(
+      membrane, options.wall,
+      Textures(membrane.comm()).values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
+}
+
+}  // namespace
+
+void make_burnable(Membrane& membrane, const Options& options) {
+  if (!balloon_burns(options)) {
+    return;
+  }
+  if (options.wall.thickness_rule == WallThickness::global_volume) {
+    throw Error(
+        "prism.thickness: global keeps the volume of the whole wall, of which fire takes away; expected "
+        "incompressible, plane_stress or fixed for a balloon that heats or tears");
+  }
+  const Wall wall = wall_of(membrane, options);
+  std::vector<double> mass;
+  for (std::size_t e = 0; e < wall.rest.size(); ++e) {
+    mass.push_back(wall.density[e] * wall.rest[e].volume);
+  }
+  set_burnable(membrane, std::move(mass));
+}
+
+const std::vector<std::string>& Inflate::stage_names(bool burns) {
   static const std::vector<std::string> names{"implicit step", "volume preservation", "velocity", "output"};
-  return names;
+  static const std::vector<std::string> with_fire{"heat",          "combustion", "ablation",
+                                                  "implicit step", "velocity",   "output"};
+  return burns ? with_fire : names;
 }
 
 Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& clock)
     : membrane_(membrane),
       options_(options),
       clock_(clock),
-      wall_(make_wall(membrane, options.wall,
-                      Textures(membrane.comm())
-                          .values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture))),
+      wall_(wall_of(membrane, options)),
       mass_(vertex_masses(membrane, wall_)),
       elements_(membrane, wall_),
       pins_(membrane, options.pins),
@@ -27,12 +61,31 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                 constraints_.projectors()),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact),
       start_(membrane.particles, 3) {
+  if (balloon_burns(options)) {
+    Textures textures(membrane.comm());
+    burning_.emplace(membrane, options, clock, textures);
+    hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+      PointPotential hold;
+      const auto vertex = static_cast<std::size_t>(i);
+      if (mass_[vertex] == 0) {  // As if it had its mass and no velocity.
+        const double stiffness = membrane_.initial_mass[vertex] / (h_ * h_);
+        const Eigen::Vector3d away = x - start_.vector(i);
+        hold = {stiffness / 2 * away.squaredNorm(), stiffness * away, stiffness * Eigen::Matrix3d::Identity()};
+      }
+      return hold;
+    });
+  }
   make_solvers();
 }
 
 void Inflate::make_solvers() {
-  const BalloonModel model{elements_, chambers_, constraints_,           pins_,
-                           loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
+  // They are made for the wall as it was, whatever has become of it.
+  elements_.set_burnt({}, {});
+  BalloonModel model{elements_, chambers_, constraints_,           pins_,
+                     loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
+  if (hold_ != nullptr) {
+    model.others.push_back(hold_.get());
+  }
   implicit_.reset();
   implicit_.emplace(model, options_.prism);
   if (wall_.preserve_volume) {
@@ -42,7 +95,7 @@ void Inflate::make_solvers() {
 }
 
 BalloonState Inflate::initial_state() const {
-  BalloonState state(membrane_, chambers_.count());
+  BalloonState state(membrane_, chambers_.count(), burns());
   const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
   for (Eigen::Index i = 0; i < noise.cols(); ++i) {
     state.position.vector(i) += constraints_.projectors()[static_cast<std::size_t>(i)] * noise.col(i);
@@ -50,12 +103,28 @@ BalloonState Inflate::initial_state() const {
   pins_.impose(state.position, 0);
   elements_.update_thickness(state.position, state.thickness_ratio);
   set_pressures(state);
+  if (burning_) {
+    burning_->begin(*state.burning);
+  }
   return state;
 }
 
 InflateStep Inflate::advance(BalloonState& state, double h) {
   InflateStep step;
+  const auto failed = [&step](const StageResult& result) {
+    step.converged = result.converged;
+    step.reason = result.reason;
+    return !result.converged;
+  };
+  if (burning_) {
+    const StageResult burnt = burn(state, h);
+    step.heat_iterations = burnt.iterations;
+    if (failed(burnt)) {
+      return step;
+    }
+  }
   start_.values() = state.position.values();
+  h_ = h;
   {
     const auto timer = clock_.time("implicit step");
     static_cast<ImplicitResult&>(step) =
@@ -63,14 +132,18 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     if (!step.converged) {
       return step;
     }
+    if (burning_) {  // What has left stays exactly where it was, whatever pulls at it.
+      for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+        if (state.burning->mass.data()[i] == 0) {
+          state.position.vector(i) = start_.vector(i);
+        }
+      }
+    }
     elements_.update_thickness(state.position, state.thickness_ratio);
   }
   if (volume_preservation_ != nullptr) {
     const auto timer = clock_.time("volume preservation");
-    const StageResult kept = volume_preservation_->advance(state.position, state.thickness_ratio);
-    step.converged = kept.converged;
-    step.reason = kept.reason;
-    if (!kept.converged) {
+    if (failed(volume_preservation_->advance(state.position, state.thickness_ratio))) {
       return step;
     }
   }
@@ -86,6 +159,91 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
   state.velocity.values() = velocity;
   return step;
+}
+
+/// Heat, combustion and ablation. Collective.
+StageResult Inflate::burn(BalloonState& state, double h) {
+  BurningFields& fields = *state.burning;
+  StageResult result = burning_->heat(fields, state, h);
+  if (!result.converged) {
+    return result;
+  }
+  burning_->combustion(fields, h);
+  burning_->ablation(fields, state, h);
+  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+    if (fields.mass.data()[i] == 0) {
+      state.velocity.vector(i).setZero();
+    }
+  }
+  take_over(state);
+  const int iterations = result.iterations;
+  result = burning_->heat_ledger(fields);
+  result.iterations = iterations;
+  return result;
+}
+
+void Inflate::follow(BalloonState& state) {
+  if (burning_) {
+    burning_->follow(*state.burning);
+    take_over(state);
+  }
+}
+
+/// Mass and stiffness of the wall as fire has left them.
+void Inflate::take_over(const BalloonState& state) {
+  if (!burning_) {
+    return;
+  }
+  const BurningFields& fields = *state.burning;
+  std::copy_n(fields.mass.data(), mass_.size(), mass_.begin());
+  const CombustionOptions& combustion = options_.combustion;
+  std::vector<double> stiffness;
+  std::vector<double> length;
+  for (std::size_t e = 0; e < membrane_.triangles.size(); ++e) {
+    double ratio = 0;
+    for (const PetscInt vertex : membrane_.triangles[e]) {
+      const double mass = fields.mass.data()[vertex];
+      ratio += (mass > 0 ? mass / membrane_.initial_mass[static_cast<std::size_t>(vertex)] : combustion.min_mass) / 3;
+    }
+    const double char_stiffness = 1 + (combustion.char_stiffness - 1) * burnt_share(ratio, combustion);
+    stiffness.push_back(fields.living.triangles[e] ? char_stiffness : 0);
+    length.push_back(volume_ratio(ratio, combustion));
+  }
+  elements_.set_burnt(std::move(stiffness), length);
+  chambers_.set_living(fields.living.triangles);
+}
+
+std::string Inflate::hole(const BalloonState& state) const {
+  if (!burning_) {
+    return "";
+  }
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  const auto chamber_of = [this](std::size_t e) { return chambers_.of_element(static_cast<PetscInt>(e)); };
+  PetscInt least = none;
+  std::size_t found = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_.elements.owned); ++e) {
+    if (state.burning->burn_time[e] >= 0 && membrane_.element_id[e] < least && chamber_of(e) >= 0 &&
+        chambers_.needs_closed_wall(chamber_of(e))) {
+      least = membrane_.element_id[e];
+      found = e;
+    }
+  }
+  PetscInt first = least;
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, membrane_.comm());
+  if (first == none) {
+    return "";
+  }
+  std::array<double, 4> place{0, 0, 0, 0};  // centroid, and chamber: of the rank that has it
+  if (least == first) {
+    const auto& [a, b, c] = membrane_.triangles[found];
+    const Eigen::Vector3d x = (state.position.vector(a) + state.position.vector(b) + state.position.vector(c)) / 3;
+    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
+  }
+  MPI_Allreduce(MPI_IN_PLACE, place.data(), 4, MPI_DOUBLE, MPI_SUM, membrane_.comm());
+  char text[160];
+  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has burnt through",
+                static_cast<int>(first), place[0], place[1], place[2]);
+  return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
 }
 
 void Inflate::set_pressures(BalloonState& state) const {

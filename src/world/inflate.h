@@ -9,16 +9,24 @@
 #include "equilibrium/implicit_step.h"
 #include "prism/volume_preservation.h"
 #include "world/balloon_state.h"
+#include "world/burning.h"
 #include "world/options.h"
 
 namespace pellicle {
 
 /// How a step of the balloon went.
 struct InflateStep : ImplicitResult {
+  int heat_iterations = 0;
   double step_error = 0;  ///< |x - x^n - h v^n| / 2 at most, over the square root of the wall's area
 };
 
-/// The chain of the balloon paper (Algorithm 1): gas and implicit step, volume preservation, velocities.
+/// Gives the membrane of a balloon that burns what that takes (set_burnable): the masses of its wall. Leaves others as
+/// they are. To be called before its Inflate is made. Collective.
+/// @throws Error as Inflate does
+void make_burnable(Membrane& membrane, const Options& options);
+
+/// The chain of the balloon paper (Algorithm 1): gas and implicit step, volume preservation, velocities. Where the wall
+/// burns (balloon_burns) heat, combustion and ablation come before.
 class Inflate {
  public:
   /// Builds the wall, its gas and what holds it. Membrane, options and clock must outlive it. Collective.
@@ -32,7 +40,21 @@ class Inflate {
   InflateStep advance(BalloonState& state, double h);
 
   /// Forgets what solvers know of the steps so far: the next step is the same as that of a new chain. Collective.
-  void forget() { make_solvers(); }
+  void forget(const BalloonState& state) {
+    make_solvers();
+    take_over(state);
+  }
+
+  /// Makes what follows from the other fields of a state that `advance` has not left so. Collective.
+  void follow(BalloonState& state);
+
+  /// Where a chamber that needs a closed wall has a hole: chamber, element, place, in words and the same on all ranks.
+  /// Empty: nowhere. Collective.
+  std::string hole(const BalloonState& state) const;
+
+  bool burns() const { return burning_.has_value(); }
+  double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]
+  double loss_mass() const { return options_.ablation.loss_mass; }  ///< m^loss as a share of m^init
 
   /// The gas of a chamber at the state's time, with its present pressure. @param volume as Chambers::volumes gives it
   GasState gas(int chamber, double volume, const BalloonState& state) const;
@@ -42,10 +64,12 @@ class Inflate {
   const std::vector<double>& mass() const { return mass_; }
 
   /// The names of the stages, for the clock.
-  static const std::vector<std::string>& stage_names();
+  static const std::vector<std::string>& stage_names(bool burns = false);
 
  private:
   void make_solvers();
+  StageResult burn(BalloonState& state, double h);
+  void take_over(const BalloonState& state);
   /// What the gas has at the state's positions and time; prescribed volumes keep their multipliers. Collective.
   void set_pressures(BalloonState& state) const;
 
@@ -53,7 +77,7 @@ class Inflate {
   const Options& options_;
   StageClock& clock_;
   Wall wall_;
-  std::vector<double> mass_;  ///< of the owned vertices [kg]
+  std::vector<double> mass_;  ///< of the owned vertices at present [kg]
   PrismElements elements_;
   Pins pins_;
   Constraints constraints_;
@@ -61,6 +85,9 @@ class Inflate {
   PointLoads loads_;
   std::optional<ImplicitStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
+  std::optional<Burning> burning_;                           ///< if the wall burns
+  std::unique_ptr<Potential> hold_;                          ///< likewise: of the vertices that have left
+  double h_ = 0;                                             ///< length of the step [s]
   Field start_;                                              ///< positions at the beginning of the step
 };
 

@@ -5,7 +5,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "prism/wall_stress.h"
+#include "ablation/ablation.h"
+#include "ablation/cut_surface.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/membrane_geometry.h"
@@ -19,20 +20,36 @@ namespace {
 std::string balloon_mesh(const ObjectOutput& output) { return output.group("balloon") + "/mesh"; }
 std::string balloon_state(const ObjectOutput& output) { return output.group("balloon") + "/state"; }
 
+Membrane burnable(Membrane membrane, const Options& options) {
+  make_burnable(membrane, options);
+  return membrane;
+}
+
+/// m/m^init of the local vertices.
+std::vector<double> mass_ratios(const Membrane& membrane, const Field& mass) {
+  std::vector<double> ratio;
+  for (std::size_t i = 0; i < membrane.initial_mass.size(); ++i) {
+    ratio.push_back(mass.data()[i] / membrane.initial_mass[i]);
+  }
+  return ratio;
+}
+
 }  // namespace
 
 InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOutput& output)
-    : membrane_(std::make_unique<Membrane>(std::move(membrane))),
+    : membrane_(std::make_unique<Membrane>(burnable(std::move(membrane), options))),
       output_(output),
       inflate_(*membrane_, options, output.clock),
       state_(inflate_.initial_state()),
       kept_(*membrane_, inflate_.chambers().count()),
-      surface_(drawing_of(*membrane_)) {}
+      surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {}
 
 InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
     : InflateRun(make_membrane(checkpoint.comm(), read_mesh(checkpoint, balloon_mesh(output)), options.sheet).membrane,
                  options, output) {
   read_fields(checkpoint, balloon_state(output), state_, membrane_->persistent_id, membrane_->element_id);
+  inflate_.follow(state_);
+  find_end();
 }
 
 StepResult InflateRun::advance(double h) {
@@ -42,14 +59,19 @@ StepResult InflateRun::advance(double h) {
   result.reason = last_.reason;
   if (result.converged) {
     const auto vertices = static_cast<std::size_t>(membrane_->particles.local());
-    result.reason = non_finite(
-        membrane_->comm(), {{"position", state_.position.data(), 3 * vertices},
-                            {"velocity", state_.velocity.data(), 3 * vertices},
-                            {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
-                            {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}});
+    std::vector<NamedValues> watched{
+        {"position", state_.position.data(), 3 * vertices},
+        {"velocity", state_.velocity.data(), 3 * vertices},
+        {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
+        {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}};
+    if (state_.burning) {
+      watched.push_back({"temperature", state_.burning->temperature.data(), vertices});
+      watched.push_back({"mass", state_.burning->mass.data(), vertices});
+    }
+    result.reason = non_finite(membrane_->comm(), watched);
     result.converged = result.reason.empty();
   }
-  result.iterations = last_.linear_iterations;
+  result.iterations = last_.linear_iterations + last_.heat_iterations;
   result.step_error = last_.step_error;
   if (state_.pressure.size() > 0) {
     char figures[40];
@@ -61,20 +83,36 @@ StepResult InflateRun::advance(double h) {
 
 void InflateRun::keep() { kept_ = state_; }
 
-void InflateRun::restore() { state_ = kept_; }
+void InflateRun::restore() {
+  state_ = kept_;
+  inflate_.follow(state_);
+}
+
+void InflateRun::accept(double time) {
+  state_.time = time;
+  find_end();
+}
+
+void InflateRun::find_end() {
+  if (state_.burning) {
+    ended_ = state_.burning->pieces.present.empty() ? "the wall has burnt away" : inflate_.hole(state_);
+  }
+}
 
 void InflateRun::draw(const FrameSink& write) {
   const auto timer = output_.clock.time("output");
-  const Wall& wall = inflate_.elements().wall();
+  const PrismElements& wall = inflate_.elements();
   const std::size_t elements = membrane_->triangles.size();
   std::vector<double> thickness(elements);
   std::vector<double> stretch(2 * elements);
   std::vector<double> stress(2 * elements);
   for (std::size_t e = 0; e < elements; ++e) {
+    if (wall.stiffness(e) == 0) {
+      continue;
+    }
     const auto [e12, e13] = edges_of(state_.position.data(), membrane_->triangles[e]);
-    thickness[e] = wall.thickness[e] * state_.thickness_ratio[e];
-    const PrincipalState principal =
-        principal_state(wall.material_of(e), wall.rule, wall.rest[e], e12, e13, state_.thickness_ratio[e]);
+    thickness[e] = wall.wall().thickness[e] * state_.thickness_ratio[e];
+    const PrincipalState principal = wall.principal(e, e12, e13, state_.thickness_ratio[e]);
     Eigen::Map<Eigen::Vector2d>(stretch.data() + 2 * e) = principal.stretch;
     Eigen::Map<Eigen::Vector2d>(stress.data() + 2 * e) = principal.stress;
   }
@@ -88,7 +126,26 @@ void InflateRun::draw(const FrameSink& write) {
   frame.cell_fields.insert(
       frame.cell_fields.end(),
       {{"thickness", 1, thickness.data()}, {"stretch", 2, stretch.data()}, {"stress", 2, stress.data()}});
-  write(frame);
+  if (state_.burning) {
+    draw_burnt(frame, write);
+  } else {
+    write(frame);
+  }
+}
+
+void InflateRun::draw_burnt(Frame& frame, const FrameSink& write) {
+  const BurningFields& fields = *state_.burning;
+  surface_ = drawing_of(
+      *membrane_, cut_surface(*membrane_, fields.living, level_set(*membrane_, fields.mass, inflate_.loss_mass())));
+  const std::vector<double> mass_ratio = mass_ratios(*membrane_, fields.mass);
+  frame.particle_fields.push_back({"mass_ratio", 1, mass_ratio.data()});
+  const std::vector<double> masses = piece_masses(fields.pieces, *membrane_, fields.mass);
+  const PieceFields pieces(*membrane_, fields.pieces, masses);
+  const std::vector<DrawnField> of_pieces = pieces.drawn();
+  frame.cell_fields.insert(frame.cell_fields.end(), of_pieces.begin(), of_pieces.end());
+  if (write(frame)) {
+    ledger().add(state_.time, state_.step, fields.pieces, masses);
+  }
 }
 
 void InflateRun::save(Hdf5File& checkpoint) const {
@@ -106,11 +163,13 @@ void InflateRun::resume_output(const Hdf5File& checkpoint) {
   ledger_->go_on_from(state_);
 }
 
-void InflateRun::record(double h, int retries) {
+BalloonLedger& InflateRun::ledger() {
   if (ledger_ == nullptr) {
     ledger_ = std::make_unique<BalloonLedger>(output_, inflate_);
   }
-  ledger_->add(state_, last_, h, retries);
+  return *ledger_;
 }
+
+void InflateRun::record(double h, int retries) { ledger().add(state_, last_, h, retries); }
 
 }  // namespace pellicle

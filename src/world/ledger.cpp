@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "heat/heat_balance.h"
-
 namespace pellicle {
 
 std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour) {
@@ -22,26 +20,16 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
 
 Ledger::Ledger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed)
     : comm_(output.folder.comm()), options_(options), clock_(output.clock) {
-  std::vector<History::Column> columns{{"time", "s"},
-                                       {"step", ""},
-                                       {"time_step", "s"},
-                                       {"retries", ""},
-                                       {"mass_left", "kg"},
-                                       {"mass_burnt", "kg"},
-                                       {"pieces", ""},
-                                       {"heat_content", "J"},
-                                       {"heat_in", "J"},
-                                       {"heat_out", "J"},
-                                       {"heat_made", "J"},
-                                       {"temperature_max", "K"},
-                                       {"kinetic_energy", "J"},
-                                       {"momentum_x", "kg m/s"},
-                                       {"momentum_y", "kg m/s"},
-                                       {"momentum_z", "kg m/s"},
-                                       {"constraint_error", "m"},
-                                       {"contacts", ""},
-                                       {"heat_iterations", ""},
-                                       {"projection_iterations", ""}};
+  std::vector<History::Column> columns{{"time", "s"}, {"step", ""}, {"time_step", "s"}, {"retries", ""}};
+  columns.insert(columns.end(), burning_columns().begin(), burning_columns().end());
+  columns.insert(columns.end(), {{"kinetic_energy", "J"},
+                                 {"momentum_x", "kg m/s"},
+                                 {"momentum_y", "kg m/s"},
+                                 {"momentum_z", "kg m/s"},
+                                 {"constraint_error", "m"},
+                                 {"contacts", ""},
+                                 {"heat_iterations", ""},
+                                 {"projection_iterations", ""}});
   for (const char* colour : colour_names) {
     columns.push_back({std::string("strain_max_") + colour, ""});
     columns.push_back({std::string("strain_rms_") + colour, ""});
@@ -52,10 +40,7 @@ Ledger::Ledger(const ObjectOutput& output, const Options& options, const Hdf5Fil
     columns.push_back({name, "s"});
   }
   history_ = std::make_unique<History>(output.folder, output.table("history"), columns, resumed);
-  pieces_ = std::make_unique<History>(
-      output.folder, output.table("pieces"),
-      std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}},
-      resumed);
+  pieces_ = std::make_unique<PieceTable>(output, resumed);
   if (options.project.monitor) {
     projection_ = std::make_unique<History>(output.folder, output.table("projection"),
                                             std::vector<History::Column>{{"time", "s"},
@@ -72,22 +57,16 @@ Ledger::Ledger(const ObjectOutput& output, const Options& options, const Hdf5Fil
 }
 
 void Ledger::save(Hdf5File& checkpoint) const {
-  for (const auto* table : {&history_, &pieces_, &projection_}) {
-    if (*table != nullptr) {
-      (*table)->save(checkpoint);
-    }
+  history_->save(checkpoint);
+  pieces_->save(checkpoint);
+  if (projection_ != nullptr) {
+    projection_->save(checkpoint);
   }
 }
 
 void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries) {
   // Sums over the owned particles and springs, then over the ranks.
   enum Sum {
-    mass,
-    burnt,
-    heat,
-    heat_in,
-    heat_out,
-    heat_made,
     kinetic,
     momentum,
     contacts = momentum + 3,
@@ -96,22 +75,13 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
     count = springs + 4
   };
   std::array<double, count> sums{};
-  std::array<double, 5> maxima{};  // strain of each colour, temperature
+  std::array<double, 4> maxima{};  // strain of each colour
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     const double m = state.mass.values()(0, i);
     const Eigen::Vector3d v = state.velocity.vector(i);
-    sums[mass] += m;
     sums[kinetic] += m * v.squaredNorm() / 2;
     Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
-    if (m > 0) {
-      maxima[4] = std::max(maxima[4], state.temperature.values()(0, i));
-    }
   }
-  sums[burnt] = state.mass_burnt;
-  sums[heat] = heat_content(sheet, state.mass, state.temperature, options_.heat.capacity);
-  sums[heat_in] = state.heat_in;
-  sums[heat_out] = state.heat_out;
-  sums[heat_made] = state.heat_made;
   sums[contacts] = static_cast<double>(step.contacts);
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
@@ -124,28 +94,14 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 5, MPI_DOUBLE, MPI_MAX, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 4, MPI_DOUBLE, MPI_MAX, comm_);
 
-  std::vector<double> row{state.time,
-                          static_cast<double>(state.step),
-                          h,
-                          static_cast<double>(retries),
-                          sums[mass],
-                          sums[burnt],
-                          static_cast<double>(state.pieces.present.size()),
-                          sums[heat],
-                          sums[heat_in],
-                          sums[heat_out],
-                          sums[heat_made],
-                          maxima[4],
-                          sums[kinetic],
-                          sums[momentum],
-                          sums[momentum + 1],
-                          sums[momentum + 2],
-                          step.constraint_error,
-                          sums[contacts],
-                          static_cast<double>(step.heat_iterations),
-                          static_cast<double>(step.dynamics_iterations)};
+  std::vector<double> row{state.time, static_cast<double>(state.step), h, static_cast<double>(retries)};
+  const std::vector<double> burning = burning_row(sheet, state, options_.heat.capacity);
+  row.insert(row.end(), burning.begin(), burning.end());
+  row.insert(row.end(), {sums[kinetic], sums[momentum], sums[momentum + 1], sums[momentum + 2], step.constraint_error,
+                         sums[contacts], static_cast<double>(step.heat_iterations),
+                         static_cast<double>(step.dynamics_iterations)});
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     row.push_back(maxima[index]);
@@ -155,13 +111,6 @@ void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, d
     row.push_back(stage.lap_seconds);
   }
   history_->add(row);
-}
-
-void Ledger::add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
-  for (std::size_t i = 0; i < masses.size(); ++i) {
-    pieces_->add(
-        {time, static_cast<double>(step), static_cast<double>(pieces.present[i]), pieces.birth_time[i], masses[i]});
-  }
 }
 
 void Ledger::add(double time, int step, const std::vector<ProjectionError>& errors) {

@@ -7,6 +7,7 @@
 #include "base/stage_clock.h"
 #include "io/history.h"
 #include "world/burn.h"
+#include "world/burning_output.h"
 #include "world/object.h"
 
 namespace pellicle {
@@ -29,7 +30,9 @@ class Ledger {
 
   /// A row of pieces.csv for each piece. Collective.
   /// @param masses of the present pieces [kg]
-  void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses);
+  void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
+    pieces_->add(time, step, pieces, masses);
+  }
 
   /// Collective.
   void add(double time, int step, const std::vector<ProjectionError>& errors);
@@ -39,7 +42,7 @@ class Ledger {
   const Options& options_;
   const StageClock& clock_;
   std::unique_ptr<History> history_;
-  std::unique_ptr<History> pieces_;
+  std::unique_ptr<PieceTable> pieces_;
   std::unique_ptr<History> projection_;
 };
 

@@ -146,7 +146,7 @@ std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain) {
   return lines;
 }
 
-std::string partition_line(const PointSet& points) {
+std::string partition_line(const Surface& points) {
   int ranks = 1;
   MPI_Comm_size(points.comm(), &ranks);
   char text[120];

@@ -7,7 +7,7 @@
 
 #include "meshing/checked_mesh.h"
 #include "surface/mesh_rows.h"
-#include "surface/point_set.h"
+#include "surface/surface.h"
 #include "world/options.h"
 
 namespace pellicle {
@@ -45,6 +45,6 @@ void require_fit(const CheckedMesh& checked, const Options& options);
 std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain);
 
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"
-std::string partition_line(const PointSet& points);
+std::string partition_line(const Surface& points);
 
 }  // namespace pellicle

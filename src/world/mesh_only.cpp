@@ -100,12 +100,12 @@ struct MeshOfObject {
 };
 
 /// Tells of a distributed mesh and writes it as an object of a frame. Collective.
-template <class Mesh, std::size_t corners>
-void write_frame(const Mesh& mesh, const std::vector<std::array<PetscInt, corners>>& cells, PetscInt owned,
-                 const Drawing& surface, FrameWriter& writer, std::size_t object, const std::string& heading,
-                 Console& console) {
+template <std::size_t corners>
+void write_frame(const Surface& mesh, const std::vector<std::array<PetscInt, corners>>& cells, FrameWriter& writer,
+                 std::size_t object, const std::string& heading, Console& console) {
+  const Drawing surface = drawing_of(mesh, whole_surface(mesh));
   const Quality quality = quality_of(mesh.rest, cells);
-  console.say(heading + quality_line(mesh.comm(), quality, owned));
+  console.say(heading + quality_line(mesh.comm(), quality, mesh.elements.owned));
   console.say(heading + partition_line(mesh));
   Frame frame;
   frame.surface = &surface;
@@ -157,14 +157,11 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
     }
     if (loaded.rows.corners == 4) {
       const Sheet sheet = make_sheet(comm, std::move(loaded.rows), options);
-      const std::vector<double> level(sheet.persistent_id.size(), 1);  // Nothing has burnt.
-      const Drawing surface = drawing_of(sheet, cut_surface(sheet, Living(sheet), level));
-      write_frame(sheet, sheet.cells, sheet.owned_cells, surface, writer, i, heading, console);
+      write_frame(sheet, sheet.cells, writer, i, heading, console);
       rows.push_back(rows_of_mesh(sheet));
     } else {
       const Membrane membrane = make_membrane(comm, std::move(loaded.rows), options).membrane;
-      write_frame(membrane, membrane.triangles, membrane.elements.owned, drawing_of(membrane), writer, i, heading,
-                  console);
+      write_frame(membrane, membrane.triangles, writer, i, heading, console);
       rows.push_back(rows_of(membrane, {}, {}));
     }
   }

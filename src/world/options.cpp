@@ -37,15 +37,31 @@ void describe(OptionTable& table, ForceOptions& options) {
       .source("README: parameters");
 }
 
+bool balloon_burns(const Options& options) {
+  const HeatOptions& heat = options.heat;
+  return options.chain == ChainKind::inflate &&
+         (!heat.sources.empty() || heat.convection > 0 || heat.emissivity > 0 || options.ablation.strength ||
+          heat.initial_temperature > options.combustion.ignition_temperature);
+}
+
 namespace {
 
-/// A sheet that burns: its options have no effect on a balloon.
+/// A sheet: its options have no effect on a balloon.
 void describe_sheet(OptionTable& table, Options& options) {
   table.add("dynamics", options.dynamics)
       .help(
           "what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
           "baseline)")
       .source("burning paper, section 7 and Fig. 7");
+  table.add_solver_settings([&] {
+    const Condition projection = one_of("dynamics", options.dynamics, {Dynamics::projection});
+    table.add_under(projection, [&] { describe(table, options.project); });
+    table.add_under(one_of("dynamics", options.dynamics, {Dynamics::spring}), [&] { describe(table, options.spring); });
+  });
+}
+
+/// Heat and fire, on sheets and on balloons.
+void describe_burning(OptionTable& table, Options& options) {
   describe(table, options.heat);
   describe(table, options.combustion);
   describe(table, options.ablation);
@@ -53,10 +69,6 @@ void describe_sheet(OptionTable& table, Options& options) {
   for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
     table.find_key(std::string("ablation.") + name)->acts_with(projection);
   }
-  table.add_solver_settings([&] {
-    table.add_under(projection, [&] { describe(table, options.project); });
-    table.add_under(one_of("dynamics", options.dynamics, {Dynamics::spring}), [&] { describe(table, options.spring); });
-  });
 }
 
 /// A balloon, or a part of one: its options have no effect on a burning sheet.
@@ -123,6 +135,11 @@ void describe(OptionTable& table, Options& options) {
     describe(table, options.time);
   });
   table.add_under(burns, [&] { describe_sheet(table, options); });
+  table.add_under(
+      {"chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, or "
+       "heat.initial_temperature above combustion.ignition_temperature",
+       [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }},
+      [&] { describe_burning(table, options); });
   table.add_of_run([&] { describe(table, options.force); });
   table.add_under(inflates, [&] { describe_balloon(table, options); });
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
@@ -140,9 +157,12 @@ void describe(OptionTable& table, Options& options) {
             "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
             "compares the fields; 0: an ordinary run");
   });
-  for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs"}) {
+  // A balloon has one layer of particles, and is not numbered anew: what has died stays where it is.
+  for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
+                          "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {
     table.find_key(key)->acts_with(burns);
   }
+  table.find_key("combustion.char_stiffness")->acts_with(inflates);
   table.find_key("time.tolerance")->acts_with(inflates);
   table.find_key("sheet.imbalance_limit")->acts_with(burns);
   for (const char* key : {"sheet.imbalance_limit", "ablation.compact_fraction"}) {

@@ -107,5 +107,7 @@ struct ObjectOptions {
   Options options;
   OptionTable table;
 };
+/// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
+bool balloon_burns(const Options& options);
 
 }  // namespace pellicle

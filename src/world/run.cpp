@@ -111,7 +111,8 @@ class Run {
       const bool burns = object.options.chain == ChainKind::burn;
       World::Member& member = members.emplace_back();
       member.name = object.name;
-      member.clock = std::make_unique<StageClock>(burns ? Burn::stage_names() : Inflate::stage_names());
+      member.clock = std::make_unique<StageClock>(burns ? Burn::stage_names()
+                                                        : Inflate::stage_names(balloon_burns(object.options)));
       const ObjectOutput output{folder, console_, *member.clock, object.name};
       member.object = about_object(output.heading(), [&] {
         return checkpoint == nullptr ? object_from_mesh(object.options, output)

@@ -5,7 +5,8 @@
 
 namespace pellicle {
 
-std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file) {
+std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file,
+                                     const std::vector<double>& range) {
   if (file.empty()) {
     return {};
   }
@@ -18,7 +19,7 @@ std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::stri
   }
   std::vector<double> values;
   for (Eigen::Index i = 0; i < uv.cols(); ++i) {
-    values.push_back(texture->second.sample(uv(0, i), uv(1, i)));
+    values.push_back(range[0] + (range[1] - range[0]) * texture->second.sample(uv(0, i), uv(1, i)));
   }
   return values;
 }

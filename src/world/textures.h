@@ -17,11 +17,13 @@ class Textures {
  public:
   explicit Textures(MPI_Comm comm) : comm_(comm) {}
 
-  /// The brightness of a PNG, 0 to 1, at texture coordinates; empty when `file` is. Collective.
+  /// What the brightness of a PNG gives at texture coordinates; empty when `file` is. Collective.
   /// @param uv of this rank's items, (2 x items), or no columns where the mesh has none
   /// @param key of the option that names the file
+  /// @param range where the picture is black and where it is white
   /// @throws Error, on all ranks, if the file cannot be read, or if the mesh has no texture coordinates
-  std::vector<double> values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file);
+  std::vector<double> values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file,
+                             const std::vector<double>& range = {0, 1});
 
  private:
   MPI_Comm comm_;

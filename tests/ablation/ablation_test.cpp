@@ -105,7 +105,7 @@ std::vector<PetscInt> ids_of(const Sheet& sheet, const std::vector<PetscInt>& pa
 
 std::vector<PetscInt> empty_ids(const Sheet& sheet, const Living& living) {
   const std::vector<bool> empty = empty_cells(sheet, living);
-  EXPECT_EQ(static_cast<PetscInt>(empty.size()), sheet.owned_cells);
+  EXPECT_EQ(static_cast<PetscInt>(empty.size()), sheet.elements.owned);
   std::vector<PetscInt> lattice;
   for (std::size_t c = 0; c < empty.size(); ++c) {
     if (empty[c]) {

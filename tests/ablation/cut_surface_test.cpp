@@ -63,7 +63,7 @@ struct Gathered {
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       Triangle triangle{};
       triangle.cell =
-          sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(surface.cells[t])])];
+          sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(surface.elements[t])])];
       for (std::size_t i = 0; i < 3; ++i) {
         triangle.points[i] = surface.points[static_cast<std::size_t>(surface.triangles[t][i])].id;
       }
@@ -119,16 +119,16 @@ std::set<std::int64_t> particles_of(std::int64_t id, const Sheet& sheet) {
 TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
   const Sheet sheet = shell_of(grid_mesh(7, 5, 1.0));
   const DrawnSurface surface = cut_surface(sheet, Living(sheet), unburnt(sheet));
-  ASSERT_EQ(surface.triangles.size(), 4 * static_cast<std::size_t>(sheet.owned_cells));
+  ASSERT_EQ(surface.triangles.size(), 4 * static_cast<std::size_t>(sheet.elements.owned));
   std::vector<PetscInt> corners;  // of the rank's own cells, in the order in which they are first used
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.owned_cells); ++cell) {
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
     for (const PetscInt corner : sheet.cells[cell]) {
       if (std::find(corners.begin(), corners.end(), corner) == corners.end()) {
         corners.push_back(corner);
       }
     }
   }
-  ASSERT_EQ(surface.points.size(), corners.size() + static_cast<std::size_t>(sheet.owned_cells));
+  ASSERT_EQ(surface.points.size(), corners.size() + static_cast<std::size_t>(sheet.elements.owned));
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const DrawnPoint& point = surface.points[i];
     EXPECT_EQ(point.particles[0], corners[i]);
@@ -136,7 +136,7 @@ TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
     EXPECT_EQ(point.id, sheet.persistent_id[static_cast<std::size_t>(corners[i])]);
     EXPECT_EQ(point.centre_share, 0);
   }
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.owned_cells); ++cell) {
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
     const std::size_t centre = corners.size() + cell;
     const DrawnPoint& point = surface.points[centre];
     EXPECT_EQ(point.particles, sheet.cells[cell]);
@@ -150,7 +150,7 @@ TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
       EXPECT_EQ(corners[static_cast<std::size_t>(a)], sheet.cells[cell][k]);
       EXPECT_EQ(corners[static_cast<std::size_t>(b)], sheet.cells[cell][(k + 1) % 4]);
       EXPECT_EQ(c, static_cast<PetscInt>(centre));
-      EXPECT_EQ(surface.cells[4 * cell + k], static_cast<PetscInt>(cell));
+      EXPECT_EQ(surface.elements[4 * cell + k], static_cast<PetscInt>(cell));
     }
   }
 }
@@ -222,7 +222,7 @@ TEST(CutSurface, DeadTrianglesAreNotDrawn) {
   }
   const DrawnSurface surface = cut_surface(sheet, living, unburnt(sheet));
   std::set<std::array<PetscInt, 3>> expected;
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.owned_cells); ++cell) {
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
     for (std::size_t k = 0; k < 4; ++k) {
       if (id_of_triangle(sheet, 4 * cell + k) % 3 != 0) {
         expected.insert({sheet.cells[cell][k], sheet.cells[cell][(k + 1) % 4], sheet.lattice[cell]});
@@ -244,7 +244,7 @@ TEST(CutSurface, DeadTrianglesAreNotDrawn) {
 // A corner whose owner draws nothing at it is another rank's to count: all but one triangle are gone, in turn.
 TEST(CutSurface, PointsAreCountedOnceWhateverIsLeft) {
   const Sheet sheet = shell_of(grid_mesh(4, 3, 1.0));
-  for (PetscInt left = 0; left < 4 * sheet.global_cells; ++left) {
+  for (PetscInt left = 0; left < 4 * sheet.elements.global; ++left) {
     Living living(sheet);
     for (std::size_t t = 0; t < living.triangles.size(); ++t) {
       living.triangles[t] = id_of_triangle(sheet, t) == left;
@@ -261,7 +261,7 @@ TEST(CutSurface, PointsAreCountedOnceWhateverIsLeft) {
 TEST(CutSurface, NothingLeftIsNothingDrawn) {
   const Sheet sheet = shell_of(grid_mesh(4, 3, 1.0));
   const DrawnSurface burnt = cut_surface(sheet, Living(sheet), std::vector<double>(sheet.persistent_id.size(), -0.1));
-  EXPECT_TRUE(burnt.points.empty() && burnt.triangles.empty() && burnt.cells.empty());
+  EXPECT_TRUE(burnt.points.empty() && burnt.triangles.empty() && burnt.elements.empty());
 }
 
 TEST(CutSurface, AreaBurntByACircularFrontIsThatOfTheCircle) {

@@ -61,7 +61,7 @@ struct BurntSheet {
         return x;
       };
       const double area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-      sum += area * density[static_cast<std::size_t>(surface.cells[t])];
+      sum += area * density[static_cast<std::size_t>(surface.elements[t])];
     }
     return sum_over_ranks(sum);
   }
@@ -79,7 +79,7 @@ TEST(DrawnShares, of_an_unburnt_sheet_are_its_density) {
   const std::vector<double> density =
       DrawnShares(flat.sheet, flat.living, flat.surface, flat.positions).density(flat.mass);
   for (std::size_t cell = 0; cell < density.size(); ++cell) {
-    EXPECT_NEAR(density[cell], cell < static_cast<std::size_t>(flat.sheet.owned_cells) ? test_density : 0, 1e-15);
+    EXPECT_NEAR(density[cell], cell < static_cast<std::size_t>(flat.sheet.elements.owned) ? test_density : 0, 1e-15);
   }
 }
 

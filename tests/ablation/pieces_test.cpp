@@ -182,7 +182,7 @@ class ScatteredFire {
     using Triangles = std::array<bool, 4>;
     std::vector<PetscInt> piece(pieces_.of_particle);
     piece.resize(static_cast<std::size_t>(sheet_->particles.owned));
-    std::vector<Triangles> triangles(static_cast<std::size_t>(sheet_->owned_cells));
+    std::vector<Triangles> triangles(static_cast<std::size_t>(sheet_->elements.owned));
     auto lives = living_.triangles.cbegin();
     for (Triangles& of_cell : triangles) {
       std::copy_n(lives, 4, of_cell.begin());
@@ -284,7 +284,7 @@ TEST(Pieces, DoNotDependOnCompaction) {
       }
       expect_same_pieces(fire, alone);
     }
-    EXPECT_LT(fire.sheet().global_cells, 3 * 16 * 12 / 4);
+    EXPECT_LT(fire.sheet().elements.global, 3 * 16 * 12 / 4);
     EXPECT_FALSE(fire.pieces().present.empty());
   }
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <set>
 
+#include "meshing/closed_shapes.h"
 #include "meshing/readers.h"
 #include "tests/heat/sheets.h"
 
@@ -201,6 +202,28 @@ TEST(CombustionReference, target_lengths_match) {
       EXPECT_NEAR(lengths[c][s], by_ends.at({std::min(a, b), std::max(a, b)}), 1e-14);
     }
   }
+}
+
+// Eq. 4 at a uniform temperature: dm = -mu h m^init (T - T^ignition), down to m^min.
+TEST(CombustionOfAMembrane, MassIsLostAsOnASheet) {
+  const Membrane membrane = membrane_of(icosphere_mesh(2, 0.1));
+  CombustionOptions options;
+  options.mass_loss_rate = 0.01;
+  options.min_mass = 0.4;
+  const Field temperature = field_of(membrane, [&](const Eigen::Vector3d&) { return 600.0; });
+  Field mass = initial_masses(membrane);
+  Field change(membrane.particles, 1);
+  double lost = 0;
+  for (int step = 1; step <= 10; ++step) {
+    lost += sum_over_ranks(burn(mass, change, membrane, {temperature, {}, 0.1}, options));
+    const double left = std::max(0.4, 1 - 0.1 * step);
+    for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
+      const double initial = membrane.initial_mass[static_cast<std::size_t>(i)];
+      EXPECT_NEAR(mass.data()[i], left * initial, 1e-14 * initial);
+    }
+  }
+  const double whole = sum_over_ranks(initial_masses(membrane).values().leftCols(membrane.particles.owned).sum());
+  EXPECT_NEAR(lost, 0.6 * whole, 1e-13 * whole);
 }
 
 }  // namespace

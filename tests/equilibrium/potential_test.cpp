@@ -28,7 +28,7 @@ using Pairs = std::vector<std::array<PetscInt, 2>>;
 /// sum k/2 (|x_a - x_b| - L)^2 over pairs of vertices, given by persistent ids.
 class Springs : public Potential {
  public:
-  explicit Springs(const PointSet& points)
+  explicit Springs(const Surface& points)
       : vertices_(points.particles), global_of_id_(static_cast<std::size_t>(vertices_.global), 0) {
     for (PetscInt i = 0; i < vertices_.owned; ++i) {
       const PetscInt id = points.persistent_id[static_cast<std::size_t>(i)];

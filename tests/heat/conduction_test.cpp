@@ -213,7 +213,7 @@ TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
   sheet_options.areal_density = test_density;
   const Sheet whole = make_sheet(PETSC_COMM_SELF, mesh, sheet_options);
   Sheet part = make_sheet(PETSC_COMM_WORLD, part_of(mesh, is_kept), sheet_options);
-  ASSERT_LT(part.global_cells, 75);
+  ASSERT_LT(part.elements.global, 75);
   std::vector<Eigen::Index> in_whole;
   for (PetscInt i = 0; i < part.particles.local(); ++i) {
     Eigen::Index nearest = 0;

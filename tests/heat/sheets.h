@@ -1,11 +1,16 @@
 #pragma once
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cstdlib>
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "parallel/field.h"
 #include "surface/living.h"
+#include "surface/membrane_geometry.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 
@@ -30,9 +35,21 @@ inline double max_over_ranks(double value) {
   return value;
 }
 
-inline Field rest_positions(const Sheet& sheet) {
-  Field positions(sheet.particles, 3);
-  positions.values() = sheet.rest;
+/// A membrane of this areal density that can burn. Collective.
+inline Membrane membrane_of(const SurfaceMesh& mesh, double density = test_density) {
+  Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());
+  std::vector<double> mass;
+  for (const std::array<PetscInt, 3>& triangle : membrane.triangles) {
+    const auto [e12, e13] = edges_of(membrane.rest.data(), triangle);
+    mass.push_back(density * e12.cross(e13).norm() / 2);
+  }
+  set_burnable(membrane, std::move(mass));
+  return membrane;
+}
+
+inline Field rest_positions(const Surface& surface) {
+  Field positions(surface.particles, 3);
+  positions.values() = surface.rest;
   return positions;
 }
 
@@ -43,17 +60,17 @@ inline Field flat_positions(const Sheet& sheet) {
   return positions;
 }
 
-inline Field initial_masses(const Sheet& sheet) {
-  Field mass(sheet.particles, 1);
-  mass.values() = Eigen::Map<const Eigen::RowVectorXd>(sheet.initial_mass.data(), mass.values().cols());
+inline Field initial_masses(const Surface& surface) {
+  Field mass(surface.particles, 1);
+  mass.values() = Eigen::Map<const Eigen::RowVectorXd>(surface.initial_mass.data(), mass.values().cols());
   return mass;
 }
 
 /// A function of the rest position on the local particles.
-inline Field field_of(const Sheet& sheet, const std::function<double(const Eigen::Vector3d&)>& function) {
-  Field field(sheet.particles, 1);
-  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    field.data()[i] = function(sheet.rest.col(i));
+inline Field field_of(const Surface& surface, const std::function<double(const Eigen::Vector3d&)>& function) {
+  Field field(surface.particles, 1);
+  for (PetscInt i = 0; i < surface.particles.local(); ++i) {
+    field.data()[i] = function(surface.rest.col(i));
   }
   return field;
 }

@@ -91,7 +91,10 @@ vtkSmartPointer<vtkPolyData> read_frame(const std::string& path) {
 Membrane make_triangle_strip(PetscInt cells, int empty) {
   const Sheet strip = make_strip(MPI_COMM_WORLD, cells, empty);
   Membrane membrane;
-  static_cast<PointSet&>(membrane) = strip;
+  static_cast<Surface&>(membrane) = strip;
+  membrane.triangles_per_element = 1;
+  membrane.triangles.clear();
+  membrane.element_id.clear();
   for (std::size_t cell = 0; cell < strip.cells.size(); ++cell) {
     const auto& [a, b, c, d] = strip.cells[cell];
     const PetscInt id = strip.persistent_id[static_cast<std::size_t>(strip.lattice[cell])] - strip.first_lattice_id;
@@ -202,7 +205,7 @@ TEST_P(FrameWriterOnRanks, DrawsTheTrianglesOfAMembrane) {
     stress.insert(stress.end(), {1.0 * id, 2.0 * id});
   }
   Frame frame;
-  const Drawing surface = drawing_of(membrane);
+  const Drawing surface = drawing_of(membrane, whole_surface(membrane));
   frame.surface = &surface;
   frame.positions = membrane.rest.data();
   frame.particle_fields = {{"height", 1, height.data()}};
@@ -440,7 +443,7 @@ TEST(FrameWriter, CutPointHasTheWeightedMean) {
     cut.centre_share = 0.25;
     surface.points.assign(3, cut);
     surface.triangles.push_back({0, 1, 2});
-    surface.cells.push_back(0);
+    surface.elements.push_back(0);
   }
   Sheet seam = sheet;
   if (folder.rank() == 0) {  // Corner 0 lies beyond a seam, the centre on this side.

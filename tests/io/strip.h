@@ -6,9 +6,35 @@
 #include <vector>
 
 #include "surface/drawn_surface.h"
+#include "surface/membrane.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
+
+/// The whole of a membrane as it is drawn: the triangles of the rank's own elements, and their vertices.
+inline DrawnSurface whole_surface(const Membrane& membrane) {
+  DrawnSurface surface;
+  std::vector<PetscInt> number(membrane.persistent_id.size(), -1);
+  for (PetscInt element = 0; element < membrane.elements.owned; ++element) {
+    std::array<PetscInt, 3> triangle = membrane.triangles[static_cast<std::size_t>(element)];
+    for (PetscInt& corner : triangle) {
+      PetscInt& point = number[static_cast<std::size_t>(corner)];
+      if (point < 0) {
+        point = static_cast<PetscInt>(surface.points.size());
+        surface.points.push_back({{corner},
+                                  {1},
+                                  membrane.persistent_id[static_cast<std::size_t>(corner)],
+                                  corner < membrane.particles.owned,
+                                  0,
+                                  0});
+      }
+      corner = point;
+    }
+    surface.triangles.push_back(triangle);
+    surface.elements.push_back(element);
+  }
+  return surface;
+}
 
 /// The whole of a sheet as it is drawn: the corners of the rank's own cells, the virtual centres, four triangles a
 /// cell.
@@ -33,7 +59,7 @@ inline DrawnSurface whole_surface(const Sheet& sheet) {
       surface.triangles.push_back({number[static_cast<std::size_t>(sheet.cells[cell][k])],
                                    number[static_cast<std::size_t>(sheet.cells[cell][(k + 1) % 4])],
                                    number[static_cast<std::size_t>(sheet.lattice[cell])]});
-      surface.cells.push_back(static_cast<PetscInt>(cell));
+      surface.elements.push_back(static_cast<PetscInt>(cell));
     }
   }
   return surface;
@@ -67,7 +93,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   }
   Sheet sheet;
   sheet.particles.comm = comm;
-  sheet.global_cells = cells;
+  sheet.elements.global = cells;
   sheet.global_corners = 2 * (cells + 1);
   sheet.first_lattice_id = sheet.global_corners;
   const bool has_cells = end_cell > first_cell;
@@ -116,12 +142,13 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
     const std::array<PetscInt, 4> round{local(2 * cell), local(2 * cell + 2), local(2 * cell + 3), local(2 * cell + 1)};
     sheet.cells.push_back(round);
     sheet.lattice.push_back(local(sheet.global_corners + cell));
+    sheet.element_id.push_back(cell);
     sheet.of(Colour::red).ends.push_back({round[0], sheet.lattice.back()});
     sheet.of(Colour::blue).ends.push_back({round[0], round[1]});
   }
-  sheet.owned_cells = end_cell - first_cell;
+  sheet.elements.owned = end_cell - first_cell;
   for (const Colour colour : {Colour::red, Colour::blue}) {
-    sheet.of(colour).layout.owned = sheet.owned_cells;
+    sheet.of(colour).layout.owned = sheet.elements.owned;
   }
   return sheet;
 }

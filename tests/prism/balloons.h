@@ -46,6 +46,18 @@ struct Balloon {
     elements.update_thickness(x, thickness_ratio);
   }
 
+  /// Fire takes one element of seven away, and leaves the others softer and shorter by what their ids say.
+  void burn() {
+    std::vector<double> stiffness;
+    std::vector<double> length;
+    for (const PetscInt id : membrane.element_id) {
+      stiffness.push_back(id % 7 == 0 ? 0 : 0.6 + 0.4 * noise(id, 0, 5));
+      length.push_back(0.9 + 0.1 * noise(id, 1, 5));
+    }
+    elements.set_burnt(stiffness, length);
+    elements.update_thickness(x, thickness_ratio);
+  }
+
   /// A field of vectors of this length at most, by persistent id.
   Field random_field(double size, int seed) const {
     Field field(membrane.particles, 3);

@@ -15,9 +15,7 @@ class PrismElementsOf : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(all, PrismElementsOf, ::testing::Values("fixed", "incompressible", "plane_stress"),
                          [](const auto& info) { return info.param; });
 
-TEST_P(PrismElementsOf, force_is_minus_the_gradient_of_the_energy) {
-  Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam(), 6e5));
-  balloon.deform({1.3, 1.1, 0.9}, 0.02);
+void expect_force_of_the_energy(const Balloon& balloon) {
   for (const int seed : {2, 3}) {
     const Field w = balloon.random_field(1, seed);
     const PetscInt owned = balloon.membrane.particles.owned;
@@ -27,6 +25,39 @@ TEST_P(PrismElementsOf, force_is_minus_the_gradient_of_the_energy) {
         (balloon.energy(balloon.moved(w, step)) - balloon.energy(balloon.moved(w, -step))) / (2 * step);
     EXPECT_NEAR(slope, -work, 1e-6 * std::abs(work));
   }
+}
+
+TEST_P(PrismElementsOf, force_is_minus_the_gradient_of_the_energy) {
+  Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam(), 6e5));
+  balloon.deform({1.3, 1.1, 0.9}, 0.02);
+  expect_force_of_the_energy(balloon);
+}
+
+// Where elements have burnt, too, and wherever the vertices of those that are gone are.
+TEST_P(PrismElementsOf, burnt_elements_have_the_force_of_their_energy) {
+  Balloon balloon(PETSC_COMM_WORLD, 2, wall_options(GetParam(), 6e5));
+  balloon.deform({1.3, 1.1, 0.9}, 0.02);
+  const double whole = balloon.energy(balloon.x);
+  balloon.burn();
+  EXPECT_NE(balloon.energy(balloon.x), whole);
+  expect_force_of_the_energy(balloon);
+  balloon.elements.set_burnt({}, {});
+  EXPECT_NEAR(balloon.energy(balloon.x), whole, 1e-12 * whole);
+}
+
+// Half the stiffness is half the energy; without any an element may collapse.
+TEST_P(PrismElementsOf, stiffness_is_a_factor_on_the_energy) {
+  Balloon balloon(PETSC_COMM_WORLD, 1, wall_options(GetParam(), 6e5));
+  balloon.deform({1.3, 1.1, 0.9}, 0.02);
+  const double whole = balloon.energy(balloon.x);
+  const std::vector<double> one(balloon.membrane.triangles.size(), 1.0);
+  balloon.elements.set_burnt(std::vector<double>(one.size(), 0.5), one);
+  EXPECT_NEAR(balloon.energy(balloon.x), 0.5 * whole, 1e-14 * whole);
+  balloon.elements.set_burnt(std::vector<double>(one.size(), 0.0), one);
+  balloon.x.values().setZero();
+  EXPECT_EQ(balloon.energy(balloon.x), 0);
+  EXPECT_EQ(largest(balloon.force(balloon.x)), 0);
+  EXPECT_EQ(balloon.elements.inverted(balloon.x, balloon.x), 0);
 }
 
 TEST_P(PrismElementsOf, rigid_motion_costs_nothing) {

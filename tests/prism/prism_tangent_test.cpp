@@ -153,10 +153,15 @@ INSTANTIATE_TEST_SUITE_P(all, TangentOf, ::testing::Values("fixed", "incompressi
 TEST_P(TangentOf, is_minus_the_derivative_of_the_force) {
   Dented balloon(PETSC_COMM_WORLD, GetParam(), 6e5);
   const Field w = balloon.random_field(1, 2);
-  const Eigen::Matrix3Xd expected = -balloon.force_change(w, 1e-7);
-  for (const Way& way : ways()) {
-    EXPECT_LE(largest(BalloonTangent(balloon, way).times(w) - expected), 1e-6 * largest(expected))
-        << way.mat_type << " " << way.tangent;
+  for (const bool burns : {false, true}) {
+    if (burns) {
+      balloon.burn();
+    }
+    const Eigen::Matrix3Xd expected = -balloon.force_change(w, 1e-7);
+    for (const Way& way : ways()) {
+      EXPECT_LE(largest(BalloonTangent(balloon, way).times(w) - expected), 1e-6 * largest(expected))
+          << way.mat_type << " " << way.tangent << (burns ? ", burnt" : "");
+    }
   }
 }
 

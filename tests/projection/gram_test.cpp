@@ -188,7 +188,7 @@ TEST(Gram, transposed_jacobian_gives_opposite_forces_at_both_ends) {
   Eigen::Matrix3Xd force;
   gram.apply_transpose(constraint.gradient, lambda, force);
   // With lambda = 1 the force on a lattice point is the sum of its cell's four gradients.
-  for (PetscInt c = 0; c < crumpled.sheet.owned_cells; ++c) {
+  for (PetscInt c = 0; c < crumpled.sheet.elements.owned; ++c) {
     const PetscInt lattice = crumpled.sheet.lattice[static_cast<std::size_t>(c)];
     Eigen::Vector3d expected = Eigen::Vector3d::Zero();
     for (const PetscInt corner : crumpled.sheet.cells[static_cast<std::size_t>(c)]) {

@@ -15,7 +15,7 @@ namespace {
 /// A field of each kind on a sheet.
 struct AllKinds : FieldRegistry {
   explicit AllKinds(const Sheet& sheet)
-      : FieldRegistry(sheet.particles, {sheet.owned_cells, static_cast<PetscInt>(sheet.cells.size())}) {}
+      : FieldRegistry(sheet.particles, {sheet.elements.owned, static_cast<PetscInt>(sheet.cells.size())}) {}
 
   Field& place = add<Field>({"place", "m", Item::particle}, 3);
   std::vector<PetscInt>& pin = add<std::vector<PetscInt>>({"pin", "", Item::particle});
@@ -67,7 +67,7 @@ TEST(FieldTables, AreReadAsTheyWereWrittenGhostsIncluded) {
     Hdf5File file(PETSC_COMM_WORLD, folder / "fields.h5", Hdf5File::Mode::create);
     const auto& ids = sheet.persistent_id;
     write_fields(file, "some/object", written, {ids.begin(), ids.begin() + sheet.particles.owned},
-                 {cells.begin(), cells.begin() + sheet.owned_cells});
+                 {cells.begin(), cells.begin() + sheet.elements.owned});
     file.close();
   }
   const Hdf5File file(PETSC_COMM_WORLD, folder / "fields.h5", Hdf5File::Mode::read);
@@ -93,7 +93,7 @@ TEST(FieldTables, SumsStayWhatTheyAreOnOtherNumbersOfRanks) {
     const auto& ids = sheet.persistent_id;
     const std::vector<PetscInt> cells = cell_ids(sheet);
     write_fields(file, "object", written, {ids.begin(), ids.begin() + sheet.particles.owned},
-                 {cells.begin(), cells.begin() + sheet.owned_cells});
+                 {cells.begin(), cells.begin() + sheet.elements.owned});
     file.close();
   }
   MPI_Barrier(PETSC_COMM_WORLD);

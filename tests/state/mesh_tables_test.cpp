@@ -78,7 +78,7 @@ TEST_F(MeshTables, ASheetComesBackWithItsMassesAndPlaces) {
   SheetOptions options;
   options.thickness = 0.03;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh, options);
-  const std::vector<bool> all(static_cast<std::size_t>(sheet.owned_cells), true);
+  const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
   write(PETSC_COMM_WORLD, rows_of(sheet, all, {}, {}));
   options.thickness = 1;  // is not asked again
   options.areal_density = 7;

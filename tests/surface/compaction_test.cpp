@@ -54,7 +54,7 @@ class Compaction : public ::testing::Test {
 
   static std::vector<bool> kept(const Sheet& sheet, const Keep& keep) {
     std::vector<bool> result;
-    for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
+    for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
       result.push_back(keep(sheet.rest.col(sheet.lattice[static_cast<std::size_t>(cell)])));
     }
     return result;
@@ -79,7 +79,7 @@ class Compaction : public ::testing::Test {
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
       particles.push_back(datum(sheet.persistent_id[static_cast<std::size_t>(i)]));
     }
-    for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
+    for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
       const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(cell)];
       cells.push_back(cell_datum(sheet.persistent_id[static_cast<std::size_t>(lattice)]));
     }
@@ -121,10 +121,10 @@ class Compaction : public ::testing::Test {
     EXPECT_EQ(sheet.first_lattice_id, whole.first_lattice_id);
     EXPECT_EQ(sheet.id_end, whole.id_end);
     EXPECT_EQ(sheet.particles.global, static_cast<PetscInt>(particles.size()));
-    EXPECT_EQ(sheet.global_cells, static_cast<PetscInt>(corners.size()));
+    EXPECT_EQ(sheet.elements.global, static_cast<PetscInt>(corners.size()));
     EXPECT_EQ(sheet.global_corners, static_cast<PetscInt>(particles.size() - corners.size()));
     EXPECT_EQ(sum(sheet.particles.owned), static_cast<int>(particles.size()));
-    EXPECT_EQ(sum(sheet.owned_cells), static_cast<int>(corners.size()));
+    EXPECT_EQ(sum(sheet.elements.owned), static_cast<int>(corners.size()));
 
     const auto particle_data = compacted.particles.as<ParticleDatum>();
     ASSERT_EQ(static_cast<PetscInt>(particle_data.size()), sheet.particles.local());
@@ -229,18 +229,18 @@ TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
   SheetOptions options;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(12, 9), options);
   std::set<PetscInt> owned;
-  for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     owned.insert(sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(cell)])]);
   }
   const Keep left_third = [](const Eigen::Vector3d& centre) { return centre.x() < 0.4; };
   const PetscInt total = 4 * 9;
   options.imbalance_limit = ranks_;  // even if one rank has them all
   const LoadedSheet stayed = compact_with_data(sheet, left_third, options);
-  for (PetscInt cell = 0; cell < stayed.sheet.owned_cells; ++cell) {
+  for (PetscInt cell = 0; cell < stayed.sheet.elements.owned; ++cell) {
     const PetscInt lattice = stayed.sheet.lattice[static_cast<std::size_t>(cell)];
     EXPECT_EQ(owned.count(stayed.sheet.persistent_id[static_cast<std::size_t>(lattice)]), 1u);
   }
-  PetscInt largest = stayed.sheet.owned_cells;
+  PetscInt largest = stayed.sheet.elements.owned;
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_INT, MPI_MAX, PETSC_COMM_WORLD);
   EXPECT_DOUBLE_EQ(stayed.sheet.partition.imbalance, static_cast<double>(largest) * ranks_ / total);
 
@@ -269,7 +269,7 @@ TEST_F(Compaction, twice_is_the_same_as_once) {
   EXPECT_EQ(twice.sheet.uv, once.sheet.uv);
   EXPECT_EQ(twice.sheet.initial_mass, once.sheet.initial_mass);
   EXPECT_EQ(twice.sheet.cells, once.sheet.cells);
-  EXPECT_EQ(twice.sheet.owned_cells, once.sheet.owned_cells);
+  EXPECT_EQ(twice.sheet.elements.owned, once.sheet.elements.owned);
   EXPECT_EQ(twice.particles.data(), once.particles.data());
   EXPECT_EQ(twice.cells.data(), once.cells.data());
   for (const Colour colour : all_colours) {

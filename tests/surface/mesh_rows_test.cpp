@@ -86,7 +86,7 @@ void expect_equal(const Layout& one, const Layout& other) {
   EXPECT_EQ(one.ghost_global, other.ghost_global);
 }
 
-void expect_equal(const PointSet& one, const PointSet& other) {
+void expect_equal(const Surface& one, const Surface& other) {
   expect_equal(one.particles, other.particles);
   EXPECT_EQ(one.persistent_id, other.persistent_id);
   EXPECT_EQ(one.is_lattice, other.is_lattice);
@@ -99,16 +99,16 @@ void expect_equal(const PointSet& one, const PointSet& other) {
 }
 
 void expect_equal(const Sheet& one, const Sheet& other) {
-  expect_equal(static_cast<const PointSet&>(one), static_cast<const PointSet&>(other));
+  expect_equal(static_cast<const Surface&>(one), static_cast<const Surface&>(other));
   EXPECT_EQ(one.owned_corners, other.owned_corners);
   EXPECT_EQ(one.global_corners, other.global_corners);
-  EXPECT_EQ(one.global_cells, other.global_cells);
+  EXPECT_EQ(one.elements.global, other.elements.global);
   EXPECT_EQ(one.first_lattice_id, other.first_lattice_id);
   EXPECT_EQ(one.id_end, other.id_end);
   EXPECT_EQ(one.initial_mass, other.initial_mass);
   EXPECT_EQ(one.cells, other.cells);
   EXPECT_EQ(one.lattice, other.lattice);
-  EXPECT_EQ(one.owned_cells, other.owned_cells);
+  EXPECT_EQ(one.elements.owned, other.elements.owned);
   for (const Colour colour : all_colours) {
     expect_equal(one.of(colour).layout, other.of(colour).layout);
     EXPECT_EQ(one.of(colour).ends, other.of(colour).ends);
@@ -127,18 +127,18 @@ Records numbers(PetscInt count, const std::function<PetscInt(PetscInt)>& number)
 }
 
 /// The ids of the owned particles, and of the owned cells.
-Records particle_ids(const PointSet& points) {
+Records particle_ids(const Surface& points) {
   return numbers(points.particles.owned, [&](PetscInt i) { return points.persistent_id[static_cast<std::size_t>(i)]; });
 }
 Records cell_ids(const Sheet& sheet) {
-  return numbers(sheet.owned_cells, [&](PetscInt cell) {
+  return numbers(sheet.elements.owned, [&](PetscInt cell) {
     return -sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(cell)])];
   });
 }
 
 /// Builds the sheet from its rows in other places.
 void expect_same_from_any_place(const Sheet& sheet, const SheetOptions& options) {
-  const std::vector<bool> all(static_cast<std::size_t>(sheet.owned_cells), true);
+  const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
   for (const Placement& placement : placements) {
     SCOPED_TRACE(placement.name);
     MeshRows rows = shuffled(sheet.comm(), rows_of(sheet, all, particle_ids(sheet), cell_ids(sheet)), placement);
@@ -181,7 +181,7 @@ TEST(MeshRowsTest, NorDoesOneThatHasBeenCompacted) {
   const std::array<std::pair<double, double>, 3> rounds{{{100, 0.25}, {1, 0.4}, {100, 0.95}}};
   for (const auto& [limit, from] : rounds) {
     std::vector<bool> kept;
-    for (PetscInt cell = 0; cell < sheet.owned_cells; ++cell) {
+    for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
       kept.push_back(sheet.rest(0, sheet.lattice[static_cast<std::size_t>(cell)]) > from);
     }
     options.imbalance_limit = limit;
@@ -197,7 +197,7 @@ TEST(MeshRowsTest, APartitionDoesNotDependOnWhereTheRowsLay) {
     SheetOptions options;
     options.partitioner = partitioner;
     const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grouped_grid(), options);
-    const std::vector<bool> all(static_cast<std::size_t>(sheet.owned_cells), true);
+    const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
     for (const Placement& placement : placements) {
       SCOPED_TRACE(std::string(partitioner) + ", " + placement.name);
       MeshRows rows = shuffled(PETSC_COMM_WORLD, rows_of(sheet, all, particle_ids(sheet), cell_ids(sheet)), placement);
@@ -227,7 +227,7 @@ TEST(MeshRowsTest, AMembraneDoesNotDependOnWhereItsRowsLay) {
     const LoadedMembrane loaded = make_membrane(
         PETSC_COMM_WORLD, shuffled(PETSC_COMM_WORLD, rows_of(membrane, particle_ids(membrane), element_ids), placement),
         options);
-    expect_equal(static_cast<const PointSet&>(loaded.membrane), static_cast<const PointSet&>(membrane));
+    expect_equal(static_cast<const Surface&>(loaded.membrane), static_cast<const Surface&>(membrane));
     expect_equal(loaded.membrane.elements, membrane.elements);
     EXPECT_EQ(loaded.membrane.triangles, membrane.triangles);
     EXPECT_EQ(loaded.membrane.element_id, membrane.element_id);

@@ -36,14 +36,14 @@ TEST_P(Shell, counts_springs_of_a_grid) {
   const int nx = 7;
   const int ny = 5;
   const Sheet sheet = make(grid_mesh(nx, ny, 0.25));
-  EXPECT_EQ(sheet.global_cells, nx * ny);
+  EXPECT_EQ(sheet.elements.global, nx * ny);
   EXPECT_EQ(sheet.global_corners, (nx + 1) * (ny + 1));
   EXPECT_EQ(sheet.particles.global, nx * ny + (nx + 1) * (ny + 1));
   EXPECT_EQ(sheet.of(Colour::red).layout.global, 4 * nx * ny);
   EXPECT_EQ(sheet.of(Colour::yellow).layout.global, 2 * nx * ny);
   EXPECT_EQ(sheet.of(Colour::blue).layout.global, nx * (ny + 1) + ny * (nx + 1));
   EXPECT_EQ(sheet.of(Colour::green).layout.global, (nx - 1) * ny + nx * (ny - 1));
-  EXPECT_EQ(sum(sheet.owned_cells), nx * ny);
+  EXPECT_EQ(sum(sheet.elements.owned), nx * ny);
 }
 
 TEST_P(Shell, counts_the_cells_round_each_corner) {
@@ -176,7 +176,7 @@ TEST_P(Shell, springs_name_the_triangles_that_share_them) {
       }
     }
   }
-  for (std::size_t triangle = 0; triangle < 4 * static_cast<std::size_t>(sheet.owned_cells); ++triangle) {
+  for (std::size_t triangle = 0; triangle < 4 * static_cast<std::size_t>(sheet.elements.owned); ++triangle) {
     const auto& cell = sheet.cells[triangle / 4];
     const bool is_outer = is_on_outline(cell[triangle % 4], cell[(triangle + 1) % 4]);
     EXPECT_EQ(named[0][triangle], 2);
@@ -215,7 +215,7 @@ TEST_P(Shell, ghost_particles_carry_their_owners_data) {
 
 TEST_P(Shell, fewer_cells_than_ranks_leave_ranks_empty) {
   const Sheet sheet = make(grid_mesh(2, 1, 0.1));
-  EXPECT_EQ(sum(sheet.owned_cells), 2);
+  EXPECT_EQ(sum(sheet.elements.owned), 2);
   EXPECT_EQ(sheet.of(Colour::green).layout.global, 1);
   EXPECT_EQ(sheet.of(Colour::blue).layout.global, 7);
   EXPECT_EQ(sum(sheet.particles.owned), 8);

@@ -85,14 +85,14 @@ TEST_F(AddedField, IsPutBackWithAStep) {
 TEST_F(AddedField, MovesWhenTheSheetIsCompacted) {
   declare();
   run_.draw();
-  const PetscInt before = run_.object().sheet().global_cells;
+  const PetscInt before = run_.object().sheet().elements.global;
   // The last of five cells has burnt away, with its corners.
   Field& mass = *std::get<Field*>(run_.object().state().find("mass")->storage);
   for (PetscInt i = 0; i < run_.object().sheet().particles.local(); ++i) {
     mass.data()[i] *= run_.object().sheet().rest(0, i) > 0.35 ? 0.4 : 1;
   }
   step();
-  ASSERT_LT(run_.object().sheet().global_cells, before) << "nothing was compacted";
+  ASSERT_LT(run_.object().sheet().elements.global, before) << "nothing was compacted";
   expect_there(run_.object());
 }
 

@@ -63,7 +63,8 @@ struct Chain {
 
   double dead_triangles() const {
     const auto& triangles = state.living.triangles;
-    return total(static_cast<double>(std::count(triangles.begin(), triangles.begin() + 4 * sheet.owned_cells, false)));
+    return total(
+        static_cast<double>(std::count(triangles.begin(), triangles.begin() + 4 * sheet.elements.owned, false)));
   }
 
   double total(double value) const {
@@ -481,7 +482,7 @@ TEST(BurnOnRanks, agree_with_a_rank_that_has_nothing) {
   for (const char* type : {"aij", "sell", "shell", "lines"}) {
     options.project.mat_type = type;
     Chain chain(PETSC_COMM_WORLD, mesh, options);
-    PetscInt least = chain.sheet.owned_cells;
+    PetscInt least = chain.sheet.elements.owned;
     MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT, MPI_MIN, PETSC_COMM_WORLD);
     EXPECT_EQ(least == 0, ranks() > 3);
     chain.advance(20);

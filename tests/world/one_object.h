@@ -13,9 +13,9 @@ namespace pellicle {
 
 /// The clock of a sheet's or a balloon's stages.
 template <class ObjectType>
-std::unique_ptr<StageClock> clock_of() {
-  return std::make_unique<StageClock>(std::is_same_v<ObjectType, BurnRun> ? Burn::stage_names()
-                                                                          : Inflate::stage_names());
+std::unique_ptr<StageClock> clock_of(const Options& options) {
+  return std::make_unique<StageClock>(
+      std::is_same_v<ObjectType, BurnRun> ? Burn::stage_names() : Inflate::stage_names(balloon_burns(options)));
 }
 
 /// A world of one sheet or balloon without a name, as a deck without objects makes it.
@@ -34,7 +34,7 @@ class OneObject : public World {
   static std::vector<Member> only(Mesh mesh, const Options& options, OutputFolder& folder, Console& console) {
     std::vector<Member> members;
     Member& member = members.emplace_back();
-    member.clock = clock_of<ObjectType>();
+    member.clock = clock_of<ObjectType>(options);
     member.object =
         std::make_unique<ObjectType>(std::move(mesh), options, ObjectOutput{folder, console, *member.clock, ""});
     return members;

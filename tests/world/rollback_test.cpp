@@ -54,6 +54,21 @@ TEST(Rollback, AssigningABalloonsStatePutsEveryFieldBack) {
   expect_put_back(state, copy);
 }
 
+TEST(Rollback, AssigningABurningBalloonsStatePutsEveryFieldBack) {
+  Options options;
+  options.chain = ChainKind::inflate;
+  options.heat.convection = 10;
+  Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
+  make_burnable(membrane, options);
+  BalloonState state(membrane, 2, true);
+  state.burning->pieces = initial_pieces(membrane);
+  BalloonState copy(membrane, 2);  // learns of the fields
+  for (const Colour none : {Colour::red, Colour::green, Colour::yellow}) {
+    state.burning->living.springs[static_cast<std::size_t>(none)] = {true};  // to be seen to be put back
+  }
+  expect_put_back(state, copy);
+}
+
 TEST(Rollback, AFieldOfAnotherSizeIsRefused) {
   const Sheet sheet = make_sheet(PETSC_COMM_SELF, grid_mesh(2, 1, 1), {});
   Field vectors(sheet.particles, 3);
@@ -189,6 +204,25 @@ TEST(Rollback, AnAttemptOfABalloonLeavesNoTrace) {
     const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
     expect_no_trace_in_a_balloon(membrane, options);
   }
+}
+
+TEST(Rollback, AnAttemptOfABurningBalloonLeavesNoTrace) {
+  SolverOptions solvers;  // a preconditioner that remembers nothing
+  solvers.set("prism_pc_type", "pbjacobi");
+  Options options;
+  options.chain = ChainKind::inflate;
+  options.chambers["gas"].law = "pressure";
+  options.chambers["gas"].pressure = {{0, 1}};
+  options.combustion.mass_loss_rate = 0.1;
+  options.combustion.burnt_density = 0.3 * options.combustion.initial_density;  // no shrinkage
+  options.ablation.loss_mass = 0.5;
+  HeatSource& ball = options.heat.sources["ball"];
+  ball.centre = {0.06, 0, 0};
+  ball.radius = 0.07;
+  ball.temperature = 2000;
+  ball.rate = 500;
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+  expect_no_trace_in_a_balloon(membrane, options);
 }
 
 TEST(Rollback, AnAttemptAtAPrescribedVolumeLeavesNoTrace) {

@@ -107,7 +107,7 @@ class Strip {
   /// Drawn triangles that are dead, of all ranks. Collective.
   double dead_triangles() const {
     return sum_of_all(static_cast<double>(
-        std::count(living_.triangles.begin(), living_.triangles.begin() + 4 * sheet_.owned_cells, false)));
+        std::count(living_.triangles.begin(), living_.triangles.begin() + 4 * sheet_.elements.owned, false)));
   }
 
   double lost() const { return sum_of_all(lost_); }

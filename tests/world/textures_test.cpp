@@ -236,7 +236,7 @@ Tear tear(Options options, double mass = 1) {
   }
   EXPECT_TRUE(torn);
   Tear result{chain.state.time, {}};
-  for (std::size_t c = 0; c < static_cast<std::size_t>(chain.sheet.owned_cells); ++c) {
+  for (std::size_t c = 0; c < static_cast<std::size_t>(chain.sheet.elements.owned); ++c) {
     const auto first = chain.state.living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * c);
     const bool is_whole = std::count(first, first + 4, true) == 4;
     EXPECT_EQ(chain.state.burn_time[c], is_whole ? -1 : result.time) << "cell " << c;

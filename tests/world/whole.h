@@ -55,7 +55,7 @@ struct Whole {
           {static_cast<std::size_t>(row[0]), static_cast<int>(row[1]), static_cast<int>(row[2]), row[3], row[4] > 0});
     }
     std::vector<double> own_cells;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(sheet.owned_cells); ++c) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(sheet.elements.owned); ++c) {
       for (const PetscInt corner : sheet.cells[c]) {
         own_cells.push_back(id(corner));
       }

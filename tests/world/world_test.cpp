@@ -53,8 +53,9 @@ struct Scene {
   explicit Scene(const std::string& directory) : objects(sheet_and_balloon(directory)) {}
 
   World::Member member(std::size_t object) {
-    World::Member member{objects[object].name, object == 0 ? clock_of<BurnRun>() : clock_of<InflateRun>(), nullptr};
     const Options& options = objects[object].options;
+    World::Member member{objects[object].name, object == 0 ? clock_of<BurnRun>(options) : clock_of<InflateRun>(options),
+                         nullptr};
     const ObjectOutput output{folder.output, console, *member.clock, member.name};
     if (object == 0) {
       member.object =

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "parallel/layout.h"
+#include "surface/springs.h"
+
+namespace pellicle {
+
+/// How well the mesh is spread over the ranks.
+struct PartitionQuality {
+  PetscInt edge_cut = 0;   ///< pairs of neighbouring cells on different ranks
+  double imbalance = 1.0;  ///< largest number of cells of a rank over the mean
+};
+
+/// What a sheet of quads and a membrane of triangles have in common, distributed, as flat arrays: what heats, burns and
+/// is cut. Its elements are the quads or the triangles of the mesh.
+///
+/// An element is drawn as `triangles_per_element` triangles, 1 of a triangle and 4 of a quad: triangle 4 c + k of quad
+/// c joins its corners k and k + 1 with its centre, the mean of its corners. The particle of the centre is the quad's
+/// lattice point, which is drawn there wherever it is. Numbers of particles and elements are local ones; all particles
+/// of local elements are local.
+struct Surface {
+  Layout particles;
+  std::vector<PetscInt> persistent_id;  ///< of each local particle
+  PetscInt id_end = 0;                  ///< all persistent ids are smaller, also those of what was removed
+  std::vector<bool> is_lattice;         ///< of each local particle: the lattice points of a two-layer shell
+  std::vector<int> cell_count;          ///< elements round each owned particle; 0 for a lattice point
+  Eigen::Matrix3Xd rest;                ///< undeformed positions of the local particles [m], (3 x local)
+  Eigen::Matrix2Xd uv;                  ///< texture coordinates of the local particles, (2 x local), or no columns
+  std::map<std::string, std::vector<PetscInt>> groups;  ///< named sets of local particles (vertices of the mesh)
+  PartitionQuality partition;
+
+  Layout elements;
+  std::vector<PetscInt> element_id;  ///< of each local element: its number in the file
+  int triangles_per_element = 1;
+  std::vector<std::array<PetscInt, 3>> triangles;  ///< particles of the drawn triangles of the local elements
+  std::vector<std::array<PetscInt, 4>> cells;      ///< of quads: corners round each local one
+  std::vector<PetscInt> lattice;                   ///< of quads: lattice particle of each local one
+
+  // What burns; of a membrane given by its wall (set_burnable).
+  std::vector<double> initial_mass;  ///< m^init of the local particles [kg]
+  std::vector<double> element_mass;  ///< of the local elements, of which the particles have their shares [kg]
+  /// By Colour. Of a membrane the edges as blue ones, which hold nothing, but heat may flow along them and pieces hang
+  /// together by them: those of its local elements, all as owned ones.
+  std::array<SpringSet, 4> springs;
+
+  MPI_Comm comm() const { return particles.comm; }
+  bool has_quads() const { return triangles_per_element == 4; }
+  /// What each point of a drawn triangle has of its mass and area.
+  std::array<double, 3> point_shares() const {
+    return has_quads() ? std::array{0.25, 0.25, 0.5} : std::array{1.0 / 3, 1.0 / 3, 1.0 / 3};
+  }
+  SpringSet& of(Colour colour) { return springs[static_cast<std::size_t>(colour)]; }
+  const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
+};
+
+}  // namespace pellicle

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ablation/ablation.h"
+#include "base/stage_clock.h"
+#include "base/stage_result.h"
+#include "heat/conduction.h"
+#include "world/burning_fields.h"
+#include "world/object_state.h"
+#include "world/options.h"
+#include "world/textures.h"
+
+namespace pellicle {
+
+/// What heats, burns and cuts a surface, be it of a sheet or of a balloon: the stages heat, combustion and ablation of
+/// the burning paper. They read and leave fields with ghosts up to date. All but the constructor's arguments are the
+/// caller's: fields, and the state that they belong to, which says where the particles are and at what time.
+class Burning {
+ public:
+  /// Reads textures, builds operators. Surface, options and clock must outlive it. Collective.
+  /// @throws Error on textures that cannot be read or are asked for on a surface without texture coordinates, and on
+  /// contradicting options
+  Burning(const Surface& surface, const Options& options, StageClock& clock, Textures& textures);
+
+  /// Temperatures, pieces and heat at time 0. Collective.
+  void begin(BurningFields& fields) const;
+
+  // The stages of a step of length h [s]. Collective.
+
+  StageResult heat(BurningFields& fields, const ObjectState& state, double h);
+  void combustion(BurningFields& fields, double h);
+  /// What has burnt leaves the surface. @returns whether any has, on any rank
+  bool ablation(BurningFields& fields, const ObjectState& state, double h);
+  /// What tears leaves the surface. @param torn see Ablation::tear @param time at which it does [s]
+  template <class Torn>
+  bool tear(BurningFields& fields, const Torn& torn, double time) {
+    const bool tears = ablation_.tear(fields.living, torn);
+    if (tears) {
+      follow_tears(fields, time);
+    }
+    return tears;
+  }
+  /// Springs, and triangles of other ranks, that follow from the triangles of the owned elements.
+  void follow(BurningFields& fields) { ablation_.follow_triangles(fields.living); }
+
+  /// Whether all heat is accounted for; what the umbrella makes is, what the consistent operator makes is not.
+  /// Collective.
+  StageResult heat_ledger(const BurningFields& fields) const;
+
+ private:
+  void follow_tears(BurningFields& fields, double time);
+  void take_out(BurningFields& fields, double time);
+
+  const Surface& surface_;
+  const Options& options_;
+  StageClock& clock_;
+  std::vector<double> mass_loss_factor_;                       ///< of the local particles, or empty
+  std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
+  Conduction conduction_;
+  Ablation ablation_;
+};
+
+}  // namespace pellicle

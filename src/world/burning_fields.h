@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "parallel/field.h"
+#include "state/field_registry.h"
+#include "surface/living.h"
+#include "surface/pieces.h"
+
+namespace pellicle {
+
+/// What changes of a surface that heats, burns and is cut, declared in the registry of its state.
+struct BurningFields {
+  /// Everything lives and has its initial mass; temperatures and pieces are yet to be found. The registry must outlive
+  /// it. Collective.
+  BurningFields(FieldRegistry& registry, const Surface& surface);
+
+  Field& temperature;
+  Field& mass;         ///< 0: the particle has left the surface
+  Field& mass_change;  ///< of the last step, at most 0
+  Pieces& pieces;
+  std::vector<double>& burn_time;  ///< when each local element began to burn away or to tear; -1: not yet
+  Living& living;
+  double& mass_burnt;  ///< since the beginning, by the owned particles, with what was left when they left
+  // Heat ledger, of the owned particles: the content is initial + in - out + made.
+  double& heat_initial;  ///< by the particles owned at the beginning
+  double& heat_in;       ///< from sources, burning and warmer surroundings
+  double& heat_out;      ///< to cooler surroundings and with what burnt
+  double& heat_made;     ///< by conduction that does not conserve it
+};
+
+}  // namespace pellicle
