@@ -108,6 +108,9 @@ class Springs : public Potential {
     }
   }
 
+  double stiffness = 2;  ///< [N/m]
+  double length = 0.02;  ///< [m]
+
  private:
   struct Spring {
     PetscInt from, to;  ///< owned, and of `reach_`
@@ -121,8 +124,6 @@ class Springs : public Potential {
     return all;
   }
 
-  static constexpr double stiffness = 2;  // [N/m]
-  static constexpr double length = 0.02;  // [m]
   const Layout& vertices_;
   std::vector<PetscInt> global_of_id_;
   Layout reach_;
@@ -328,6 +329,28 @@ TEST(Potential, NewtonConvergesQuadraticallyAlsoAfterThePairsHaveChanged) {
       first_norms = norms;
     }
     EXPECT_NEAR(norms[1], first_norms[1], 1e-4 * norms[1]) << way.mat_type << ": not the same step";
+  }
+}
+
+// Springs that are compressed make the tangent indefinite, its diagonal blocks too: multigrid is then made from the
+// positive tangent, on all levels, also after the pairs have changed.
+TEST(Potential, NewtonFindsItsWayWhereCompressedSpringsMakeTheTangentIndefinite) {
+  PrismOptions options;
+  options.positive_elements = false;
+  SpringBalloon balloon(options);
+  balloon.springs.stiffness = 30;
+  balloon.springs.length = 0.12;
+  ImplicitStep step(balloon.model(), balloon.options);
+  Eigen::VectorXd pressure = Eigen::VectorXd::Zero(1);
+  for (const int choice : {0, 1}) {
+    balloon.springs.join(some_pairs(choice));
+    Field position(balloon.membrane.particles, 3);
+    position.values() = balloon.x.values();
+    const ImplicitResult result =
+        step.advance(position, pressure, {balloon.velocity, balloon.thickness_ratio, 0, 0.01});
+    EXPECT_TRUE(result.converged) << result.reason;
+    EXPECT_GT(result.concave_iterations, 0);
+    EXPECT_LT(result.relative_residual, 1e-3);
   }
 }
 
