@@ -338,19 +338,11 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
       deck.copy_of = original_of(deck.path);
     }
   });
-  std::vector<ObjectTable> objects;
   for (Deck& deck : arguments.decks) {
     broadcast(comm, deck.text);
     broadcast(comm, deck.copy_of);
-    for (const std::string& name : objects_of(deck)) {
-      if (std::none_of(objects.begin(), objects.end(), [&name](const ObjectTable& one) { return one.name == name; })) {
-        objects.push_back({name, &make_table(name)});
-      }
-    }
   }
-  if (!objects.empty()) {
-    arguments.tables = ObjectTables(std::move(objects));
-  }
+  arguments.tables = tables_of(arguments.decks, table, make_table);
   for (const Deck& deck : arguments.decks) {
     read_deck(deck, arguments.tables, arguments.petsc);
     note_acting(arguments.tables, arguments.petsc);

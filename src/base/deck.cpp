@@ -499,13 +499,20 @@ void add_objects(const std::string& path, const YAML::Node& root, std::vector<st
 
 }  // namespace
 
-std::vector<std::string> objects_of(const Deck& deck) {
+ObjectTables tables_of(const std::vector<Deck>& decks, OptionTable& one,
+                       const std::function<OptionTable&(const std::string& object)>& make_table) {
   std::vector<std::string> names;
-  const YAML::Node root = parse(deck.path, deck.text);
-  if (root.IsMap()) {
-    add_objects(deck.path, root, names);
+  for (const Deck& deck : decks) {
+    const YAML::Node root = parse(deck.path, deck.text);
+    if (root.IsMap()) {
+      add_objects(deck.path, root, names);
+    }
   }
-  return names;
+  std::vector<ObjectTable> tables;
+  for (const std::string& name : names) {
+    tables.push_back({name, &make_table(name)});
+  }
+  return tables.empty() ? ObjectTables(one) : ObjectTables(std::move(tables));
 }
 
 void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc) {

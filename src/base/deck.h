@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,13 @@ struct Deck {
 /// What the record of a run, the run.yaml beside a deck, says that the deck is a copy of; empty if there is none.
 std::string original_of(const std::string& path);
 
-/// The objects of a run that a deck names, in their order: `objects: {NAME: {...}}`.
-/// @throws Error, one line with file and line, if they are no map or a name is no word
-std::vector<std::string> objects_of(const Deck& deck);
+/// The tables of a run of these decks: of the objects that they name, `objects: {NAME: {...}}`, in that order; or of
+/// one without a name.
+/// @param one table of a run without named objects
+/// @param make_table makes that of a named object; it must outlive the result
+/// @throws Error, one line with file and line, if the objects are no map or a name is no word
+ObjectTables tables_of(const std::vector<Deck>& decks, OptionTable& one,
+                       const std::function<OptionTable&(const std::string& object)>& make_table);
 
 /// Sets the options that a deck gives; PETSc's own are put into `petsc`. What stands at the top is given to all objects
 /// of the run, what stands in one of `objects` to that one, after it. Named objects, such as bodies, are created. Keys
