@@ -61,6 +61,13 @@ bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& 
   return spread(living, died);
 }
 
+bool Ablation::tear(Living& living, const std::vector<PetscInt>& torn) {
+  for (const PetscInt element : torn) {
+    living.triangles[static_cast<std::size_t>(element)] = false;
+  }
+  return spread(living, !torn.empty());
+}
+
 bool Ablation::spread(Living& living, bool died) {
   if (!on_any_rank(surface_.comm(), died)) {
     return false;

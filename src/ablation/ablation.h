@@ -38,6 +38,9 @@ class Ablation {
   /// @param torn owned springs of each colour that tear
   /// @returns whether a triangle died on any rank
   bool tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn);
+  /// Elements of a membrane that tear. Collective.
+  /// @param torn owned ones
+  bool tear(Living& living, const std::vector<PetscInt>& torn);
 
   /// Springs, and triangles of other ranks' elements, that follow from the triangles of the owned ones. Collective.
   void follow_triangles(Living& living) { spread(living, true); }

@@ -29,6 +29,12 @@ Eigen::Vector3d direction(const Field& position, const std::array<PetscInt, 2>& 
 
 }  // namespace
 
+double share_of_strength(double mass_ratio, double min_mass, double char_strength) {
+  // What loses no mass has no char.
+  const double unburnt = min_mass < 1 ? std::clamp((mass_ratio - min_mass) / (1 - min_mass), 0.0, 1.0) : 1;
+  return char_strength + (1 - char_strength) * unburnt;
+}
+
 Tearing::Tearing(const Sheet& sheet, const AblationOptions& options, const std::vector<double>& texture)
     : sheet_(sheet),
       char_strength_(options.char_strength),
@@ -112,12 +118,9 @@ void Tearing::find_stress(const TearingInput& input) {
 }
 
 void Tearing::find_overload(const TearingInput& input) {
-  // A sheet that loses no mass has no char.
-  const auto share_of_strength = [&](PetscInt particle) {
+  const auto share_at = [&](PetscInt particle) {
     const double left = input.mass.data()[particle] / sheet_.initial_mass[static_cast<std::size_t>(particle)];
-    const double unburnt =
-        input.min_mass < 1 ? std::clamp((left - input.min_mass) / (1 - input.min_mass), 0.0, 1.0) : 1;
-    return char_strength_ + (1 - char_strength_) * unburnt;
+    return share_of_strength(left, input.min_mass, char_strength_);
   };
   largest_overload_.values().setZero();
   for (std::size_t colour = 0; colour < sheet_.springs.size(); ++colour) {
@@ -139,7 +142,7 @@ void Tearing::find_overload(const TearingInput& input) {
         }
       }
       const Eigen::Vector3d d = direction(input.position, set.ends[s]);
-      const double strength = unburnt_strength_[colour][s] * (share_of_strength(a) + share_of_strength(b)) / 2;
+      const double strength = unburnt_strength_[colour][s] * (share_at(a) + share_at(b)) / 2;
       overload.data()[s] = d.dot(stress * d) / triangles / strength;
     }
     overload.update_ghosts();

@@ -10,6 +10,10 @@
 
 namespace pellicle {
 
+/// Share of the strength that is left of a particle of this mass, as a fraction of the initial one as m^min is: linear,
+/// `char_strength` at m^min.
+double share_of_strength(double mass_ratio, double min_mass, double char_strength);
+
 /// What tearing needs to know of a step.
 struct TearingInput {
   const Living& living;

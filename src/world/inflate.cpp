@@ -64,6 +64,12 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   if (balloon_burns(options)) {
     Textures textures(membrane.comm());
     burning_.emplace(membrane, options, clock, textures);
+    const AblationOptions& ablation = options.ablation;
+    if (ablation.strength) {
+      tearing_.emplace(membrane, ablation,
+                       textures.values(membrane.uv, "ablation.strength_texture", ablation.strength_texture,
+                                       ablation.strength_range));
+    }
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
       PointPotential hold;
       const auto vertex = static_cast<std::size_t>(i);
@@ -147,17 +153,20 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
       return step;
     }
   }
-  const auto timer = clock_.time("velocity");
-  state.time += h;
-  ++state.step;
-  set_pressures(state);
-  const Eigen::MatrixXd velocity = (state.position.values() - start_.values()) / h;
-  if (velocity.cols() > 0) {
-    step.step_error =
-        h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / implicit_->length_scale();
+  {
+    const auto timer = clock_.time("velocity");
+    state.time += h;
+    ++state.step;
+    set_pressures(state);
+    const Eigen::MatrixXd velocity = (state.position.values() - start_.values()) / h;
+    if (velocity.cols() > 0) {
+      step.step_error =
+          h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / implicit_->length_scale();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
+    state.velocity.values() = velocity;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
-  state.velocity.values() = velocity;
+  tear(state);
   return step;
 }
 
@@ -170,16 +179,42 @@ StageResult Inflate::burn(BalloonState& state, double h) {
   }
   burning_->combustion(fields, h);
   burning_->ablation(fields, state, h);
-  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
-    if (fields.mass.data()[i] == 0) {
-      state.velocity.vector(i).setZero();
-    }
-  }
+  hold_what_has_left(state);
   take_over(state);
   const int iterations = result.iterations;
   result = burning_->heat_ledger(fields);
   result.iterations = iterations;
   return result;
+}
+
+void Inflate::hold_what_has_left(BalloonState& state) const {
+  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+    if (state.burning->mass.data()[i] == 0) {
+      state.velocity.vector(i).setZero();
+    }
+  }
+}
+
+/// What the step has pulled too hard tears, if anything can. Collective.
+void Inflate::tear(BalloonState& state) {
+  if (!tearing_) {
+    return;
+  }
+  const auto timer = clock_.time("ablation");
+  BurningFields& fields = *state.burning;
+  std::vector<double> tension(membrane_.triangles.size(), 0);
+  for (std::size_t e = 0; e < tension.size(); ++e) {
+    if (fields.living.triangles[e]) {
+      const auto [e12, e13] = edges_of(state.position.data(), membrane_.triangles[e]);
+      tension[e] = elements_.principal(e, e12, e13, state.thickness_ratio[e]).stress[0] * wall_.thickness[e] *
+                   state.thickness_ratio[e];
+    }
+  }
+  const std::vector<PetscInt> torn = tearing_->torn(tension, fields.living, fields.mass, options_.combustion.min_mass);
+  if (burning_->tear(fields, torn, state.time)) {
+    hold_what_has_left(state);
+    take_over(state);
+  }
 }
 
 void Inflate::follow(BalloonState& state) {
@@ -233,16 +268,21 @@ std::string Inflate::hole(const BalloonState& state) const {
   if (first == none) {
     return "";
   }
-  std::array<double, 4> place{0, 0, 0, 0};  // centroid, and chamber: of the rank that has it
+  std::array<double, 5> place{};  // centroid, chamber, whether it has torn: of the rank that has it
   if (least == first) {
     const auto& [a, b, c] = membrane_.triangles[found];
     const Eigen::Vector3d x = (state.position.vector(a) + state.position.vector(b) + state.position.vector(c)) / 3;
-    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
+    const bool has_burnt =
+        std::any_of(membrane_.triangles[found].begin(), membrane_.triangles[found].end(), [&](PetscInt vertex) {
+          return state.burning->mass.data()[vertex] <
+                 options_.ablation.loss_mass * membrane_.initial_mass[static_cast<std::size_t>(vertex)];
+        });
+    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found)), has_burnt ? 0.0 : 1.0};
   }
-  MPI_Allreduce(MPI_IN_PLACE, place.data(), 4, MPI_DOUBLE, MPI_SUM, membrane_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, place.data(), 5, MPI_DOUBLE, MPI_SUM, membrane_.comm());
   char text[160];
-  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has burnt through",
-                static_cast<int>(first), place[0], place[1], place[2]);
+  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has %s", static_cast<int>(first),
+                place[0], place[1], place[2], place[4] > 0 ? "torn" : "burnt through");
   return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ablation/element_tearing.h"
 #include "base/stage_clock.h"
 #include "equilibrium/implicit_step.h"
 #include "prism/volume_preservation.h"
@@ -69,6 +70,8 @@ class Inflate {
  private:
   void make_solvers();
   StageResult burn(BalloonState& state, double h);
+  void tear(BalloonState& state);
+  void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);
   /// What the gas has at the state's positions and time; prescribed volumes keep their multipliers. Collective.
   void set_pressures(BalloonState& state) const;
@@ -86,7 +89,8 @@ class Inflate {
   std::optional<ImplicitStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   std::optional<Burning> burning_;                           ///< if the wall burns
-  std::unique_ptr<Potential> hold_;                          ///< likewise: of the vertices that have left
+  std::optional<ElementTearing> tearing_;                    ///< if the wall can tear
+  std::unique_ptr<Potential> hold_;                          ///< if it burns or tears: of the vertices that have left
   double h_ = 0;                                             ///< length of the step [s]
   Field start_;                                              ///< positions at the beginning of the step
 };

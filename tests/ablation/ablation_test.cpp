@@ -249,7 +249,7 @@ TEST(Ablation, TornSpringsTakeTheTrianglesAlongWithThem) {
     }
   }
   Living living(sheet);
-  EXPECT_FALSE(ablation.tear(living, {}));
+  EXPECT_FALSE(ablation.tear(living, std::array<std::vector<PetscInt>, 4>{}));
   expect_dead(sheet, living, {});
 }
 

@@ -178,6 +178,39 @@ TEST_F(BurningBalloonsTest, AStepFromACheckpointIsTheSameToTheLastBit) {
   EXPECT_GT(table.at("mass_burnt").back(), table.at("mass_burnt")[10]) << "it burns meanwhile";
 }
 
+// The tension of a sphere is p r / 2: it tears where that exceeds the strength, a cold one as well.
+TEST_F(BurningBalloonsTest, ABalloonBurstsWhereItsTensionExceedsItsStrength) {
+  const std::string deck = write("burst.yaml", R"(
+chain: inflate
+mesh: {shape: icosphere, level: 3, radius: 0.1 m}
+wall: {thickness: 0.3 mm, material: neo_hookean, mu: 0.4 MPa}
+prism: {newton: converged, inertia: false, mass_damping: 1}
+force: {gravity: [0, 0, 0]}
+chambers: {gas: {law: volume, volume_ratio: [[0, 1], [1, 3]]}}
+ablation: {strength: 100 N/m, strength_scatter: 0.02, seed: 3}
+time: {step: 10 ms, end: 1 s}
+output: {name: burst, interval_steps: 100}
+)");
+  std::string end;
+  for (const int ranks : {1, 2, 3}) {
+    const std::string printed = run(ranks, {deck});
+    const std::size_t begin = printed.find("chamber gas is open: element ");
+    ASSERT_NE(begin, std::string::npos) << printed;
+    const std::string text = printed.substr(begin, printed.find('\n', begin) - begin);
+    EXPECT_NE(text.find(" m has torn"), std::string::npos) << text;
+    EXPECT_TRUE(end.empty() || end == text) << text;
+    end = text;
+    const auto table = history();
+    const auto tension = [&](std::size_t row) {
+      return table.at("gas_pressure")[row] * std::cbrt(3 * table.at("gas_volume")[row] / (4 * M_PI)) / 2;
+    };
+    const std::size_t last = table.at("time").size() - 1;
+    EXPECT_NEAR(tension(last), 100, 0.05 * 100) << "but for the scatter and the triangles";
+    EXPECT_LT(table.at("mass_left").back(), table.at("mass_left").front() + 1e-15);
+    expect_closed_ledger(table);
+  }
+}
+
 TEST_F(BurningBalloonsTest, WithoutHeatThereIsNothingOfIt) {
   const std::string deck = write("cold.yaml", R"(
 chain: inflate
