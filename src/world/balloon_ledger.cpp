@@ -12,51 +12,32 @@ namespace {
 const char* const counts_table = "/step_counts";
 const char* const residuals_table = "/step_residuals";
 
-}  // namespace
-
-BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed)
-    : chain_(chain), clock_(output.clock), group_(output.group("balloon")) {
-  const Membrane& membrane = chain.elements().membrane();
-  std::vector<History::Column> columns{{"time", "s"},
-                                       {"step", ""},
-                                       {"time_step", "s"},
-                                       {"retries", ""},
-                                       {"gas_volume", "m^3"},
-                                       {"gas_volume_ratio", ""},
-                                       {"gas_pressure", "Pa"},
-                                       {"gas_absolute_pressure", "Pa"},
-                                       {"gas_amount", "mol"},
-                                       {"gas_temperature", "K"},
-                                       {"rubber_volume_ratio", ""},
-                                       {"thickness_min", "m"},
-                                       {"thickness_max", "m"},
-                                       {"inverted_elements", ""},
-                                       {"newton_iterations", ""},
-                                       {"linear_iterations", ""},
-                                       {"concave_iterations", ""},
-                                       {"residual", "N"},
-                                       {"relative_residual", ""},
-                                       {"elastic_energy", "J"},
-                                       {"kinetic_energy", "J"},
-                                       {"momentum_x", "kg m/s"},
-                                       {"momentum_y", "kg m/s"},
-                                       {"momentum_z", "kg m/s"}};
+std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
+  std::vector<History::Column> columns{
+      {"gas_volume", "m^3"},           {"gas_volume_ratio", ""},  {"gas_pressure", "Pa"},
+      {"gas_absolute_pressure", "Pa"}, {"gas_amount", "mol"},     {"gas_temperature", "K"},
+      {"rubber_volume_ratio", ""},     {"thickness_min", "m"},    {"thickness_max", "m"},
+      {"inverted_elements", ""},       {"newton_iterations", ""}, {"linear_iterations", ""},
+      {"concave_iterations", ""},      {"residual", "N"},         {"relative_residual", ""},
+      {"elastic_energy", "J"}};
   const Chambers& chambers = chain.chambers();
   for (int chamber = 0; chamber < (chambers.count() > 1 ? chambers.count() : 0); ++chamber) {
     columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
     columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
   }
   if (chain.burns()) {
-    columns.insert(columns.end(), burning_columns().begin(), burning_columns().end());
     columns.push_back({"heat_iterations", ""});
-    pieces_ = std::make_unique<PieceTable>(output, resumed);
   }
-  for (const StageTime& stage : clock_.stages()) {
-    std::string name = "seconds_" + stage.name;
-    std::replace(name.begin(), name.end(), ' ', '_');
-    columns.push_back({name, "s"});
-  }
-  history_ = std::make_unique<History>(output.folder, output.table("history"), columns, resumed);
+  return columns;
+}
+
+}  // namespace
+
+BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed)
+    : chain_(chain),
+      group_(output.group("balloon")),
+      ledger_(output, chain.burns(), columns_of_balloon(chain), resumed) {
+  const Membrane& membrane = chain.elements().membrane();
   if (resumed != nullptr) {
     const std::vector<int> counts = resumed->read_all<int>(group_ + counts_table);
     const std::vector<double> residuals = resumed->read_all<double>(group_ + residuals_table);
@@ -77,10 +58,7 @@ BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, c
 }
 
 void BalloonLedger::save(Hdf5File& checkpoint) const {
-  history_->save(checkpoint);
-  if (pieces_ != nullptr) {
-    pieces_->save(checkpoint);
-  }
+  ledger_.save(checkpoint);
   checkpoint.write_once<int>(group_ + counts_table,
                              {steps_, steps_above_tolerance_, worst_step_, concave_steps_, first_concave_step_});
   checkpoint.write_once<double>(group_ + residuals_table, {worst_residual_, last_residual_});
@@ -95,17 +73,11 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
   const PrismElements& elements = chain_.elements();
   const Membrane& membrane = elements.membrane();
   const Chambers& chambers = chain_.chambers();
-  enum Sum { rubber, elastic, kinetic, momentum, inverted = momentum + 3, count };
+  enum Sum { rubber, elastic, inverted, count };
   std::array<double, count> sums{};
   std::array<double, 2> maxima{-HUGE_VAL, -HUGE_VAL};  // thickness, minus thickness
   sums[rubber] = elements.volume(state.position, state.thickness_ratio);
   sums[elastic] = elements.energy(state.position, state.thickness_ratio);
-  for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    const double m = chain_.mass()[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d v = state.velocity.vector(i);
-    sums[kinetic] += m * v.squaredNorm() / 2;
-    Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
-  }
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     if (elements.stiffness(e) == 0) {
       continue;
@@ -141,11 +113,7 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
       of_chambers.push_back(gas.pressure);
     }
   }
-  std::vector<double> row{state.time,
-                          static_cast<double>(state.step),
-                          h,
-                          static_cast<double>(retries),
-                          all.volume,
+  std::vector<double> own{all.volume,
                           initial_volume != 0 ? all.volume / initial_volume : 0,
                           all.pressure,
                           all.absolute_pressure,
@@ -160,21 +128,14 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
                           static_cast<double>(step.concave_iterations),
                           step.residual,
                           step.relative_residual,
-                          sums[elastic],
-                          sums[kinetic],
-                          sums[momentum],
-                          sums[momentum + 1],
-                          sums[momentum + 2]};
-  row.insert(row.end(), of_chambers.begin(), of_chambers.end());
+                          sums[elastic]};
+  own.insert(own.end(), of_chambers.begin(), of_chambers.end());
   if (chain_.burns()) {
-    const std::vector<double> burning = burning_row(membrane, *state.burning, chain_.heat_capacity());
-    row.insert(row.end(), burning.begin(), burning.end());
-    row.push_back(static_cast<double>(step.heat_iterations));
+    own.push_back(static_cast<double>(step.heat_iterations));
   }
-  for (const StageTime& stage : clock_.stages()) {
-    row.push_back(stage.lap_seconds);
-  }
-  history_->add(row);
+  ledger_.add({membrane, state, chain_.mass().data(), state.burning ? &*state.burning : nullptr, chain_.heat_capacity(),
+               h, retries},
+              own);
 
   steps_ = state.step;
   last_residual_ = step.relative_residual;

@@ -4,15 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "base/stage_clock.h"
-#include "io/history.h"
-#include "world/burning_output.h"
 #include "world/inflate.h"
-#include "world/object.h"
+#include "world/ledger.h"
 
 namespace pellicle {
 
-/// The books of a balloon: a row of history.csv for the initial state and for each step.
+/// The books of a balloon: those of every object, with its gas, its wall and how its steps ended.
 class BalloonLedger {
  public:
   /// Makes the file in a folder that has been started; the chain must outlive it. Collective.
@@ -33,7 +30,7 @@ class BalloonLedger {
   /// A row of pieces.csv for each piece of a wall that burns. Collective.
   /// @param masses of the present pieces [kg]
   void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
-    pieces_->add(time, step, pieces, masses);
+    ledger_.add_pieces(time, step, pieces, masses);
   }
 
   /// Lines about all steps: how many ended out of balance, and how many may have had several equilibria. None if none.
@@ -41,10 +38,8 @@ class BalloonLedger {
 
  private:
   const Inflate& chain_;
-  const StageClock& clock_;
   std::string group_;  ///< of the object in a checkpoint
-  std::unique_ptr<History> history_;
-  std::unique_ptr<PieceTable> pieces_;    ///< if the wall burns
+  Ledger ledger_;
   double initial_rubber_volume_ = 0;      ///< [m^3]
   std::unique_ptr<Field> last_position_;  ///< positions of the last row, to see what turned over since
   int steps_ = 0;

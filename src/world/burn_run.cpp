@@ -14,6 +14,7 @@
 #include "surface/shell.h"
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
+#include "world/piece_fields.h"
 
 namespace pellicle {
 
@@ -308,20 +309,18 @@ void BurnRun::save(Hdf5File& checkpoint) const {
   checkpoint.write_once<PetscInt>(sheet_ids(output_), {sheet_->first_lattice_id, sheet_->id_end});
   write_fields(checkpoint, sheet_state(output_), *state_, {ids.begin(), ids.begin() + sheet_->particles.owned},
                cell_ids(*sheet_, cells));
-  if (ledger_ != nullptr) {  // none of what is gone since before this folder
-    ledger_->save(checkpoint);
-  }
+  ledger_->save(checkpoint);
 }
 
 void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin); }
 
 void BurnRun::resume_output(const Hdf5File& checkpoint) {
-  ledger_ = std::make_unique<Ledger>(output_, options_, &checkpoint);
+  ledger_ = std::make_unique<SheetLedger>(output_, options_, &checkpoint);
 }
 
-Ledger& BurnRun::ledger() {
+SheetLedger& BurnRun::ledger() {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<Ledger>(output_, options_);
+    ledger_ = std::make_unique<SheetLedger>(output_, options_);
   }
   return *ledger_;
 }

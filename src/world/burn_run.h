@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "world/burn.h"
-#include "world/ledger.h"
 #include "world/object.h"
+#include "world/sheet_ledger.h"
 
 namespace pellicle {
 
@@ -38,7 +38,7 @@ class BurnRun : public Object {
 
  private:
   void compact(const std::vector<bool>& kept);
-  Ledger& ledger();
+  SheetLedger& ledger();
 
   const Options& options_;
   ObjectOutput output_;
@@ -46,9 +46,9 @@ class BurnRun : public Object {
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
-  BurnStep last_;                   ///< what the last step told
-  std::unique_ptr<State> kept_;     ///< of the present sheet, to put back
-  std::unique_ptr<Ledger> ledger_;  ///< made when the first frame has made the folder
+  BurnStep last_;                        ///< what the last step told
+  std::unique_ptr<State> kept_;          ///< of the present sheet, to put back
+  std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder
 };
 
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "state/mesh_tables.h"
 #include "surface/membrane_geometry.h"
 #include "world/non_finite.h"
+#include "world/piece_fields.h"
 
 namespace pellicle {
 

@@ -1,128 +1,106 @@
 #include "world/ledger.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+
+#include "heat/heat_balance.h"
 
 namespace pellicle {
 
-std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour) {
-  const std::vector<double>& target = state.target_length[static_cast<std::size_t>(colour)];
-  std::vector<double> result(springs.ends.size());
-  for (std::size_t s = 0; s < springs.ends.size(); ++s) {
-    const auto& [a, b] = springs.ends[s];
-    if (!state.living.springs[static_cast<std::size_t>(colour)][s]) {
-      continue;
-    }
-    result[s] = (state.position.vector(a) - state.position.vector(b)).norm() / target[s] - 1;
-  }
-  return result;
+namespace {
+
+std::vector<History::Column> burning_columns() {
+  return {{"mass_left", "kg"}, {"mass_burnt", "kg"}, {"pieces", ""},     {"heat_content", "J"},
+          {"heat_in", "J"},    {"heat_out", "J"},    {"heat_made", "J"}, {"temperature_max", "K"}};
 }
 
-Ledger::Ledger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed)
-    : comm_(output.folder.comm()), options_(options), clock_(output.clock) {
-  std::vector<History::Column> columns{{"time", "s"}, {"step", ""}, {"time_step", "s"}, {"retries", ""}};
-  columns.insert(columns.end(), burning_columns().begin(), burning_columns().end());
-  columns.insert(columns.end(), {{"kinetic_energy", "J"},
-                                 {"momentum_x", "kg m/s"},
-                                 {"momentum_y", "kg m/s"},
-                                 {"momentum_z", "kg m/s"},
-                                 {"constraint_error", "m"},
-                                 {"contacts", ""},
-                                 {"heat_iterations", ""},
-                                 {"projection_iterations", ""}});
-  for (const char* colour : colour_names) {
-    columns.push_back({std::string("strain_max_") + colour, ""});
-    columns.push_back({std::string("strain_rms_") + colour, ""});
+/// Their values. Collective. @param capacity c [J/(kg K)]
+std::vector<double> burning_values(const Surface& surface, const BurningFields& fields, double capacity) {
+  double mass = 0;
+  double hottest = 0;
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    const double m = fields.mass.data()[i];
+    mass += m;
+    if (m > 0) {
+      hottest = std::max(hottest, fields.temperature.data()[i]);
+    }
   }
+  std::array<double, 6> sums{
+      mass,           fields.mass_burnt, heat_content(surface, fields.mass, fields.temperature, capacity),
+      fields.heat_in, fields.heat_out,   fields.heat_made};
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 6, MPI_DOUBLE, MPI_SUM, surface.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &hottest, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
+  const auto pieces = static_cast<double>(fields.pieces.present.size());
+  return {sums[0], sums[1], pieces, sums[2], sums[3], sums[4], sums[5], hottest};
+}
+
+/// Kinetic energy [J] and momentum [kg m/s]. Collective. @param mass of the owned particles [kg]
+std::array<double, 4> motion(const Surface& surface, const double* mass, const Field& velocity) {
+  std::array<double, 4> sums{};
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    const Eigen::Vector3d v = velocity.vector(i);
+    sums[0] += mass[i] * v.squaredNorm() / 2;
+    Eigen::Map<Eigen::Vector3d>(sums.data() + 1) += mass[i] * v;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, surface.comm());
+  return sums;
+}
+
+template <class Values>
+void append(Values& values, const Values& more) {
+  values.insert(values.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed)
+    : clock_(output.clock) {
+  std::vector<History::Column> columns{{"time", "s"}, {"step", ""}, {"time_step", "s"}, {"retries", ""}};
+  if (burns) {
+    append(columns, burning_columns());
+    pieces_ = std::make_unique<History>(
+        output.folder, output.table("pieces"),
+        std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}},
+        resumed);
+  }
+  append(columns,
+         {{"kinetic_energy", "J"}, {"momentum_x", "kg m/s"}, {"momentum_y", "kg m/s"}, {"momentum_z", "kg m/s"}});
+  append(columns, own);
   for (const StageTime& stage : clock_.stages()) {
     std::string name = "seconds_" + stage.name;
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
   history_ = std::make_unique<History>(output.folder, output.table("history"), columns, resumed);
-  pieces_ = std::make_unique<PieceTable>(output, resumed);
-  if (options.project.monitor) {
-    projection_ = std::make_unique<History>(output.folder, output.table("projection"),
-                                            std::vector<History::Column>{{"time", "s"},
-                                                                         {"step", ""},
-                                                                         {"projection_step", ""},
-                                                                         {"projected_colour", ""},
-                                                                         {"error_red", "m"},
-                                                                         {"error_green", "m"},
-                                                                         {"error_blue", "m"},
-                                                                         {"error_yellow", "m"},
-                                                                         {"error_total", "m"}},
-                                            resumed);
-  }
 }
 
 void Ledger::save(Hdf5File& checkpoint) const {
   history_->save(checkpoint);
-  pieces_->save(checkpoint);
-  if (projection_ != nullptr) {
-    projection_->save(checkpoint);
+  if (pieces_ != nullptr) {
+    pieces_->save(checkpoint);
   }
 }
 
-void Ledger::add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries) {
-  // Sums over the owned particles and springs, then over the ranks.
-  enum Sum {
-    kinetic,
-    momentum,
-    contacts = momentum + 3,
-    strain,
-    springs = strain + 4,  // that live
-    count = springs + 4
-  };
-  std::array<double, count> sums{};
-  std::array<double, 4> maxima{};  // strain of each colour
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    const double m = state.mass.values()(0, i);
-    const Eigen::Vector3d v = state.velocity.vector(i);
-    sums[kinetic] += m * v.squaredNorm() / 2;
-    Eigen::Map<Eigen::Vector3d>(sums.data() + momentum) += m * v;
+void Ledger::add(const LedgerRow& row, const std::vector<double>& own) {
+  std::vector<double> values{row.state.time, static_cast<double>(row.state.step), row.h,
+                             static_cast<double>(row.retries)};
+  if (row.burning != nullptr) {
+    append(values, burning_values(row.surface, *row.burning, row.capacity));
   }
-  sums[contacts] = static_cast<double>(step.contacts);
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    const std::vector<double> all = strains(sheet.of(colour), state, colour);
-    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
-      const double value = std::abs(all[static_cast<std::size_t>(s)]);
-      sums[strain + index] += value * value;
-      sums[springs + index] += state.living.springs[index][static_cast<std::size_t>(s)] ? 1 : 0;
-      maxima[index] = std::max(maxima[index], value);
-    }
+  for (const double value : motion(row.surface, row.mass, row.state.velocity)) {
+    values.push_back(value);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 4, MPI_DOUBLE, MPI_MAX, comm_);
-
-  std::vector<double> row{state.time, static_cast<double>(state.step), h, static_cast<double>(retries)};
-  const std::vector<double> burning = burning_row(sheet, state, options_.heat.capacity);
-  row.insert(row.end(), burning.begin(), burning.end());
-  row.insert(row.end(), {sums[kinetic], sums[momentum], sums[momentum + 1], sums[momentum + 2], step.constraint_error,
-                         sums[contacts], static_cast<double>(step.heat_iterations),
-                         static_cast<double>(step.dynamics_iterations)});
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    row.push_back(maxima[index]);
-    row.push_back(std::sqrt(sums[strain + index] / std::max(1.0, sums[springs + index])));
-  }
+  append(values, own);
   for (const StageTime& stage : clock_.stages()) {
-    row.push_back(stage.lap_seconds);
+    values.push_back(stage.lap_seconds);
   }
-  history_->add(row);
+  history_->add(values);
 }
 
-void Ledger::add(double time, int step, const std::vector<ProjectionError>& errors) {
-  if (projection_ == nullptr) {
-    return;
-  }
-  for (const ProjectionError& error : errors) {
-    std::vector<double> row{time, static_cast<double>(step), static_cast<double>(error.step),
-                            error.projected ? static_cast<double>(*error.projected) : -1.0};
-    row.insert(row.end(), error.colour.begin(), error.colour.end());
-    row.push_back(error.total);
-    projection_->add(row);
+void Ledger::add_pieces(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    pieces_->add(
+        {time, static_cast<double>(step), static_cast<double>(pieces.present[i]), pieces.birth_time[i], masses[i]});
   }
 }
 

@@ -6,47 +6,47 @@
 
 #include "base/stage_clock.h"
 #include "io/history.h"
-#include "world/burn.h"
-#include "world/burning_output.h"
+#include "surface/surface.h"
+#include "world/burning_fields.h"
 #include "world/object.h"
 
 namespace pellicle {
 
-/// The books of a sheet: a row of history.csv for the initial state and for each step, the pieces of each frame in
-/// pieces.csv, and with `project.monitor` the curves of Fig. 8 in projection.csv.
+/// What a row of the history tells of any object.
+struct LedgerRow {
+  const Surface& surface;
+  const ObjectState& state;
+  const double* mass;            ///< of the owned particles [kg]
+  const BurningFields* burning;  ///< null: nothing burns
+  double capacity = 0;           ///< c of what burns [J/(kg K)]
+  double h = 0;                  ///< length of the step [s]
+  int retries = 0;               ///< how often it was tried again
+};
+
+/// The books of an object: a row of history.csv for the initial state and for each step, and where something burns the
+/// pieces of each frame in pieces.csv. Every object's row has time, step, time_step, retries; mass_left, mass_burnt,
+/// pieces, heat_content, heat_in, heat_out, heat_made, temperature_max, if it burns; kinetic_energy and momentum; then
+/// what is its own, and the seconds of its stages.
 class Ledger {
  public:
-  /// Makes the files in a folder that has been started; options must outlive it. Collective.
-  /// @throws Error when they cannot be written
-  /// @param resumed checkpoint from which the run goes on in its folder
-  Ledger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed = nullptr);
+  /// Makes the files in a folder that has been started. Collective. @throws Error when they cannot be written
+  /// @param own the columns that only objects of this kind have
+  /// @param resumed checkpoint from which the run goes on in its folder, or null
+  Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed);
 
   /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
 
-  /// @param h length of the step [s]
-  /// @param retries how often it was tried again. Collective.
-  void add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries);
+  /// Adds a row. Collective. @param own of its own columns
+  void add(const LedgerRow& row, const std::vector<double>& own);
 
-  /// A row of pieces.csv for each piece. Collective.
-  /// @param masses of the present pieces [kg]
-  void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
-    pieces_->add(time, step, pieces, masses);
-  }
-
-  /// Collective.
-  void add(double time, int step, const std::vector<ProjectionError>& errors);
+  /// Adds a row to pieces.csv for each piece. Collective. @param masses of the present pieces [kg]
+  void add_pieces(double time, int step, const Pieces& pieces, const std::vector<double>& masses);
 
  private:
-  MPI_Comm comm_;
-  const Options& options_;
   const StageClock& clock_;
   std::unique_ptr<History> history_;
-  std::unique_ptr<PieceTable> pieces_;
-  std::unique_ptr<History> projection_;
+  std::unique_ptr<History> pieces_;  ///< if it burns
 };
-
-/// (d - l)/l of the owned and ghost springs of a colour, d the present and l the target length; 0 of dead ones.
-std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour);
 
 }  // namespace pellicle

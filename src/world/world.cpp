@@ -172,7 +172,7 @@ std::string World::draw_failed(double h) {
 
 void World::record(double h, int retries) {
   for (const Member& member : members_) {
-    if (is_present(member)) {
+    if (is_present(member) || h == 0) {  // The first row of a folder is also of what is gone.
       member.object->record(h, retries);
     }
   }

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/history.h"
+#include "world/burn.h"
+#include "world/ledger.h"
+
+namespace pellicle {
+
+/// The books of a sheet: those of every object, and with `project.monitor` the curves of Fig. 8 in projection.csv.
+class SheetLedger {
+ public:
+  /// Makes the files in a folder that has been started; options must outlive it. Collective.
+  /// @throws Error when they cannot be written
+  /// @param resumed checkpoint from which the run goes on in its folder
+  SheetLedger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed = nullptr);
+
+  /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
+  void save(Hdf5File& checkpoint) const;
+
+  /// @param h length of the step [s]
+  /// @param retries how often it was tried again. Collective.
+  void add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries);
+
+  /// A row of pieces.csv for each piece. Collective.
+  /// @param masses of the present pieces [kg]
+  void add(double time, int step, const Pieces& pieces, const std::vector<double>& masses) {
+    ledger_.add_pieces(time, step, pieces, masses);
+  }
+
+  /// Collective.
+  void add(double time, int step, const std::vector<ProjectionError>& errors);
+
+ private:
+  const Options& options_;
+  Ledger ledger_;
+  std::unique_ptr<History> projection_;
+};
+
+/// (d - l)/l of the owned and ghost springs of a colour, d the present and l the target length; 0 of dead ones.
+std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour);
+
+}  // namespace pellicle
