@@ -17,8 +17,8 @@
 namespace pellicle {
 
 /// What heats, burns and cuts a surface, be it of a sheet or of a balloon: the stages heat, combustion and ablation of
-/// the burning paper. They read and leave fields with ghosts up to date. All but the constructor's arguments are the
-/// caller's: fields, and the state that they belong to, which says where the particles are and at what time.
+/// the burning paper. They read and leave fields with ghosts up to date; the state that these belong to says where the
+/// particles are, and when.
 class Burning {
  public:
   /// Reads textures, builds operators. Surface, options and clock must outlive it. Collective.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <sstream>
 
@@ -144,6 +145,9 @@ TEST(BurningBalloon, AVertexWithoutElementsStaysWhereItIs) {
     }
   }
   EXPECT_GT(summed(left), 5);
+  for (std::size_t e = 0; e < balloon.membrane.triangles.size(); ++e) {
+    EXPECT_EQ(balloon.chain.elements().stiffness(e) > 0, balloon.state.burning->living.triangles[e]);
+  }
   EXPECT_EQ(balloon.chain.hole(balloon.state), "") << "the law pressure needs no closed wall";
 }
 
@@ -198,6 +202,17 @@ TEST_F(BurningBalloonRuns, EndsWithTheHoleWhoseElementIsTheFirst) {
   const std::string text = run_.ended();
   EXPECT_EQ(text.find("chamber gas is open: element " + std::to_string(first) + " at ("), 0U) << text;
   EXPECT_NE(text.find(") m has burnt through"), std::string::npos) << text;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // of the middle of the element
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    for (const PetscInt vertex : membrane.triangles[e]) {
+      place += (membrane.element_id[e] == first ? 1.0 / 3 : 0) * run_.object().state().position.vector(vertex);
+    }
+  }
+  Eigen::Vector3d told;
+  ASSERT_EQ(std::sscanf(text.c_str() + text.find('('), "(%lf, %lf, %lf)", &told[0], &told[1], &told[2]), 3) << text;
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(told[k], summed(place[k]), 1e-4) << text;
+  }
   run_.draw();
 }
 
