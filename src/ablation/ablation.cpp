@@ -5,6 +5,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass) {
   std::vector<double> level(static_cast<std::size_t>(surface.particles.local()));
@@ -115,4 +116,5 @@ std::vector<bool> empty_cells(const Sheet& sheet, const Living& living) {
   return empty;
 }
 
+}  // namespace ablation
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 /// m' of the local particles as a share of the initial mass, m/m^init - m^loss: the level set whose negative part has
 /// burnt away (burning paper, section 6).
@@ -72,4 +73,5 @@ class Ablation {
 /// collective.
 std::vector<bool> empty_cells(const Sheet& sheet, const Living& living);
 
+}  // namespace ablation
 }  // namespace pellicle

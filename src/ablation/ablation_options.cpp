@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 void describe(OptionTable& table, AblationOptions& options) {
   table.add("ablation.loss_mass", options.loss_mass)
@@ -49,4 +50,5 @@ void describe(OptionTable& table, AblationOptions& options) {
       .help("seed of the scatter of the strength");
 }
 
+}  // namespace ablation
 }  // namespace pellicle

@@ -5,8 +5,10 @@
 #include <vector>
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace ablation {
 
 /// How a sheet burns away and tears (burning paper, sections 6 and 8.2).
 struct AblationOptions {
@@ -23,4 +25,5 @@ struct AblationOptions {
 /// Declares the options `ablation.*`.
 void describe(OptionTable& table, AblationOptions& options);
 
+}  // namespace ablation
 }  // namespace pellicle

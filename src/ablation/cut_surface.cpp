@@ -12,6 +12,7 @@
 #include "parallel/route.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 namespace {
 
@@ -180,4 +181,5 @@ DrawnSurface whole_surface(const Surface& surface) {
                      std::vector<double>(static_cast<std::size_t>(surface.particles.local()), 1.0));
 }
 
+}  // namespace ablation
 }  // namespace pellicle

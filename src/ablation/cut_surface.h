@@ -6,6 +6,7 @@
 #include "surface/living.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 /// The living triangles of a rank's elements, cut where the level set is zero (marching triangles; burning paper, eq. 7
 /// and Fig. 6). A corner stands for itself, the virtual centre of a quad is the mean of its corners and has its lattice
@@ -20,4 +21,5 @@ DrawnSurface cut_surface(const Surface& surface, const Living& living, const std
 /// All of it, with nothing cut. Collective.
 DrawnSurface whole_surface(const Surface& surface);
 
+}  // namespace ablation
 }  // namespace pellicle

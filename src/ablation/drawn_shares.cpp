@@ -5,6 +5,7 @@
 #include <array>
 
 namespace pellicle {
+inline namespace ablation {
 
 namespace {
 
@@ -162,4 +163,5 @@ std::vector<double> DrawnShares::density(const Field& amount) const {
   return density;
 }
 
+}  // namespace ablation
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 /// Spreads what the particles of a sheet have, such as mass, over what is drawn of its cells, so that nothing is left
 /// out: the sum of density times area over the drawn triangles of all ranks is the sum over the particles.
@@ -44,4 +45,5 @@ class DrawnShares {
   Field given_;               ///< by each particle to others: the weights of those that take, added up
 };
 
+}  // namespace ablation
 }  // namespace pellicle

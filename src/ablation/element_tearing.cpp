@@ -7,6 +7,7 @@
 #include "base/noise.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 ElementTearing::ElementTearing(const Surface& surface, const AblationOptions& options,
                                const std::vector<double>& texture)
@@ -56,4 +57,5 @@ std::vector<PetscInt> ElementTearing::torn(const std::vector<double>& tension, c
   return torn;
 }
 
+}  // namespace ablation
 }  // namespace pellicle

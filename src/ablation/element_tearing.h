@@ -7,6 +7,7 @@
 #include "surface/living.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 /// Tearing of a membrane, whose stress is known element by element: an element tears when
 ///
@@ -35,4 +36,5 @@ class ElementTearing {
   Field largest_overload_;                ///< of the elements at each local particle
 };
 
+}  // namespace ablation
 }  // namespace pellicle

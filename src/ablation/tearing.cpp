@@ -7,6 +7,7 @@
 #include "geometry/quad_area.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 namespace {
 
@@ -157,4 +158,5 @@ void Tearing::find_overload(const TearingInput& input) {
   largest_overload_.update_ghosts();
 }
 
+}  // namespace ablation
 }  // namespace pellicle

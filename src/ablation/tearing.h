@@ -9,6 +9,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace ablation {
 
 /// Share of the strength that is left of a particle of this mass, as a fraction of the initial one as m^min is: linear,
 /// `char_strength` at m^min.
@@ -75,4 +76,5 @@ class Tearing {
   Field largest_overload_;         ///< of the springs at each local particle
 };
 
+}  // namespace ablation
 }  // namespace pellicle

@@ -17,6 +17,7 @@
 #include "base/idle_options.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -389,4 +390,5 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   std::signal(SIGPIPE, SIG_DFL);  // `pellicle ... | head` ends quietly, without PETSc's trace.
 }
 
+}  // namespace base
 }  // namespace pellicle

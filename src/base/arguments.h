@@ -11,6 +11,7 @@
 #include "base/petsc_options.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// What the command line asks for, after the options have been set.
 struct ProgramArguments {
@@ -43,4 +44,5 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
 /// says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
+}  // namespace base
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include "base/spelling.h"
 
 namespace pellicle {
+inline namespace base {
 
 void AnyChoice::set(const std::string& name) {
   const auto found = std::find(names_->begin(), names_->end(), name);
@@ -15,4 +16,5 @@ void AnyChoice::set(const std::string& name) {
   index_ = static_cast<std::size_t>(found - names_->begin());
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace base {
 
 /// One of some names, whichever enumeration they belong to: what the option table sees of a Choice.
 class AnyChoice {
@@ -44,4 +45,5 @@ class Choice : public AnyChoice {
   operator E() const { return static_cast<E>(index_value()); }  // NOLINT(google-explicit-constructor)
 };
 
+}  // namespace base
 }  // namespace pellicle

@@ -14,6 +14,7 @@
 #include "base/spelling.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -616,4 +617,5 @@ std::string written_deck(const ObjectTables& tables, const std::vector<PetscOpti
   return std::string(out.c_str()) + "\n";
 }
 
+}  // namespace base
 }  // namespace pellicle

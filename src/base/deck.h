@@ -8,6 +8,7 @@
 #include "base/petsc_options.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// A YAML file of options.
 struct Deck {
@@ -52,4 +53,5 @@ struct ChangedOption {
 /// What differs between the texts of two written decks, in the order of the keys. @throws Error on what is no deck
 std::vector<ChangedOption> changed_options(const std::string& before, const std::string& now);
 
+}  // namespace base
 }  // namespace pellicle

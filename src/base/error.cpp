@@ -6,6 +6,7 @@
 #include <utility>
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -104,4 +105,5 @@ PetscErrorCode as_petsc_callback(const std::function<void()>& work) noexcept {
   }
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace base {
 
 /// Bad input, or a situation that the user must mend: `what()` is one line that names the file, key or element,
 /// the value, and what was expected. `main` prints it once and ends with exit code 1.
@@ -47,4 +48,5 @@ void on_root(MPI_Comm comm, const std::function<void()>& work);
 /// Runs C++ code inside a C callback of PETSc: an exception becomes a PETSc error code.
 PetscErrorCode as_petsc_callback(const std::function<void()>& work) noexcept;
 
+}  // namespace base
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace pellicle {
+inline namespace base {
 
 /// Owns one PETSc object: move-only, destroyed with its scope. Every handle must die before PetscFinalize.
 template <class T, PetscErrorCode (*destroy)(T*)>
@@ -47,4 +48,5 @@ using VecHandle = Handle<Vec, VecDestroy>;
 using MatHandle = Handle<Mat, MatDestroy>;
 using KspHandle = Handle<KSP, KSPDestroy>;
 
+}  // namespace base
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -143,4 +144,5 @@ std::string settle_idle_options(const ObjectTables& tables, std::vector<PetscOpt
   return names.empty() ? "" : "not used in this run: " + names;
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "base/petsc_options.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// Notes what acts of all that has been given so far, see OptionTable::note_acting.
 void note_acting(const ObjectTables& tables, std::vector<PetscOption>& petsc);
@@ -19,4 +20,5 @@ void note_acting(const ObjectTables& tables, std::vector<PetscOption>& petsc);
 /// @throws Error that names the first that is not legal, and what it needs
 std::string settle_idle_options(const ObjectTables& tables, std::vector<PetscOption>& petsc);
 
+}  // namespace base
 }  // namespace pellicle

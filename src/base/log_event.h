@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// A line of `-log_view`, made by the first call with this name; for a static variable.
 inline PetscLogEvent log_event(const char* name) {
@@ -29,4 +30,5 @@ class LogScope {
   PetscLogEvent event_;
 };
 
+}  // namespace base
 }  // namespace pellicle

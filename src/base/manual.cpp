@@ -4,6 +4,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -117,9 +118,9 @@ const std::string objects =
 
 const std::string not_done =
     "What the program does not do: self-contact (a sheet or a wall passes through itself); contact between objects "
-    "(they "
-    "meet bodies, but not each other); heat and fire on a balloon, and gas in a sheet; flames and air; tears or leaks "
-    "of a balloon.";
+    "(they meet bodies, but not each other); gas that escapes through a hole (the run ends there) or in a sheet; "
+    "flames "
+    "and air.";
 
 const std::string no_effect =
     "An option that is given but cannot act in the run, for want of what it needs (in braces below; in the table under "
@@ -197,4 +198,5 @@ std::string options_markdown(const OptionTable& table) {
   return text;
 }
 
+}  // namespace base
 }  // namespace pellicle

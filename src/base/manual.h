@@ -5,6 +5,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// The text of `-help`: what the program is, how to call it, and every option by module; lines of up to 100 letters.
 std::string help_text(const OptionTable& table);
@@ -12,4 +13,5 @@ std::string help_text(const OptionTable& table);
 /// The text of `-options_table`: Markdown, one table a module.
 std::string options_markdown(const OptionTable& table);
 
+}  // namespace base
 }  // namespace pellicle

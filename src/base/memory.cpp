@@ -11,6 +11,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -92,4 +93,5 @@ void require_memory(const std::string& what, double bytes) {
   }
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace base {
 
 /// Memory that this process may still take [bytes]: what the machine has to give, and no more than a control group or
 /// `ulimit -v` leaves. Not collective.
@@ -14,4 +15,5 @@ double available_memory();
 /// @throws Error "WHAT needs about 4e+09 GB of memory, expected no more than the 12 GB that are available"
 void require_memory(const std::string& what, double bytes);
 
+}  // namespace base
 }  // namespace pellicle

@@ -1,6 +1,7 @@
 #include "base/noise.h"
 
 namespace pellicle {
+inline namespace base {
 
 double noise(int seed, std::uint64_t number) {
   // SplitMix64's finaliser over the combination of both.
@@ -14,4 +15,5 @@ double noise(int seed, std::uint64_t number) {
   return static_cast<double>(bits >> 11) * 0x1.0p-52 - 1;
 }
 
+}  // namespace base
 }  // namespace pellicle

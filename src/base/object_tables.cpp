@@ -3,6 +3,7 @@
 #include <algorithm>
 
 namespace pellicle {
+inline namespace base {
 
 std::vector<ObjectTable> ObjectTables::of(const std::string& object) const {
   std::vector<ObjectTable> result;
@@ -29,4 +30,5 @@ std::pair<std::string, std::string> ObjectTables::split(const std::string& text,
 
 std::string object_prefix(const std::string& object) { return object.empty() ? "" : "objects_" + object + "_"; }
 
+}  // namespace base
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// An object of a run, and the table of its options.
 struct ObjectTable {
@@ -47,4 +48,5 @@ class ObjectTables {
 /// "objects_cloth_"; "" for an object without a name.
 std::string object_prefix(const std::string& object);
 
+}  // namespace base
 }  // namespace pellicle

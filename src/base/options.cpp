@@ -16,6 +16,7 @@
 #include "base/units.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -731,4 +732,5 @@ std::string command_line_name(const std::string& key) {
   return name;
 }
 
+}  // namespace base
 }  // namespace pellicle

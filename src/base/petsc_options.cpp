@@ -10,6 +10,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -124,4 +125,5 @@ void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const O
   }
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "base/object_tables.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// An option of PETSc's that a deck or the command line gives.
 struct PetscOption {
@@ -36,4 +37,5 @@ std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& op
 /// Prints `unused_petsc_options` on rank 0's standard error. Call it when all solvers have been set up.
 void warn_unused(MPI_Comm comm, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
+}  // namespace base
 }  // namespace pellicle

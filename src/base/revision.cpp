@@ -3,9 +3,11 @@
 #include "revision_text.h"  // written by the build
 
 namespace pellicle {
+inline namespace base {
 
 const char* version() { return PELLICLE_VERSION; }
 
 const char* git_revision() { return PELLICLE_GIT_REVISION; }
 
+}  // namespace base
 }  // namespace pellicle

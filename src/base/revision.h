@@ -1,6 +1,7 @@
 #pragma once
 
 namespace pellicle {
+inline namespace base {
 
 /// Version of the program, such as "0.1".
 const char* version();
@@ -8,4 +9,5 @@ const char* version();
 /// The git commit that was built, with "-dirty" when tracked files had been changed, or "unknown" outside a repository.
 const char* git_revision();
 
+}  // namespace base
 }  // namespace pellicle

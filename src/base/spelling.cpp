@@ -4,6 +4,7 @@
 #include <limits>
 
 namespace pellicle {
+inline namespace base {
 
 int edit_distance(const std::string& a, const std::string& b) {
   // d[i][j]: distance of the first i letters of a from the first j of b; three rows of it are kept.
@@ -41,4 +42,5 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   return best;
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace base {
 
 /// The number of letters inserted, removed, replaced or swapped with their neighbour that turn `a` into `b`.
 int edit_distance(const std::string& a, const std::string& b);
@@ -11,4 +12,5 @@ int edit_distance(const std::string& a, const std::string& b);
 /// The candidate with the smallest edit distance to `word`, the first of several; "" without candidates.
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
 
+}  // namespace base
 }  // namespace pellicle

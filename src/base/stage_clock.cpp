@@ -7,6 +7,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -59,4 +60,5 @@ void StageClock::start_lap() {
 
 double StageClock::elapsed() const { return MPI_Wtime() - start_; }
 
+}  // namespace base
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace base {
 
 /// What one stage of a step has cost so far.
 struct StageTime {
@@ -54,4 +55,5 @@ class StageClock {
   double start_;
 };
 
+}  // namespace base
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace base {
 
 /// What a stage says of its work. Divergence is a result, not an error: the step control decides what follows.
 struct StageResult {
@@ -12,4 +13,5 @@ struct StageResult {
   std::string reason;  ///< in words, when it did not converge
 };
 
+}  // namespace base
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include <utility>
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -117,4 +118,5 @@ std::string signal_name(int signal) {
   return "signal " + std::to_string(signal);
 }
 
+}  // namespace base
 }  // namespace pellicle

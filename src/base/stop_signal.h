@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 /// A run that a signal has ended; its state has been kept. `main` ends with 128 + the signal, as shells expect.
 class Interrupted : public Error {
@@ -36,4 +37,5 @@ int stop_signal();
 /// "SIGTERM"
 std::string signal_name(int signal);
 
+}  // namespace base
 }  // namespace pellicle

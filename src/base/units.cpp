@@ -13,6 +13,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace base {
 
 namespace {
 
@@ -244,4 +245,5 @@ std::string number_text(double value) {
   return text;
 }
 
+}  // namespace base
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace base {
 
 /// Exponents of metre, kilogram, second, kelvin, mole and radian: an angle is no pure number here, so that neither is
 /// read as the other.
@@ -41,4 +42,5 @@ std::string number_text(double value);
 /// A text without the blanks at its ends.
 std::string trimmed(const std::string& text);
 
+}  // namespace base
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 namespace pellicle {
+inline namespace combustion {
 
 double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnInput& input,
             const CombustionOptions& options) {
@@ -54,4 +55,5 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field&
   }
 }
 
+}  // namespace combustion
 }  // namespace pellicle

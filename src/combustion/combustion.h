@@ -8,6 +8,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace combustion {
 
 /// Target lengths of the local springs of each colour [m].
 using TargetLengths = std::array<std::vector<double>, 4>;
@@ -42,4 +43,5 @@ double volume_ratio(double mass_ratio, const CombustionOptions& options);
 void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
                         const CombustionOptions& options);
 
+}  // namespace combustion
 }  // namespace pellicle

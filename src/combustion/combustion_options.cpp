@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace combustion {
 
 void describe(OptionTable& table, CombustionOptions& options) {
   table.add("combustion.ignition_temperature", options.ignition_temperature)
@@ -54,4 +55,5 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .source("README: readings");
 }
 
+}  // namespace combustion
 }  // namespace pellicle

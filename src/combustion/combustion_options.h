@@ -4,8 +4,10 @@
 #include <vector>
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace combustion {
 
 /// Loss of mass of what burns and the shrinkage that follows (burning paper, section 6).
 struct CombustionOptions {
@@ -24,4 +26,5 @@ struct CombustionOptions {
 /// Declares the options `combustion.*`.
 void describe(OptionTable& table, CombustionOptions& options);
 
+}  // namespace combustion
 }  // namespace pellicle

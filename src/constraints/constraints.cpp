@@ -11,6 +11,7 @@
 #include "base/units.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 namespace {
 
@@ -118,4 +119,5 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
   }
 }
 
+}  // namespace constraints
 }  // namespace pellicle

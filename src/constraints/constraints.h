@@ -10,6 +10,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 /// A symmetry plane as a deck gives it: one of the named objects `symmetry`. Vertices that lie in it stay in it.
 struct SymmetryOptions {
@@ -41,4 +42,5 @@ class Constraints {
   bool has_planes_;
 };
 
+}  // namespace constraints
 }  // namespace pellicle

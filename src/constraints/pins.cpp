@@ -7,6 +7,7 @@
 #include "geometry/key_points.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 namespace {
 
@@ -99,4 +100,5 @@ void Pins::impose(Field& positions, double time) const {
   }
 }
 
+}  // namespace constraints
 }  // namespace pellicle

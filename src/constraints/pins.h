@@ -11,6 +11,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 /// Particles that are held, as a deck gives them: one of the named objects `pins`.
 struct PinOptions : SelectionOptions {
@@ -58,4 +59,5 @@ class Pins {
   std::vector<bool> pinned_;
 };
 
+}  // namespace constraints
 }  // namespace pellicle

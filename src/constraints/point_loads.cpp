@@ -6,6 +6,7 @@
 #include "geometry/key_points.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 void describe(OptionTable& table, AttachmentOptions& options) {
   describe(table, static_cast<PinOptions&>(options));
@@ -166,4 +167,5 @@ void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const
   }
 }
 
+}  // namespace constraints
 }  // namespace pellicle

@@ -12,6 +12,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 /// Vertices tied to moving places by springs of no length: one of the named objects `attachments`, a soft pin.
 struct AttachmentOptions : PinOptions {
@@ -111,4 +112,5 @@ class PointLoads {
   double smoothing_ = 0;    ///< e: slip from which on friction is full [m]
 };
 
+}  // namespace constraints
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "surface/groups.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 namespace {
 
@@ -175,4 +176,5 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
   return selection.chosen();
 }
 
+}  // namespace constraints
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace constraints {
 
 enum class Layer { corners, lattice, both };
 inline const std::vector<std::string>& names_of(Layer) {
@@ -38,4 +39,5 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
 /// The smallest box round the undeformed places of the chosen owned particles of all ranks [m]. Collective.
 Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>& chosen);
 
+}  // namespace constraints
 }  // namespace pellicle

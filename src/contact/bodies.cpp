@@ -4,6 +4,7 @@
 #include "geometry/key_points.h"
 
 namespace pellicle {
+inline namespace contact {
 
 namespace {
 
@@ -129,4 +130,5 @@ PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, c
   return approaching;
 }
 
+}  // namespace contact
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "parallel/field.h"
 
 namespace pellicle {
+inline namespace contact {
 
 enum class BodyShape { sphere, plane };
 inline const std::vector<std::string>& names_of(BodyShape) {
@@ -84,4 +85,5 @@ class Bodies {
   std::vector<Body> bodies_;
 };
 
+}  // namespace contact
 }  // namespace pellicle

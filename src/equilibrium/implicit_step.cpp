@@ -10,6 +10,7 @@
 #include "solvers/backtracking.h"
 
 namespace pellicle {
+inline namespace equilibrium {
 
 namespace {
 
@@ -248,4 +249,5 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
       before, slope, rounding);
 }
 
+}  // namespace equilibrium
 }  // namespace pellicle

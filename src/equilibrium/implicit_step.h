@@ -9,6 +9,7 @@
 #include "solvers/newton.h"
 
 namespace pellicle {
+inline namespace equilibrium {
 
 /// How an implicit step went.
 struct ImplicitResult {
@@ -70,4 +71,5 @@ class ImplicitStep {
   std::optional<Newton> newton_;
 };
 
+}  // namespace equilibrium
 }  // namespace pellicle

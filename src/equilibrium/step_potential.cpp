@@ -8,6 +8,7 @@
 #include "equilibrium/vertex_potential.h"
 
 namespace pellicle {
+inline namespace equilibrium {
 
 namespace {
 
@@ -270,4 +271,5 @@ double StepPotential::value() {
   return sum;
 }
 
+}  // namespace equilibrium
 }  // namespace pellicle

@@ -18,6 +18,7 @@
 #include "solvers/tangent.h"
 
 namespace pellicle {
+inline namespace equilibrium {
 
 /// What a balloon is made of and what acts on it; all must outlive who holds it.
 struct BalloonModel {
@@ -136,4 +137,5 @@ class StepPotential {
   std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
 };
 
+}  // namespace equilibrium
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "solvers/potential.h"
 
 namespace pellicle {
+inline namespace equilibrium {
 
 /// A sum over single vertices, sum_i f(i, x_i). Nothing here communicates.
 /// @tparam Function of an owned vertex and its position [m], gives a PointPotential
@@ -64,4 +65,5 @@ std::unique_ptr<Potential> make_vertex_potential(const Layout& vertices, Functio
   return std::make_unique<VertexPotential<Function>>(vertices, std::move(function));
 }
 
+}  // namespace equilibrium
 }  // namespace pellicle

@@ -12,6 +12,7 @@
 #include "geometry/pressure_load.h"
 
 namespace pellicle {
+inline namespace gas {
 
 namespace {
 
@@ -343,4 +344,5 @@ double Chambers::prescribed_volume(int chamber, double time) const {
                                      : value_on_key_points(self.options.volume, time);
 }
 
+}  // namespace gas
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "surface/membrane.h"
 
 namespace pellicle {
+inline namespace gas {
 
 /// The gas of a chamber at a moment. What the law says nothing of is 0: amount and temperature for the laws relative,
 /// pressure and volume; all but the volume for the law volume, whose pressure the solver finds.
@@ -88,4 +89,5 @@ class Chambers {
   std::vector<int> has_hole_;            ///< of each chamber
 };
 
+}  // namespace gas
 }  // namespace pellicle

@@ -1,6 +1,7 @@
 #include "gas/gas_options.h"
 
 namespace pellicle {
+inline namespace gas {
 
 void describe(OptionTable& table, GasOptions& options) {
   table.add("gas.tangent", options.tangent)
@@ -70,4 +71,5 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .source("README: readings");
 }
 
+}  // namespace gas
 }  // namespace pellicle

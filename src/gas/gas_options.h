@@ -6,6 +6,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace gas {
 
 /// Derivative of the pressure force (GasOptions::tangent).
 enum class GasTangent { paper, rank1, exact };
@@ -46,4 +47,5 @@ struct ChamberOptions {
 
 void describe(OptionTable& table, ChamberOptions& options);
 
+}  // namespace gas
 }  // namespace pellicle

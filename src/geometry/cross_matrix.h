@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 
 namespace pellicle {
+inline namespace geometry {
 
 /// The matrix of v x.
 inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return Eigen::Matrix3d{{0, -v[2], v[1]}, {v[2], 0, -v[0]}, {-v[1], v[0], 0}};
 }
 
+}  // namespace geometry
 }  // namespace pellicle

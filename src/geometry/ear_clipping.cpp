@@ -8,6 +8,8 @@
 #include <queue>
 
 namespace pellicle {
+inline namespace geometry {
+
 namespace {
 
 using Vector = Eigen::Vector2d;
@@ -212,4 +214,5 @@ std::vector<std::array<std::size_t, 3>> cut_ears(const std::vector<Eigen::Vector
   return flat.empty() ? std::vector<std::array<std::size_t, 3>>() : EarCutter(flat).cut();
 }
 
+}  // namespace geometry
 }  // namespace pellicle

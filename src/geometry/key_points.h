@@ -5,6 +5,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace geometry {
 
 /// The place at `time` on a path given by key points.
 /// @param rows (time [s], x, y, z [m]) each, at least one, times growing: see `fault_of_key_points`. Linear between two
@@ -26,4 +27,5 @@ std::string fault_of_motion(const std::vector<std::vector<double>>& path, const 
 Eigen::Vector3d place_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity,
                                 double time);
 
+}  // namespace geometry
 }  // namespace pellicle

@@ -1,6 +1,7 @@
 #include "geometry/marching_triangle.h"
 
 namespace pellicle {
+inline namespace geometry {
 
 KeptPart marching_triangle(const std::array<double, 3>& level) {
   const auto kept = [&level](int corner) { return level[static_cast<std::size_t>(corner)] >= 0; };
@@ -27,4 +28,5 @@ KeptPart marching_triangle(const std::array<double, 3>& level) {
   return {2, {{{whole(a), whole(b), cut(b, c)}, {whole(a), cut(b, c), cut(a, c)}}}};
 }
 
+}  // namespace geometry
 }  // namespace pellicle

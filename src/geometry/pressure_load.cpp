@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 namespace pellicle {
+inline namespace geometry {
 
 double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {
   return x1.dot(x2.cross(x3)) / 6;
@@ -21,4 +22,5 @@ void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], 
   result[2] += factor * (x[1].cross(w[0]) - x[0].cross(w[1]));
 }
 
+}  // namespace geometry
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 namespace pellicle {
+inline namespace geometry {
 
 // The load of a pressure p on a triangle, and its derivative. All positions [m] are relative to one point o for the
 // whole surface: any point if it is closed, else a point of all planes that close it and to which its boundary is
@@ -26,4 +27,5 @@ Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2
 void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], const Eigen::Vector3d w[3],
                                    Eigen::Vector3d result[3]);
 
+}  // namespace geometry
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace pellicle {
+inline namespace geometry {
 
 // Distances of a point from the surface of a solid that lies in its own frame, negative inside [m]. Formulas of
 // I. Quilez, "Distance functions" (iquilezles.org). Exact but for the ellipsoid.
@@ -50,4 +51,5 @@ inline double distance_from_torus(const Eigen::Vector3d& point, double major_rad
   return std::hypot(point.head<2>().norm() - major_radius, point.z()) - tube_radius;
 }
 
+}  // namespace geometry
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <variant>
 
 namespace pellicle {
+inline namespace geometry {
 
 /// How far a point is outside a solid (negative: inside) and which way is out.
 struct SignedDistance {
@@ -49,4 +50,5 @@ inline Solid moved_by(const Eigen::Vector3d& displacement, Solid solid) {
   return solid;
 }
 
+}  // namespace geometry
 }  // namespace pellicle

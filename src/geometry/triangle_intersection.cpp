@@ -5,6 +5,8 @@
 #include <limits>
 
 namespace pellicle {
+inline namespace geometry {
+
 namespace {
 
 /// Six times the signed volume of the tetrahedron a b c d; 0 where rounding may have made it, in one plane.
@@ -39,4 +41,5 @@ bool triangles_intersect(const Triangle& first, const Triangle& second) {
   return false;
 }
 
+}  // namespace geometry
 }  // namespace pellicle

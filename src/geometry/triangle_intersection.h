@@ -4,6 +4,7 @@
 #include <array>
 
 namespace pellicle {
+inline namespace geometry {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;
 
@@ -11,4 +12,5 @@ using Triangle = std::array<Eigen::Vector3d, 3>;
 /// lie in one plane, or only touch, do not. In plain double precision.
 bool triangles_intersect(const Triangle& first, const Triangle& second);
 
+}  // namespace geometry
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "solvers/ksp.h"
 
 namespace pellicle {
+inline namespace heat {
 
 namespace {
 
@@ -220,4 +221,5 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
   return result;
 }
 
+}  // namespace heat
 }  // namespace pellicle

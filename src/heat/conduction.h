@@ -12,6 +12,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace heat {
 
 /// What conduction needs to know of a step, with ghosts up to date.
 struct ConductionInput {
@@ -69,4 +70,5 @@ class Conduction {
   KspHandle ksp_;
 };
 
+}  // namespace heat
 }  // namespace pellicle

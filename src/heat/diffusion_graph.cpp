@@ -4,6 +4,7 @@
 #include <algorithm>
 
 namespace pellicle {
+inline namespace heat {
 
 namespace {
 
@@ -150,4 +151,5 @@ void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vec
   graph.capacity = mass.values().row(0).head(surface.particles.owned);
 }
 
+}  // namespace heat
 }  // namespace pellicle

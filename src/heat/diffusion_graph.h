@@ -9,6 +9,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace heat {
 
 /// Diffusion between pairs of particles: capacity_i dT_i/dt = sum_j weight_ij (T_j - T_i), a symmetric graph Laplacian.
 struct DiffusionGraph {
@@ -53,4 +54,5 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const Living& living);
 
+}  // namespace heat
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "geometry/quad_area.h"
 
 namespace pellicle {
+inline namespace heat {
 
 namespace {
 
@@ -98,4 +99,5 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
   return exchange;
 }
 
+}  // namespace heat
 }  // namespace pellicle

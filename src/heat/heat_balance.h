@@ -6,6 +6,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace heat {
 
 /// sum c m_i T_i of the owned particles [J]; with a change of mass or of temperature in place of one of them, the heat
 /// that comes with it. Not collective: the caller sums over the ranks.
@@ -37,4 +38,5 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
                                         const Field& mass, const Living& living, double time_step,
                                         const HeatOptions& options);
 
+}  // namespace heat
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace heat {
 
 void describe(OptionTable& table, HeatOptions& options) {
   table.add("heat.initial_temperature", options.initial_temperature)
@@ -63,4 +64,5 @@ void describe(OptionTable& table, HeatOptions& options) {
   table.add_solver_prefix("heat_");
 }
 
+}  // namespace heat
 }  // namespace pellicle

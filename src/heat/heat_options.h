@@ -8,8 +8,10 @@
 #include "heat/heat_source.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace heat {
 
 /// umbrella: eq. 3 as printed.
 enum class HeatOperator { consistent, umbrella };
@@ -46,4 +48,5 @@ struct HeatOptions {
 /// Declares the options `heat.*`, the objects `heat.sources` and the solver prefix `heat_`.
 void describe(OptionTable& table, HeatOptions& options);
 
+}  // namespace heat
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "geometry/key_points.h"
 
 namespace pellicle {
+inline namespace heat {
 
 bool HeatSource::active(double time) const { return time >= start_time && (!end_time || time < *end_time); }
 
@@ -97,4 +98,5 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
   return heat;
 }
 
+}  // namespace heat
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace heat {
 
 enum class SourceShape { ball, texture };
 inline const std::vector<std::string>& names_of(SourceShape) {
@@ -61,4 +62,5 @@ struct HeatSourceInput {
 /// @returns the heat added to the owned particles [J].
 double apply_heat_source(Field& temperature, const HeatSource& source, const HeatSourceInput& input);
 
+}  // namespace heat
 }  // namespace pellicle

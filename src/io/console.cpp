@@ -12,6 +12,7 @@
 #include "base/stage_clock.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -128,4 +129,5 @@ void Console::stage_table(const std::vector<std::pair<std::string, const StageCl
   row("total", "", total);
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -9,8 +9,10 @@
 #include <vector>
 
 namespace pellicle {
-
+inline namespace base {
 class StageClock;
+}  // namespace base
+inline namespace io {
 
 /// What a progress line tells of a step.
 struct Progress {
@@ -62,4 +64,5 @@ std::string time_text(double seconds);
 /// A span of time as people say it: "0.35 s", "12 s", "3 min 05 s", "2 h 10 min".
 std::string duration_text(double seconds);
 
+}  // namespace io
 }  // namespace pellicle

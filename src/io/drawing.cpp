@@ -18,6 +18,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -206,4 +207,5 @@ vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positio
   return piece;
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -12,6 +12,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace io {
 
 /// A field to draw: `components` doubles for each local item, ghosts included.
 struct DrawnField {
@@ -50,4 +51,5 @@ vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positio
                                    const std::vector<DrawnField>& particle_fields,
                                    const std::vector<DrawnField>& cell_fields);
 
+}  // namespace io
 }  // namespace pellicle

@@ -19,6 +19,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -226,4 +227,5 @@ void FrameSeries::write_pieces(vtkPolyData* piece, const std::string& file) {
   });
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -12,6 +12,7 @@ class vtkMultiProcessController;
 class vtkPolyData;
 
 namespace pellicle {
+inline namespace io {
 
 /// Frames of one name for ParaView: NAME.pvd in the run's folder names one .pvtp a frame and part, which names one .vtp
 /// a rank (VTK XML, appended LZ4 data). The .pvd is complete after every frame, so that it can be opened during the
@@ -66,4 +67,5 @@ class FrameSeries {
   int next_number_ = 0;        ///< of the frame that is being written, or the next
 };
 
+}  // namespace io
 }  // namespace pellicle

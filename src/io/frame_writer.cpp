@@ -8,6 +8,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -123,4 +124,5 @@ std::vector<DrawnField> FrameWriter::chosen(const std::vector<DrawnField>& field
   return result;
 }
 
+}  // namespace io
 }  // namespace pellicle

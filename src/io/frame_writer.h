@@ -10,6 +10,7 @@
 #include "state/hdf5_file.h"
 
 namespace pellicle {
+inline namespace io {
 
 /// One moment of an object, a sheet or membrane, as the simulation hands it to the writer. What it points to must
 /// outlive the call that writes it.
@@ -82,4 +83,5 @@ class FrameWriter {
   int last_step_ = 0;
 };
 
+}  // namespace io
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -111,4 +112,5 @@ void History::require_present() {
   throw Error(fault + "; its rows are in " + file_.path());
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "state/hdf5_file.h"
 
 namespace pellicle {
+inline namespace io {
 
 /// Keeps the tables of a checkpoint (History::save), with which a run goes on, in its folder, which is not started yet.
 /// Collective. @throws Error, on all ranks, when one is not there or shorter than it was
@@ -46,4 +47,5 @@ class History {
   OpenFile file_;  ///< open on rank 0 only
 };
 
+}  // namespace io
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace io {
 
 OpenFile::OpenFile(std::string path, int flags)
     : path_(std::move(path)),
@@ -104,4 +105,5 @@ void OpenFile::fail() const {
   throw Error(path_ + ": cannot be written: " + std::strerror(is_open() ? errno : error_));
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace io {
 
 /// A file held open by its descriptor, which tells whether it is still the one at its path. Closed at the end.
 class OpenFile {
@@ -43,4 +44,5 @@ class OpenFile {
   int error_ = 0;
 };
 
+}  // namespace io
 }  // namespace pellicle

@@ -20,6 +20,7 @@
 #include "io/open_file.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -343,4 +344,5 @@ void OutputFolder::require_present() {
   throw Error(what + "; what could be kept is there");
 }
 
+}  // namespace io
 }  // namespace pellicle

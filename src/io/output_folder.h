@@ -13,6 +13,7 @@
 #include "io/run_record.h"
 
 namespace pellicle {
+inline namespace io {
 
 /// The folder of a run: of one run at a time, and of runs of one name. `run_files.txt` in it lists every file that the
 /// run writes; the next run of this name removes what is listed there, and nothing else. The list is locked while the
@@ -86,4 +87,5 @@ class OutputFolder {
   std::vector<std::function<bool(const std::string&)>> stays_;
 };
 
+}  // namespace io
 }  // namespace pellicle

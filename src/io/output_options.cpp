@@ -8,6 +8,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -85,4 +86,5 @@ void describe(OptionTable& table, OutputOptions& options) {
           "terminal, elsewhere one after five minutes without a line");
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -4,8 +4,10 @@
 #include <vector>
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace io {
 
 /// Where a run writes its files, what goes into them and how often.
 struct OutputOptions {
@@ -26,4 +28,5 @@ struct OutputOptions {
 
 void describe(OptionTable& table, OutputOptions& options);
 
+}  // namespace io
 }  // namespace pellicle

@@ -14,6 +14,8 @@
 #include "base/memory.h"
 
 namespace pellicle {
+inline namespace io {
+
 namespace {
 
 /// libpng with what it says of a fault. Called through `run` alone, because libpng leaves a fault by longjmp.
@@ -129,4 +131,5 @@ Picture read_png(const std::string& path) {
   return picture;
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace io {
 
 /// A grey picture.
 struct Picture {
@@ -18,4 +19,5 @@ struct Picture {
 /// more than 2^26 pixels (8192 x 8192) or does not fit in memory, which is found before it is decoded.
 Picture read_png(const std::string& path);
 
+}  // namespace io
 }  // namespace pellicle

@@ -14,6 +14,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace io {
 
 namespace {
 
@@ -90,4 +91,5 @@ std::map<std::string, std::string> record_files(const RunRecord& record, int ran
   return files;
 }
 
+}  // namespace io
 }  // namespace pellicle

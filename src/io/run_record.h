@@ -9,6 +9,7 @@
 #include "base/deck.h"
 
 namespace pellicle {
+inline namespace io {
 
 /// What it takes to run again what was run.
 struct RunRecord {
@@ -27,4 +28,5 @@ struct RunRecord {
 /// @param ranks of the run
 std::map<std::string, std::string> record_files(const RunRecord& record, int ranks);
 
+}  // namespace io
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "io/png_reader.h"
 
 namespace pellicle {
+inline namespace io {
 
 Texture Texture::read(MPI_Comm comm, const std::string& path) {
   Texture texture;
@@ -44,4 +45,5 @@ double Texture::sample(double u, double v) const {
          up * ((1 - right) * pixel(column, row + 1) + right * pixel(column + 1, row + 1));
 }
 
+}  // namespace io
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace io {
 
 /// A grey picture that gives a factor at texture coordinates: the mass-loss rate, the diffusivity, a constraint weight.
 class Texture {
@@ -29,4 +30,5 @@ class Texture {
   std::vector<double> values_;  ///< in [0, 1], rows from the lower edge up
 };
 
+}  // namespace io
 }  // namespace pellicle

@@ -12,6 +12,8 @@
 #include "meshing/implicit_surface.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// k of a blend of radius 1. Two planes at a right angle, joined by the sum of exponentials, leave their corner as far
@@ -260,4 +262,5 @@ SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vert
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

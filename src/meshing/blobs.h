@@ -12,8 +12,10 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace meshing {
 
 enum class BlobShape { sphere, ellipsoid, box, capsule, cylinder, torus };
 inline const std::vector<std::string>& names_of(BlobShape) {
@@ -89,4 +91,5 @@ class Blobs {
 /// @throws Error in one line that names the key: no objects, nothing left, too few vertices for the shape.
 SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vertices);
 
+}  // namespace meshing
 }  // namespace pellicle

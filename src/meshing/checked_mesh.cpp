@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 CheckedMesh make_checked_mesh(const MeshOptions& options) {
   CheckedMesh checked;
@@ -32,4 +33,5 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
   return checked;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 struct CheckedMesh {
   SurfaceMesh mesh;
@@ -16,4 +17,5 @@ struct CheckedMesh {
 /// @throws Error, see make_mesh and check_and_repair; if a volume is asked of an open mesh
 CheckedMesh make_checked_mesh(const MeshOptions& options);
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -24,6 +24,8 @@
 #include "base/memory.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// First byte of what the child sends.
@@ -256,4 +258,5 @@ SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMe
   return unpacked(content);
 }
 
+}  // namespace meshing
 }  // namespace pellicle

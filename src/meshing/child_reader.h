@@ -6,6 +6,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 /// Runs a reader of a library in a child process, which hands the mesh back through a pipe. VTK's readers die on some
 /// malformed files (out of bounds, endless loops, all memory); so the child dies instead, and the user gets a line.
@@ -16,4 +17,5 @@ namespace pellicle {
 /// of this size do.
 SurfaceMesh read_in_child(const std::string& path, const std::function<SurfaceMesh()>& read);
 
+}  // namespace meshing
 }  // namespace pellicle

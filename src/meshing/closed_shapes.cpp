@@ -11,6 +11,8 @@
 #include "meshing/implicit_surface.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 void require_above_0(double value, const char* what) {
@@ -116,4 +118,5 @@ SurfaceMesh tube_mesh(double length, double radius, int vertices) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 // Closed triangle meshes round the origin with normals outward. Texture coordinates u go round the z axis from 0 on the
 // negative x axis to 1, with a seam there, and v from 0 below to 1 above; they belong to face corners. Not collective.
@@ -21,4 +22,5 @@ SurfaceMesh ellipsoid_mesh(int level, const Eigen::Vector3d& semi_axes);
 /// @throws Error unless the sizes are above 0 and the vertices are enough.
 SurfaceMesh tube_mesh(double length, double radius, int vertices);
 
+}  // namespace meshing
 }  // namespace pellicle

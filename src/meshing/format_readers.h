@@ -8,6 +8,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 // One reader a format, behind read_mesh, which checks what all have in common (see there).
 SurfaceMesh read_obj(const std::string& path);
@@ -29,4 +30,5 @@ void sort_groups(SurfaceMesh& mesh);
 std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
                                                         const std::vector<Eigen::Vector2d>& uv_of_points);
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -8,6 +8,8 @@
 #include "meshing/mesh_size.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 void require_cells(std::array<int, 2> cells, int lowest, const char* shape, int faces_of_a_cell) {
@@ -227,4 +229,5 @@ SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

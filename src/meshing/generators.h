@@ -5,6 +5,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 // Open meshes and a torus, with texture coordinates; of quads unless they say triangles. All lie round the origin;
 // points and faces are numbered row by row, the first direction fastest; faces are oriented alike. Not collective.
@@ -40,4 +41,5 @@ SurfaceMesh disc_mesh(int rings, double radius);
 /// @throws Error unless there are cells and sizes are above 0.
 SurfaceMesh square_mesh(std::array<int, 2> cells, std::array<double, 2> size);
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -8,6 +8,8 @@
 #include "meshing/text_file.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// What Gmsh knows by a number in each dimension: a physical group or a part of the model.
@@ -224,4 +226,5 @@ class GmshReader {
 // that have one number, takes parts of the model for groups (version 2.2), and puts triangles before quads.
 SurfaceMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -18,6 +18,8 @@
 #include "meshing/mesh_size.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 constexpr double coarse_cells = 64;  ///< of the first grid, along the longest side of the bounds
@@ -148,4 +150,5 @@ SurfaceMesh implicit_surface_mesh(const ImplicitSurface& surface, int vertices, 
   return remesher.mesh();
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -10,6 +10,8 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 // Botsch and Kobbelt: a split or collapse beyond these brings the edge nearer to the wanted length.
@@ -392,4 +394,5 @@ SurfaceMesh IsotropicRemesher::mesh() const {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

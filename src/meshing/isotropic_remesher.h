@@ -8,6 +8,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 /// Turns closed triangle meshes on an implicit surface into ones of nearly equilateral triangles: long edges are split,
 /// short ones collapsed, edges flipped towards six at each point, points moved along the surface to the middle of their
@@ -71,4 +72,5 @@ class IsotropicRemesher {
   int living_points_ = 0;
 };
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -16,6 +16,8 @@
 #include "meshing/weld.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// Relative to the square of a face's longest edge: areas below are rounding errors.
@@ -666,4 +668,5 @@ std::string fault_of_quads(const SurfaceMesh& mesh) {
          std::to_string(corners) + " corners), expected quads only: a burning sheet is built on quads";
 }
 
+}  // namespace meshing
 }  // namespace pellicle

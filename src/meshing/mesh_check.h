@@ -7,6 +7,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 /// What a mesh is like, and what was repaired.
 struct MeshReport {
@@ -72,4 +73,5 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicat
 /// In words, that a burning sheet cannot be built on a mesh because faces are no quads; empty: all are.
 std::string fault_of_quads(const SurfaceMesh& mesh);
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "meshing/shirt.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 void describe(OptionTable& table, MeshOptions& options) {
   // A file takes the place of a generated mesh.
@@ -154,4 +155,5 @@ SurfaceMesh make_mesh(const MeshOptions& options) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

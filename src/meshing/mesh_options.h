@@ -11,8 +11,10 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace meshing {
 
 /// See describe; file needs `MeshOptions::file`.
 enum class MeshShape { rectangle, torus, roof, shirt, icosphere, ellipsoid, tube, blobs, disc, square, file };
@@ -58,4 +60,5 @@ void describe(OptionTable& table, MeshOptions& options);
 /// @throws Error on a bad file or bad parameters.
 SurfaceMesh make_mesh(const MeshOptions& options);
 
+}  // namespace meshing
 }  // namespace pellicle

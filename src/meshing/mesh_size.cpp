@@ -8,6 +8,7 @@
 #include "base/memory.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 void require_mesh_size(const std::string& what, double faces) {
   // A quad brings a vertex, ten springs and four triangles, which are numbered over all ranks.
@@ -23,4 +24,5 @@ void require_mesh_size(const std::string& what, double faces) {
   require_memory(what, bytes_of_a_face * faces);
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace meshing {
 
 /// Refuses a mesh that would be too large before any of it is made: one that does not fit in this machine's memory, or
 /// that has more faces than springs and triangles can be numbered for. Not collective.
@@ -11,4 +12,5 @@ namespace pellicle {
 /// @throws Error in one line
 void require_mesh_size(const std::string& what, double faces);
 
+}  // namespace meshing
 }  // namespace pellicle

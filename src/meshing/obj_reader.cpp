@@ -5,6 +5,8 @@
 #include "meshing/text_file.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// Turns a number of an OBJ file (from 1, or from the end if negative) into one from 0.
@@ -99,4 +101,5 @@ SurfaceMesh read_obj(const std::string& path) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

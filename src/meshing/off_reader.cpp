@@ -3,6 +3,7 @@
 #include "meshing/text_file.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 // OFF: the word OFF, three counts (points, faces, edges), the points, the faces as a count and point numbers.
 // Numbers may be broken over lines; what follows a face on its line is its colour.
@@ -49,4 +50,5 @@ SurfaceMesh read_off(const std::string& path) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

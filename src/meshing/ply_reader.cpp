@@ -15,6 +15,8 @@
 #include "meshing/text_file.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 enum class Format { ascii, little_endian, big_endian };
@@ -300,4 +302,5 @@ SurfaceMesh read_ply(const std::string& path) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

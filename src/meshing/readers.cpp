@@ -11,6 +11,8 @@
 #include "meshing/mesh_check.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// What every reader's result must satisfy.
@@ -102,4 +104,5 @@ SurfaceMesh read_mesh(const std::string& path) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -9,6 +9,8 @@
 #include "geometry/triangle_intersection.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 using Box = Eigen::AlignedBox3d;
@@ -80,4 +82,5 @@ SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& p
   return {counter.count, counter.pairs_left > 0};
 }
 
+}  // namespace meshing
 }  // namespace pellicle

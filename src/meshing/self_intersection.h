@@ -5,6 +5,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace meshing {
 
 /// Pairs of triangles that cut through each other.
 struct SelfIntersections {
@@ -18,4 +19,5 @@ struct SelfIntersections {
 SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& points,
                                            const std::vector<std::array<int, 3>>& triangles);
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -12,6 +12,8 @@
 #include "meshing/mesh_size.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 // The cut, laid flat: as shares of the torso's width, and the sleeves' width as a share of the height. With the figures
@@ -274,4 +276,5 @@ SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size) {
   return mesh;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 /// A T-shirt of quads: a front and a back in the shape of a T, sewn together along the sides, the shoulders and the
 /// sleeves, open at waist, cuffs and neck. It stands round the origin, z upwards, its front towards -y, and faces
@@ -22,4 +23,5 @@ namespace pellicle {
 /// @throws Error unless there are at least 8 cells each way and sizes are above 0.
 SurfaceMesh shirt_mesh(std::array<int, 2> cells, std::array<double, 2> size);
 
+}  // namespace meshing
 }  // namespace pellicle

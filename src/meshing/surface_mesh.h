@@ -6,6 +6,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace meshing {
 
 /// A whole polygon mesh in the memory of one rank, as it was read or generated: before checks and distribution.
 /// Point and face numbers are those of the file; they stay the persistent ids of the run.
@@ -26,4 +27,5 @@ struct SurfaceMesh {
   int id_of_face(int face) const { return face_id.empty() ? face : face_id[static_cast<std::size_t>(face)]; }
 };
 
+}  // namespace meshing
 }  // namespace pellicle

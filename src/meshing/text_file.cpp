@@ -10,6 +10,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 TextFile::TextFile(const std::string& path, Syntax syntax)
     : path_(path), syntax_(syntax), stream_(path, std::ios::binary) {
@@ -109,4 +110,5 @@ void TextFile::fail(const std::string& message) const {
   throw Error(path_ + ":" + std::to_string(line_number_) + ": " + message);
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace meshing {
 
 /// A text file read word by word, for formats that no library reads without loss: it knows the line of each word, so
 /// that an error can name it. Words are separated by blanks.
@@ -53,4 +54,5 @@ class TextFile {
   int line_number_ = 0;
 };
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "geometry/pressure_load.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 using Corners = std::array<std::size_t, 3>;
 
@@ -74,10 +75,11 @@ double enclosed_volume(const SurfaceMesh& mesh) {
   const Eigen::Vector3d& origin = mesh.points.front();  // near the mesh, so that little cancels
   double volume = 0;
   for (const std::vector<int>& face : triangles.faces) {
-    volume += enclosed_volume(point_at(mesh, face, 0) - origin, point_at(mesh, face, 1) - origin,
-                              point_at(mesh, face, 2) - origin);
+    volume += geometry::enclosed_volume(point_at(mesh, face, 0) - origin, point_at(mesh, face, 1) - origin,
+                                        point_at(mesh, face, 2) - origin);
   }
   return volume;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

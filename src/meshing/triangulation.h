@@ -7,6 +7,7 @@
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
+inline namespace meshing {
 
 /// Triangles of a face, as places round it: a quad is split along its shorter diagonal, a larger polygon by cut_ears.
 /// None if a polygon cannot be split.
@@ -22,4 +23,5 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh);
 /// triangulated splits them. Not collective.
 double enclosed_volume(const SurfaceMesh& mesh);
 
+}  // namespace meshing
 }  // namespace pellicle

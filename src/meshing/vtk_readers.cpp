@@ -33,6 +33,8 @@
 #include "meshing/weld.h"
 
 namespace pellicle {
+inline namespace meshing {
+
 namespace {
 
 /// Collects what VTK's readers complain of, which they print and then go on.
@@ -271,4 +273,5 @@ SurfaceMesh read_vtk(const std::string& path) {
   return read_with(reader.Get(), path);
 }
 
+}  // namespace meshing
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <numeric>
 
 namespace pellicle {
+inline namespace meshing {
 
 void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target) {
   const int kept = 1 + *std::max_element(target.begin(), target.end());
@@ -70,4 +71,5 @@ int weld(SurfaceMesh& mesh) {
   return removed;
 }
 
+}  // namespace meshing
 }  // namespace pellicle

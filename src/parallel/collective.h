@@ -7,6 +7,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace parallel {
 
 /// Whether something is so on any rank. Collective.
 inline bool on_any_rank(MPI_Comm comm, bool here) {
@@ -37,4 +38,5 @@ std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
   return all;
 }
 
+}  // namespace parallel
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace parallel {
 
 namespace {
 
@@ -38,4 +39,5 @@ void GhostExchange::combine(MPI_Datatype type, std::size_t bytes, MPI_Op operati
   check(PetscSFReduceEnd(sf_, type, ghosts, values, operation));
 }
 
+}  // namespace parallel
 }  // namespace pellicle

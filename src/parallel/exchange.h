@@ -11,6 +11,7 @@
 #include "parallel/layout.h"
 
 namespace pellicle {
+inline namespace parallel {
 
 /// `count` values of an MPI type in a row, as one value. Move-only.
 class RowType {
@@ -121,4 +122,5 @@ void gather_flags(const Layout& layout, std::vector<Flags>& flags) {
   layout.exchange()->combine(RowType(MPI_SIGNED_CHAR, sizeof(Flags)), sizeof(Flags), MPI_LOR, flags.data());
 }
 
+}  // namespace parallel
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 namespace pellicle {
+inline namespace parallel {
 
 Field::Field(const Layout& layout, int components)
     : values_(Eigen::MatrixXd::Zero(components, layout.local())),
@@ -27,4 +28,5 @@ void Field::add_ghosts() {
   values_.rightCols(values_.cols() - exchange_->owned()).setZero();
 }
 
+}  // namespace parallel
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "parallel/layout.h"
 
 namespace pellicle {
+inline namespace parallel {
 
 /// `components` doubles on every item of a layout, owned then ghost. Its values can be assigned to another field of the
 /// same layout and components; otherwise it is move-only.
@@ -63,4 +64,5 @@ class GhostCopy<Field> {
   Field& field_;
 };
 
+}  // namespace parallel
 }  // namespace pellicle

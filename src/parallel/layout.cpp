@@ -3,6 +3,7 @@
 #include "parallel/exchange.h"
 
 namespace pellicle {
+inline namespace parallel {
 
 const std::shared_ptr<const GhostExchange>& Layout::exchange() const {
   if (made_exchange == nullptr) {
@@ -28,4 +29,5 @@ Layout number_owned(MPI_Comm comm, PetscInt owned) {
   return layout;
 }
 
+}  // namespace parallel
 }  // namespace pellicle

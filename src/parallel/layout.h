@@ -6,6 +6,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace parallel {
 
 class GhostExchange;
 
@@ -37,4 +38,5 @@ Layout with_ghosts(const Layout& layout, const std::vector<PetscInt>& global_num
 /// Items of which this rank owns `owned`, without ghosts. Collective.
 Layout number_owned(MPI_Comm comm, PetscInt owned);
 
+}  // namespace parallel
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace parallel {
 
 std::vector<int> partition_with_metis(CellGraph graph, int parts) {
   static_assert(sizeof(idx_t) == sizeof(int), "METIS must be built with 32-bit indices");
@@ -35,4 +36,5 @@ std::vector<int> partition_with_metis(CellGraph graph, int parts) {
   return part;
 }
 
+}  // namespace parallel
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace parallel {
 
 /// Graph of cells joined by their common edges, in compressed rows.
 struct CellGraph {
@@ -16,4 +17,5 @@ struct CellGraph {
 /// fewer cells than parts. Serial.
 std::vector<int> partition_with_metis(CellGraph graph, int parts);
 
+}  // namespace parallel
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace parallel {
 
 /// Records of the same number of bytes, one an item: what travels with particles and cells without being looked at.
 class Records {
@@ -75,4 +76,5 @@ class Records {
   std::vector<std::byte> data_;  ///< record after record
 };
 
+}  // namespace parallel
 }  // namespace pellicle

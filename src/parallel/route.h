@@ -7,6 +7,7 @@
 #include "parallel/records.h"
 
 namespace pellicle {
+inline namespace parallel {
 
 /// Sends items to ranks of their own choice, and answers back. What arrives lies in the order of the ranks that sent
 /// it, and of one rank in the order in which that has it.
@@ -53,4 +54,5 @@ class Route {
   std::vector<int> sources_;
 };
 
+}  // namespace parallel
 }  // namespace pellicle

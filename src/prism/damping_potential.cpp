@@ -3,6 +3,7 @@
 #include "prism/wall_potential.h"
 
 namespace pellicle {
+inline namespace prism {
 
 DampingPotential::DampingPotential(const PrismElements& elements, const std::vector<double>& mass,
                                    const PrismOptions& options)
@@ -65,4 +66,5 @@ void DampingPotential::add_product(const double* w, double* result) const {
   }
 }
 
+}  // namespace prism
 }  // namespace pellicle

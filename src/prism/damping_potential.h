@@ -7,6 +7,7 @@
 #include "solvers/potential.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// Damping over a step h as a potential, (x - x^n).C (x - x^n) / (2 h) with C = mass_damping M + stiffness_damping K
 /// (balloon paper, eq. 18). K is the elements' stiffness at x^n without what would give one of them negative
@@ -40,4 +41,5 @@ class DampingPotential : public Potential {
   MetricStiffness stiffness_;  ///< K, if stiffness_damping is not 0
 };
 
+}  // namespace prism
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include "solvers/potential.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// The pressure whose load stiffness counts.
 struct LoadInput {
@@ -29,4 +30,5 @@ class ElementStiffness {
   virtual void add_blocks(double factor, const HessianBlocks& blocks) const = 0;
 };
 
+}  // namespace prism
 }  // namespace pellicle

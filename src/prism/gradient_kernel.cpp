@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -93,4 +94,5 @@ void gradient_action(const GradientElement& element, Director director, const Ei
   df[0] = -df[1] - df[2];
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "prism/metric_energy.h"
 
 namespace pellicle {
+inline namespace prism {
 
 // The prism element as the balloon paper has it (eq. 2 to 11): its deformation gradient is stored, stress and the
 // action of the tangent are made of it. In exact arithmetic with the director varied the same as `metric_energy`, which
@@ -34,4 +35,5 @@ GradientElement gradient_element(const Material& material, ThicknessRule rule, c
 void gradient_action(const GradientElement& element, Director director, const Eigen::Vector3d w[3],
                      Eigen::Vector3d df[3]);
 
+}  // namespace prism
 }  // namespace pellicle

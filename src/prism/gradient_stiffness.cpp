@@ -7,6 +7,7 @@
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -102,4 +103,5 @@ void GradientStiffness::add_blocks(double factor, const HessianBlocks& blocks) c
   }
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "prism/prism_elements.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// The stiffness from the stored deformation gradient, element by element: the balloon paper's way (eq. 11), to compare
 /// with.
@@ -31,4 +32,5 @@ class GradientStiffness : public ElementStiffness {
   std::vector<double> pressure_;             ///< of the local elements [Pa], or empty
 };
 
+}  // namespace prism
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include <cmath>
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -158,4 +159,5 @@ int energy_density_flops(const Material& material) {
   return 0;
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -4,6 +4,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace prism {
 
 /// A hyperelastic, isotropic material of the wall.
 ///
@@ -44,4 +45,5 @@ EnergyDensity energy_density(const Material& material, double t, double d, doubl
 /// Operations of energy_density, as PETSc counts: sums, products, quotients, roots, logarithms and powers, one each.
 int energy_density_flops(const Material& material);
 
+}  // namespace prism
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include <limits>
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -176,4 +177,5 @@ MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest) 
   return result;
 }
 
+}  // namespace prism
 }  // namespace pellicle

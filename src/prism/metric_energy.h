@@ -5,6 +5,7 @@
 #include "prism/material.h"
 
 namespace pellicle {
+inline namespace prism {
 
 // The prism element (balloon paper, section 4) through its metric. The director is the unit normal of the triangle, so
 // that F^T F has the in-plane block given by the edges and the entry c = (h/h0)^2 across the wall, and no others;
@@ -70,4 +71,5 @@ struct MetricTangent {
 /// undeformed axes, without negative eigenvalues. The exact ones where there is nothing to leave out.
 MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest);
 
+}  // namespace prism
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -198,4 +199,5 @@ void MetricStiffness::add_blocks(double factor, const HessianBlocks& blocks) con
   }
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "prism/prism_elements.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// What the stiffness of eight elements is made of, side by side: a processor handles as many at once as it can.
 struct alignas(64) StiffnessBatch {
@@ -45,4 +46,5 @@ class MetricStiffness : public ElementStiffness {
   std::vector<StiffnessBatch> batches_;
 };
 
+}  // namespace prism
 }  // namespace pellicle

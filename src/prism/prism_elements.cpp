@@ -10,6 +10,7 @@
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -133,4 +134,5 @@ double PrismElements::volume(const Field& positions, const std::vector<double>& 
   return sum;
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "prism/wall_stress.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// The elastic wall as a whole: energies and forces of all prism elements (balloon paper, section 4). Nothing here
 /// communicates: ghosts of positions are up to date, sums are this rank's share.
@@ -62,4 +63,5 @@ class PrismElements {
   std::vector<RestMetric> rest_;   ///< of the local elements, or empty for the wall's
 };
 
+}  // namespace prism
 }  // namespace pellicle

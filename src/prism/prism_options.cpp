@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace prism {
 
 void describe(OptionTable& table, PrismOptions& options) {
   table.add("prism.newton", options.newton)
@@ -66,4 +67,5 @@ void describe(OptionTable& table, PrismOptions& options) {
   table.add_solver_prefix("prism_", {});
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -7,8 +7,10 @@
 #include "solvers/tangent.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace prism {
 
 /// converged: snes_rtol must be met; fixed: snes_max_it iterations are enough.
 enum class NewtonEnd { converged, fixed };
@@ -45,4 +47,5 @@ struct PrismOptions {
 
 void describe(OptionTable& table, PrismOptions& options);
 
+}  // namespace prism
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "parallel/partition.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -195,4 +196,5 @@ void RigidPatches::forget_pattern() {
   coarse_ = {};
 }
 
+}  // namespace prism
 }  // namespace pellicle

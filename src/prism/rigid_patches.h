@@ -10,6 +10,7 @@
 #include "surface/membrane.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// The coarse level of a two-level preconditioner (PCMG) for the wall of a balloon.
 ///
@@ -49,4 +50,5 @@ class RigidPatches {
   PetscInt wasted_iterations_ = 0;  ///< of its solves beyond the fewest
 };
 
+}  // namespace prism
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -194,4 +195,5 @@ StageResult VolumePreservation::advance(Field& positions, std::vector<double>& t
   return result;
 }
 
+}  // namespace prism
 }  // namespace pellicle

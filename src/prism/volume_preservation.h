@@ -10,8 +10,10 @@
 #include "prism/wall.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace prism {
 
 /// See VolumePreservation.
 enum class VolumeRule { mass, printed, muller06 };
@@ -91,4 +93,5 @@ class VolumePreservation {
   std::vector<double> mean_inverse_mass_;     ///< of the vertices of each piece, the virtual ones too [1/kg]
 };
 
+}  // namespace prism
 }  // namespace pellicle

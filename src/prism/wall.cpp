@@ -11,6 +11,7 @@
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -266,4 +267,5 @@ std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall) {
   return mass;
 }
 
+}  // namespace prism
 }  // namespace pellicle

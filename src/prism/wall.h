@@ -8,6 +8,7 @@
 #include "surface/membrane.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// What the wall of a balloon is made of, element by element.
 struct Wall {
@@ -36,4 +37,5 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
 /// Mass of each owned vertex: a third of its elements' (balloon paper, eq. 19, w = 1/3). [kg]
 std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall);
 
+}  // namespace prism
 }  // namespace pellicle

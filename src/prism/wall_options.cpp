@@ -6,6 +6,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -167,4 +168,5 @@ void describe(OptionTable& table, WallOptions& options) {
                     [&options](OptionTable& objects, RegionOptions& region) { describe(objects, region, options); });
 }
 
+}  // namespace prism
 }  // namespace pellicle

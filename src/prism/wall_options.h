@@ -10,8 +10,10 @@
 #include "prism/material.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace prism {
 
 /// Law of the material of a part of the wall: the wall's, or as in Material.
 enum class RegionLaw { wall, st_venant_kirchhoff, neo_hookean, mooney_rivlin, ogden };
@@ -70,4 +72,5 @@ struct WallOptions {
 /// Declares `prism.thickness`, the options `wall.*` and the named objects `regions`.
 void describe(OptionTable& table, WallOptions& options);
 
+}  // namespace prism
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "prism/gradient_stiffness.h"
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -59,4 +60,5 @@ void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   }
 }
 
+}  // namespace prism
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "solvers/potential.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// The pairs of corners of the local elements, nine for each, as ElementStiffness::add_blocks has them.
 std::vector<VertexPair> pairs_of_elements(const Membrane& membrane);
@@ -45,4 +46,5 @@ class WallPotential : public Potential {
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
 };
 
+}  // namespace prism
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace pellicle {
+inline namespace prism {
 
 namespace {
 
@@ -32,4 +33,5 @@ PrincipalState principal_state(const Material& material, ThicknessRule rule, con
   return {eigenvalues(inverse * deformed).cwiseSqrt(), eigenvalues(stress * deformed / present_volume)};
 }
 
+}  // namespace prism
 }  // namespace pellicle

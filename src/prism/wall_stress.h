@@ -5,6 +5,7 @@
 #include "prism/metric_energy.h"
 
 namespace pellicle {
+inline namespace prism {
 
 /// An element in its principal directions, the larger value first.
 struct PrincipalState {
@@ -17,4 +18,5 @@ struct PrincipalState {
 PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio);
 
+}  // namespace prism
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "solvers/ksp.h"
 
 namespace pellicle {
+inline namespace projection {
 
 namespace {
 
@@ -175,4 +176,5 @@ void Gram::multiply(Vec in, Vec out) {
   check(VecRestoreArrayWrite(out, &values));
 }
 
+}  // namespace projection
 }  // namespace pellicle

@@ -14,6 +14,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace projection {
 
 /// The constraints of one colour at some positions (burning paper, eq. 10 and 11).
 struct Linearisation {
@@ -82,4 +83,5 @@ class Gram {
   Eigen::Matrix3Xd particle_sum_;  ///< of the shell's product
 };
 
+}  // namespace projection
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace projection {
 
 GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, std::vector<PetscInt> rows,
                      const std::vector<PetscInt>& columns, PetscInt owned_columns,
@@ -111,4 +112,5 @@ void GramBlock::update(const Eigen::Matrix3Xd& gradient, const std::vector<doubl
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
 }
 
+}  // namespace projection
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace projection {
 
 /// Some rows and columns of J W J^T (burning paper, eq. 16) of one colour as a matrix. Its pattern is made once, from
 /// the topology; `update` fills in values and does not communicate.
@@ -55,4 +56,5 @@ class GramBlock {
   MatHandle matrix_;
 };
 
+}  // namespace projection
 }  // namespace pellicle

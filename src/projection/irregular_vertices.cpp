@@ -10,6 +10,7 @@
 #include "projection/spring_lines.h"
 
 namespace pellicle {
+inline namespace projection {
 
 namespace {
 
@@ -44,4 +45,5 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
               " neighbours by springs of one colour: beyond six the projection diverges without it");
 }
 
+}  // namespace projection
 }  // namespace pellicle

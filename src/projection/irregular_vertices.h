@@ -4,6 +4,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace projection {
 
 /// Refuses what the paper's projection may diverge on: particles with more than six neighbours by springs of one colour
 /// (burning paper, section 8.2), unless `project.shift` is at least 1e-3, which keeps J J^T regular. A net becomes
@@ -13,4 +14,5 @@ namespace pellicle {
 /// id
 void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOptions& options);
 
+}  // namespace projection
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "solvers/ksp.h"
 
 namespace pellicle {
+inline namespace projection {
 
 LineMatrices::LineMatrices(const SpringSet& set, std::vector<std::vector<PetscInt>> lines) {
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
@@ -274,4 +275,5 @@ void LineElimination::apply(Vec in, Vec out) {
   substitute(out);
 }
 
+}  // namespace projection
 }  // namespace pellicle

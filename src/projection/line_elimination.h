@@ -12,6 +12,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace projection {
 
 /// J W J^T along lines of springs: one tridiagonal matrix a line, with a factorisation L D L^T.
 ///
@@ -111,4 +112,5 @@ class LineElimination {
   VecHandle product_;  ///< B^T A^-1 B y
 };
 
+}  // namespace projection
 }  // namespace pellicle

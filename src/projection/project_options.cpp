@@ -5,6 +5,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace projection {
 
 namespace {
 
@@ -91,4 +92,5 @@ void describe(OptionTable& table, ProjectOptions& options) {
   table.add_solver_prefix("project_", {"red_", "green_", "blue_", "yellow_"});
 }
 
+}  // namespace projection
 }  // namespace pellicle

@@ -8,8 +8,10 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace projection {
 
 /// Inverse masses of J W J^T: those of the particles, or ones.
 enum class GramMasses { actual, equal };
@@ -57,4 +59,5 @@ struct ProjectOptions {
 
 void describe(OptionTable& table, ProjectOptions& options);
 
+}  // namespace projection
 }  // namespace pellicle

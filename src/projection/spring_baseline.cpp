@@ -10,6 +10,7 @@
 #include "solvers/ksp.h"
 
 namespace pellicle {
+inline namespace projection {
 
 namespace {
 
@@ -225,4 +226,5 @@ StageResult SpringBaseline::advance(Field& positions, const SpringInput& input) 
   return result;
 }
 
+}  // namespace projection
 }  // namespace pellicle

@@ -10,8 +10,10 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace projection {
 
 struct SpringOptions {
   /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
@@ -80,4 +82,5 @@ class SpringBaseline {
   KspHandle solver_;
 };
 
+}  // namespace projection
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "parallel/exchange.h"
 
 namespace pellicle {
+inline namespace projection {
 
 namespace {
 
@@ -249,4 +250,5 @@ SpringIncidence::SpringIncidence(const SpringSet& set, PetscInt particles) {
 
 SpringLines find_lines(const SpringSet& set, const Layout& particles) { return LineFinder(set, particles).result(); }
 
+}  // namespace projection
 }  // namespace pellicle

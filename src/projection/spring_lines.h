@@ -6,6 +6,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace projection {
 
 /// Springs at each local particle, in compressed rows.
 struct SpringIncidence {
@@ -31,4 +32,5 @@ struct SpringLines {
 /// one spring when they are closed. Collective.
 SpringLines find_lines(const SpringSet& set, const Layout& particles);
 
+}  // namespace projection
 }  // namespace pellicle

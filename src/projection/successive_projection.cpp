@@ -8,6 +8,7 @@
 #include "projection/irregular_vertices.h"
 
 namespace pellicle {
+inline namespace projection {
 
 namespace {
 
@@ -220,4 +221,5 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   return result;
 }
 
+}  // namespace projection
 }  // namespace pellicle

@@ -13,6 +13,7 @@
 #include "surface/living.h"
 
 namespace pellicle {
+inline namespace projection {
 
 /// ||C|| of each colour and of all springs together [m], before the first step (step 0, no colour) and after each
 /// colour's projection: the curves of Fig. 8.
@@ -88,4 +89,5 @@ class SuccessiveProjection {
   std::array<int, 4> iterations_{};
 };
 
+}  // namespace projection
 }  // namespace pellicle

@@ -1,6 +1,7 @@
 #include "solvers/backtracking.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 namespace {
 
@@ -21,4 +22,5 @@ std::optional<double> backtrack(const std::function<std::optional<double>(double
   return std::nullopt;
 }
 
+}  // namespace solvers
 }  // namespace pellicle

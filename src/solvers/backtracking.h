@@ -4,6 +4,7 @@
 #include <optional>
 
 namespace pellicle {
+inline namespace solvers {
 
 /// The longest of the shares 1, 1/2, 1/4, ... of a step that lowers a merit as much as a ten-thousandth of its slope
 /// would (Armijo); nothing if no share of 20 halvings does. As collective as the merit.
@@ -14,4 +15,5 @@ namespace pellicle {
 std::optional<double> backtrack(const std::function<std::optional<double>(double share)>& merit, double before,
                                 double slope, double rounding);
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #endif
 
 namespace pellicle {
+inline namespace solvers {
 
 #if defined(__x86_64__)
 
@@ -73,4 +74,5 @@ void use_fast_product([[maybe_unused]] Mat matrix) {
 #endif
 }
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Eigen::VectorXd scales)
     : part_(part), columns_(std::move(columns)), scales_(std::move(scales)) {
@@ -122,4 +123,5 @@ void BorderedSystem::multiply(Vec x, Vec y) {
   check(VecRestoreArrayRead(part_solution_, &given));
 }
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include "solvers/low_rank_system.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 /// [T', -G S; -S G^T, 0] [x; z] = [r; q]: some of the columns of a LowRankSystem border it, G, with scales S; T' is its
 /// T with what its other columns add. Solved by block elimination. In place of T' stands the system's own A, with
@@ -47,4 +48,5 @@ class BorderedSystem {
   std::vector<VecHandle> influence_;  ///< A^-1 g of the bordering columns
 };
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -13,6 +13,7 @@
 #include "solvers/own_preconditioner.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 namespace {
 
@@ -452,4 +453,5 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   return result;
 }
 
+}  // namespace solvers
 }  // namespace pellicle

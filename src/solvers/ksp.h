@@ -11,6 +11,7 @@
 #include "base/stage_result.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 /// What a solver is before the user's options are read.
 struct KspDefaults {
@@ -66,4 +67,5 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution);
 /// rounding leaves of a direct solve. Collective. @param preconditioning a matrix whose diagonal is as large as A's
 std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution, double rtol);
 
+}  // namespace solvers
 }  // namespace pellicle

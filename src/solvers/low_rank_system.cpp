@@ -7,6 +7,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
     : sparse_(sparse), rtol_(defaults.rtol) {
@@ -119,4 +120,5 @@ Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) 
   return products;
 }
 
+}  // namespace solvers
 }  // namespace pellicle

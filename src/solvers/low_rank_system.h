@@ -8,6 +8,7 @@
 #include "solvers/ksp.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 /// A x = b with A = T + G C G^T: T sparse or matrix-free, G a few dense columns, C diagonal. A is MatCreateLRC's, T
 /// what the preconditioner is made from. A solver without iterations (preonly) gets T alone, and the columns by
@@ -58,4 +59,5 @@ class LowRankSystem {
   std::vector<VecHandle> influence_;  ///< T^-1 g of the columns, as far as they are known for the present values
 };
 
+}  // namespace solvers
 }  // namespace pellicle

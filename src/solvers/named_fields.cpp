@@ -5,6 +5,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 namespace {
 
@@ -71,4 +72,5 @@ DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& field
   return dm;
 }
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "base/handle.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 using DmHandle = Handle<DM, DMDestroy>;
 
@@ -23,4 +24,5 @@ struct NamedFields {
 /// PCFIELDSPLIT splits by their names. Collective.
 DmHandle make_dm(Mat matrix, const std::string& prefix, const NamedFields& fields);
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "base/error.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 namespace {
 
@@ -141,4 +142,5 @@ PetscErrorCode Newton::search_callback(SNESLineSearch search, void* context) {
   });
 }
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "solvers/named_fields.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 using SnesHandle = Handle<SNES, SNESDestroy>;
 
@@ -90,4 +91,5 @@ class Newton {
   SnesHandle snes_;
 };
 
+}  // namespace solvers
 }  // namespace pellicle

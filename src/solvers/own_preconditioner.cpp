@@ -8,6 +8,7 @@
 #include "base/handle.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 namespace {
 
@@ -83,4 +84,5 @@ bool is_own_type(const std::string& type) { return own_types().count(type) > 0; 
 
 bool offers_preconditioner(Mat matrix, const std::string& type) { return offered_by(matrix, type) != nullptr; }
 
+}  // namespace solvers
 }  // namespace pellicle

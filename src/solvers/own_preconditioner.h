@@ -6,6 +6,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace solvers {
 
 /// A preconditioner that only the maker of a matrix has, as a type of PETSc's: after `offer_preconditioner(matrix,
 /// "lines", ...)`, `-<prefix>pc_type lines` sets it on any solver whose preconditioner is made from that matrix.
@@ -23,4 +24,5 @@ bool is_own_type(const std::string& type);
 /// Whether this matrix has.
 bool offers_preconditioner(Mat matrix, const std::string& type);
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "parallel/field.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 /// Which second derivative of a potential is wanted.
 enum class Curvature {
@@ -73,4 +74,5 @@ class Potential {
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}
 };
 
+}  // namespace solvers
 }  // namespace pellicle

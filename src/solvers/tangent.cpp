@@ -12,6 +12,7 @@
 #include "solvers/ksp.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 namespace {
 
@@ -373,4 +374,5 @@ void Tangent::multiply(Vec in, Vec out) {
   check(VecRestoreArrayRead(in, &w));
 }
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "solvers/potential.h"
 
 namespace pellicle {
+inline namespace solvers {
 
 enum class TangentMatrix { baij, aij, sbaij, shell };
 inline const std::vector<std::string>& names_of(TangentMatrix) {
@@ -92,4 +93,5 @@ class Tangent {
   PetscObjectState pattern_state_ = 0;  ///< PETSc's count of patterns, by which preconditioners know of a new one
 };
 
+}  // namespace solvers
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 namespace pellicle {
+inline namespace state {
 
 namespace {
 
@@ -120,4 +121,5 @@ std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one
   return result;
 }
 
+}  // namespace state
 }  // namespace pellicle

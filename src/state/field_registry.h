@@ -13,6 +13,7 @@
 #include "parallel/field.h"
 
 namespace pellicle {
+inline namespace state {
 
 /// Where a field lives: on each particle, cell (element of a membrane) or spring, or once on the object: the same on
 /// every rank, or a sum of which every rank has a part.
@@ -158,4 +159,5 @@ std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 /// @throws std::logic_error if the registries have other fields. Not collective.
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
 
+}  // namespace state
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "state/sorted_rows.h"
 
 namespace pellicle {
+inline namespace state {
 
 namespace {
 
@@ -203,4 +204,5 @@ void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& 
   read_object_fields(file, group, fields);
 }
 
+}  // namespace state
 }  // namespace pellicle

@@ -17,6 +17,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace state {
 
 namespace {
 
@@ -354,4 +355,5 @@ unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long by
   return combined(comm, sum, end - first);
 }
 
+}  // namespace state
 }  // namespace pellicle

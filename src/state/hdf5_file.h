@@ -7,6 +7,7 @@
 #include <vector>
 
 namespace pellicle {
+inline namespace state {
 
 /// A file of HDF5 that all ranks write, or read, together: tables of numbers, the rows of rank 0 first, then those of
 /// rank 1, and so on. A rank may have no rows. Each table keeps its check sum (CRC-32) as the attribute `crc32`.
@@ -85,4 +86,5 @@ class Hdf5File {
 /// CRC-32 of a file's first bytes, read by all ranks together. Collective. @throws Error, on all ranks
 unsigned long file_checksum(MPI_Comm comm, const std::string& path, long long bytes);
 
+}  // namespace state
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "state/sorted_rows.h"
 
 namespace pellicle {
+inline namespace state {
 
 namespace {
 
@@ -160,4 +161,5 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   return rows;
 }
 
+}  // namespace state
 }  // namespace pellicle

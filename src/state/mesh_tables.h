@@ -6,6 +6,7 @@
 #include "surface/mesh_rows.h"
 
 namespace pellicle {
+inline namespace state {
 
 // A distributed mesh as tables of a file, in the order of the ids: GROUP/vertices/id, position [m], uv, mass [kg],
 // group_set; GROUP/cells/id, corners (ids of vertices), rank (to which each belongs), uv, a table for each field of the
@@ -18,4 +19,5 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows);
 /// ranks (MeshRows::part). Collective. @throws Error, on all ranks
 MeshRows read_mesh(const Hdf5File& file, const std::string& group);
 
+}  // namespace state
 }  // namespace pellicle

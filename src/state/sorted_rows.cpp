@@ -8,6 +8,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace state {
 
 namespace {
 
@@ -65,4 +66,5 @@ RowsOfIds::RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std:
   });
 }
 
+}  // namespace state
 }  // namespace pellicle

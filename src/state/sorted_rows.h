@@ -7,6 +7,7 @@
 #include "parallel/route.h"
 
 namespace pellicle {
+inline namespace state {
 
 /// The way of rows to the order of their ids: the rows of the least ids come to rank 0, and so on. Ranks may have none,
 /// before and after.
@@ -50,4 +51,5 @@ class RowsOfIds {
   std::vector<PetscInt> asked_;  ///< rows of this rank
 };
 
+}  // namespace state
 }  // namespace pellicle

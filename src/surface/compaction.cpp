@@ -3,6 +3,7 @@
 #include <utility>
 
 namespace pellicle {
+inline namespace surface {
 
 LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
                     const SheetOptions& options) {
@@ -21,4 +22,5 @@ LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Rec
   return make_sheet(comm, std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
 }
 
+}  // namespace surface
 }  // namespace pellicle

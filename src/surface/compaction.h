@@ -5,6 +5,7 @@
 #include "surface/shell.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// Removes cells, and the corners that no kept cell has. What is left keeps its persistent ids, undeformed places,
 /// texture coordinates, initial masses and groups, and stays on its ranks unless their cells then differ by more than
@@ -16,4 +17,5 @@ namespace pellicle {
 LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
                     const SheetOptions& options);
 
+}  // namespace surface
 }  // namespace pellicle

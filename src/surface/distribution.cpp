@@ -15,6 +15,7 @@
 #include "parallel/route.h"
 
 namespace pellicle {
+inline namespace surface {
 
 namespace {
 
@@ -534,4 +535,5 @@ PartitionQuality Distribution::quality() const {
   return {cut / 2, static_cast<double>(largest) * ranks / static_cast<double>(cell_layout_.global)};
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -13,6 +13,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 // What shells and membranes share in spreading a mesh over the ranks. Internal to surface.
 
@@ -99,4 +100,5 @@ class Distribution {
   std::vector<PetscInt> opposite_;  ///< of each side
 };
 
+}  // namespace surface
 }  // namespace pellicle

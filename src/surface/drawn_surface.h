@@ -7,6 +7,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// A point of the drawn surface: a weighted mean of particles.
 struct DrawnPoint {
@@ -27,4 +28,5 @@ struct DrawnSurface {
   std::vector<PetscInt> elements;                  ///< local element of each triangle
 };
 
+}  // namespace surface
 }  // namespace pellicle

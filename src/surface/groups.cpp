@@ -4,6 +4,7 @@
 #include "base/spelling.h"
 
 namespace pellicle {
+inline namespace surface {
 
 std::vector<bool> members_of_group(const Surface& points, const std::string& key, const std::string& group) {
   const auto found = points.groups.find(group);
@@ -31,4 +32,5 @@ std::vector<bool> members_of_group(const Surface& points, const std::string& key
   return members;
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -1,6 +1,7 @@
 #include "surface/living.h"
 
 namespace pellicle {
+inline namespace surface {
 
 Living::Living(const Surface& surface) : triangles(surface.triangles.size(), true) {
   for (const Colour colour : all_colours) {
@@ -23,4 +24,5 @@ std::vector<bool> particles_with_springs(const Surface& surface, const Living& l
   return result;
 }
 
+}  // namespace surface
 }  // namespace pellicle

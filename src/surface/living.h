@@ -6,6 +6,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// What is left of a surface that burns or tears, without a change of its numbering: the springs that still hold and
 /// the drawn triangles that are still there, at least in part. A spring lives as long as one of the triangles that
@@ -21,4 +22,5 @@ struct Living {
 /// Which local particles have a local spring that lives; of owned particles all springs are local. Not collective.
 std::vector<bool> particles_with_springs(const Surface& surface, const Living& living);
 
+}  // namespace surface
 }  // namespace pellicle

@@ -12,6 +12,7 @@
 #include "surface/perturbation.h"
 
 namespace pellicle {
+inline namespace surface {
 
 namespace {
 
@@ -229,4 +230,5 @@ Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOption
   return perturbed_positions(membrane, options, sum / (3 * static_cast<double>(membrane.elements.global)));
 }
 
+}  // namespace surface
 }  // namespace pellicle

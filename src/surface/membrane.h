@@ -9,6 +9,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// A distributed triangle mesh: the middle surface of a balloon, as flat arrays. Its particles are the vertices.
 ///
@@ -56,4 +57,5 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options);
 
+}  // namespace surface
 }  // namespace pellicle

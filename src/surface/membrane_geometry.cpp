@@ -5,6 +5,7 @@
 #include "parallel/field.h"
 
 namespace pellicle {
+inline namespace surface {
 
 std::vector<double> vertex_areas(const Membrane& membrane) {
   Field areas(membrane.particles, 1);
@@ -20,4 +21,5 @@ std::vector<double> vertex_areas(const Membrane& membrane) {
   return {areas.data(), areas.data() + membrane.particles.local()};
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "surface/membrane.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// Two edges of a triangle, from its first corner [m].
 struct Edges {
@@ -24,4 +25,5 @@ inline Edges edges_of(const double* positions, const std::array<PetscInt, 3>& tr
 /// Undeformed area round each local vertex: a third of the triangles that it belongs to [m^2]. Collective.
 std::vector<double> vertex_areas(const Membrane& membrane);
 
+}  // namespace surface
 }  // namespace pellicle

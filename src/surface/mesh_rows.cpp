@@ -7,6 +7,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace surface {
 
 namespace {
 
@@ -156,4 +157,5 @@ MeshRows vertex_rows(const Surface& points, PetscInt count) {
   return rows;
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// A mesh of triangles or quads whose cells and vertices lie on the ranks in any way: each is a row on exactly one
 /// rank. Ranks may have none. Order and place of the rows mean nothing: ids say what belongs together.
@@ -62,4 +63,5 @@ MeshRows::Point row_of(const Surface& points, PetscInt particle);
 /// The first owned particles as vertices, with their groups; without masses and data. Collective.
 MeshRows vertex_rows(const Surface& points, PetscInt count);
 
+}  // namespace surface
 }  // namespace pellicle

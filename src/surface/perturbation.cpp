@@ -5,6 +5,7 @@
 #include "base/noise.h"
 
 namespace pellicle {
+inline namespace surface {
 
 Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge) {
   const double amplitude = options.perturbation * mean_edge;
@@ -18,4 +19,5 @@ Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& 
   return positions;
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -6,9 +6,11 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// Rest positions plus the initial noise of the options: each component uniform in +- perturbation times `mean_edge`, a
 /// function of seed and persistent id only. @returns (3 x local) [m]. Not collective.
 Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& options, double mean_edge);
 
+}  // namespace surface
 }  // namespace pellicle

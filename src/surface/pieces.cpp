@@ -9,6 +9,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace surface {
 
 namespace {
 
@@ -172,4 +173,5 @@ std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, c
   return masses;
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -7,6 +7,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// The pieces of a surface: its parts that no living spring (of a membrane: edge) joins to the rest.
 struct Pieces {
@@ -32,4 +33,5 @@ void update_pieces(Pieces& pieces, const Surface& surface, const Living& living,
 /// Mass of each present piece, the same on all ranks [kg]. Collective.
 std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, const Field& mass);
 
+}  // namespace surface
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include "surface/surface.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// A distributed quad sheet: the body-centred-square shell of section 3.2.
 ///
@@ -15,4 +16,5 @@ struct Sheet : Surface {
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
 };
 
+}  // namespace surface
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace surface {
 
 void describe(OptionTable& table, SheetOptions& options) {
   table.add("sheet.thickness", options.thickness)
@@ -35,4 +36,5 @@ void describe(OptionTable& table, SheetOptions& options) {
           "rank is more than this times the mean");
 }
 
+}  // namespace surface
 }  // namespace pellicle

@@ -6,8 +6,10 @@
 #include "base/choice.h"
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace surface {
 
 enum class Partitioner { metis, ptscotch, simple };
 inline const std::vector<std::string>& names_of(Partitioner) {
@@ -27,4 +29,5 @@ struct SheetOptions {
 
 void describe(OptionTable& table, SheetOptions& options);
 
+}  // namespace surface
 }  // namespace pellicle

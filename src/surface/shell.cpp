@@ -11,6 +11,7 @@
 #include "surface/shell_assembly.h"
 
 namespace pellicle {
+inline namespace surface {
 
 namespace {
 
@@ -135,4 +136,5 @@ Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& opt
   return perturbed_positions(sheet, options, sum / static_cast<double>(blue.layout.global));
 }
 
+}  // namespace surface
 }  // namespace pellicle

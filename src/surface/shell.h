@@ -6,6 +6,7 @@
 #include "surface/sheet_options.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// Spreads a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section 3.2).
 ///
@@ -49,4 +50,5 @@ MeshRows rows_of_mesh(const Sheet& sheet);
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);
 
+}  // namespace surface
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include "parallel/exchange.h"
 
 namespace pellicle {
+inline namespace surface {
 
 namespace {
 
@@ -162,4 +163,5 @@ AssembledShell assemble_shell(const Distribution& distribution) {
   return shell;
 }
 
+}  // namespace surface
 }  // namespace pellicle

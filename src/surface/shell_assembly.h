@@ -6,6 +6,7 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
+inline namespace surface {
 
 // What makes shells, of whole meshes and of what is left of one. Internal to mesh.
 
@@ -22,4 +23,5 @@ struct AssembledShell {
 /// points and corners. Collective.
 AssembledShell assemble_shell(const Distribution& distribution);
 
+}  // namespace surface
 }  // namespace pellicle

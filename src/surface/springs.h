@@ -6,6 +6,7 @@
 #include "parallel/layout.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// The four sets of springs of the body-centred-square shell (burning paper, section 3.2), in the order of projection.
 enum class Colour { red = 0, green = 1, blue = 2, yellow = 3 };
@@ -28,4 +29,5 @@ struct SpringSet {
   PetscInt local() const { return layout.local(); }
 };
 
+}  // namespace surface
 }  // namespace pellicle

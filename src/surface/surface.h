@@ -10,6 +10,7 @@
 #include "surface/springs.h"
 
 namespace pellicle {
+inline namespace surface {
 
 /// How well the mesh is spread over the ranks.
 struct PartitionQuality {
@@ -59,4 +60,5 @@ struct Surface {
   const SpringSet& of(Colour colour) const { return springs[static_cast<std::size_t>(colour)]; }
 };
 
+}  // namespace surface
 }  // namespace pellicle

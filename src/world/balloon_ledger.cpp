@@ -5,6 +5,7 @@
 #include <cstdio>
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -173,4 +174,5 @@ std::vector<std::string> BalloonLedger::remarks() const {
   return lines;
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -8,6 +8,7 @@
 #include "world/ledger.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// The books of a balloon: those of every object, with its gas, its wall and how its steps ended.
 class BalloonLedger {
@@ -51,4 +52,5 @@ class BalloonLedger {
   double last_residual_ = 0;  ///< relative, of the last step
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "world/object_state.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// All that changes of a balloon from step to step.
 struct BalloonState : ObjectState {
@@ -35,4 +36,5 @@ struct BalloonState : ObjectState {
   std::optional<BurningFields> burning;
 };
 
+}  // namespace world
 }  // namespace pellicle

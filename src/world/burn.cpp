@@ -8,6 +8,7 @@
 #include "surface/shell.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -189,4 +190,5 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   return {result, contacts};
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -19,6 +19,7 @@
 #include "world/textures.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What a step of the burning sheet tells the ledger.
 struct BurnStep {
@@ -105,4 +106,5 @@ class Burn {
   std::vector<bool> held_;                   ///< local particles that are pinned or have left
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -17,6 +17,7 @@
 #include "world/piece_fields.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -333,4 +334,5 @@ void BurnRun::record(double h, int retries) {
   ledger().add(*sheet_, *state_, last_, h, retries);
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "world/sheet_ledger.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// A burning sheet: its chain with state, frames and history. Cells that have burnt away are
 /// removed from the sheet now and then, see `ablation.compact_fraction`.
@@ -51,4 +52,5 @@ class BurnRun : public Object {
   std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "heat/heat_source.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -127,4 +128,5 @@ void Burning::take_out(BurningFields& fields, double time) {
   update_pieces(fields.pieces, surface_, fields.living, time);
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -15,6 +15,7 @@
 #include "world/textures.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What heats, burns and cuts a surface, be it of a sheet or of a balloon: the stages heat, combustion and ablation of
 /// the burning paper. They read and leave fields with ghosts up to date; the state that these belong to says where the
@@ -64,4 +65,5 @@ class Burning {
   Ablation ablation_;
 };
 
+}  // namespace world
 }  // namespace pellicle

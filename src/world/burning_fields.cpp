@@ -4,6 +4,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace world {
 
 BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
     : temperature(registry.add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers})),
@@ -32,4 +33,5 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
   std::fill(burn_time.begin(), burn_time.end(), -1);
 }
 
+}  // namespace world
 }  // namespace pellicle

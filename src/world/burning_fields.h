@@ -8,6 +8,7 @@
 #include "surface/pieces.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What changes of a surface that heats, burns and is cut, declared in the registry of its state.
 struct BurningFields {
@@ -29,4 +30,5 @@ struct BurningFields {
   double& heat_made;     ///< by conduction that does not conserve it
 };
 
+}  // namespace world
 }  // namespace pellicle

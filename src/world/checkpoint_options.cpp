@@ -3,6 +3,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 void describe(OptionTable& table, CheckpointOptions& options) {
   const Condition kept{"checkpoint.keep: more than 0", [&options] { return options.keep > 0; }};
@@ -23,4 +24,5 @@ void describe(OptionTable& table, CheckpointOptions& options) {
           "0: none");
 }
 
+}  // namespace world
 }  // namespace pellicle

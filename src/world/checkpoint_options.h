@@ -1,8 +1,10 @@
 #pragma once
 
 namespace pellicle {
-
+inline namespace base {
 class OptionTable;
+}  // namespace base
+inline namespace world {
 
 /// When the state of a run is kept.
 struct CheckpointOptions {
@@ -14,4 +16,5 @@ struct CheckpointOptions {
 /// Declares the options `checkpoint.*`.
 void describe(OptionTable& table, CheckpointOptions& options);
 
+}  // namespace world
 }  // namespace pellicle

@@ -20,6 +20,7 @@
 #include "world/step_control.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -266,4 +267,5 @@ void require_same_options(const OptionTable& table, const std::string& before, c
   }
 }
 
+}  // namespace world
 }  // namespace pellicle

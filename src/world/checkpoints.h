@@ -10,6 +10,7 @@
 #include "world/checkpoint_options.h"
 
 namespace pellicle {
+inline namespace world {
 
 class Chain;
 
@@ -52,4 +53,5 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
 /// @throws Error that names them
 void require_same_options(const OptionTable& table, const std::string& before, const std::string& now);
 
+}  // namespace world
 }  // namespace pellicle

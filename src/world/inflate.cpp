@@ -13,6 +13,7 @@
 #include "world/textures.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -301,4 +302,5 @@ GasState Inflate::gas(int chamber, double volume, const BalloonState& state) con
   return gas;
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -14,6 +14,7 @@
 #include "world/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// How a step of the balloon went.
 struct InflateStep : ImplicitResult {
@@ -95,4 +96,5 @@ class Inflate {
   Field start_;                                              ///< positions at the beginning of the step
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -14,6 +14,7 @@
 #include "world/piece_fields.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -173,4 +174,5 @@ BalloonLedger& InflateRun::ledger() {
 
 void InflateRun::record(double h, int retries) { ledger().add(state_, last_, h, retries); }
 
+}  // namespace world
 }  // namespace pellicle

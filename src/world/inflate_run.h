@@ -9,6 +9,7 @@
 #include "world/object.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// A balloon: its chain with state, frames and history.
 class InflateRun : public Object {
@@ -50,4 +51,5 @@ class InflateRun : public Object {
   std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
 };
 
+}  // namespace world
 }  // namespace pellicle

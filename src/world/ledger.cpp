@@ -6,6 +6,7 @@
 #include "heat/heat_balance.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -104,4 +105,5 @@ void Ledger::add_pieces(double time, int step, const Pieces& pieces, const std::
   }
 }
 
+}  // namespace world
 }  // namespace pellicle

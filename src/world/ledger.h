@@ -11,6 +11,7 @@
 #include "world/object.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What a row of the history tells of any object.
 struct LedgerRow {
@@ -49,4 +50,5 @@ class Ledger {
   std::unique_ptr<History> pieces_;  ///< if it burns
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "state/mesh_tables.h"
 
 namespace pellicle {
+inline namespace world {
 
 CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options) {
   CheckedMesh checked;
@@ -155,4 +156,5 @@ std::string partition_line(const Surface& points) {
   return text;
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "world/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// Reads or generates the mesh on rank 0, checks it, repairs what can be repaired and scales it to its volume.
 /// Collective.
@@ -47,4 +48,5 @@ std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain);
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"
 std::string partition_line(const Surface& points);
 
+}  // namespace world
 }  // namespace pellicle

@@ -20,6 +20,7 @@
 #include "world/load_mesh.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -172,4 +173,5 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
   }
 }
 
+}  // namespace world
 }  // namespace pellicle

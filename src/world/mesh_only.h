@@ -8,6 +8,7 @@
 #include "world/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// `-mesh_only`: reads or generates the mesh of each object, checks and distributes it, tells of it whether or not a
 /// person watches, and writes it as one frame: for the burning chain a sheet where all faces are quads, else a
@@ -18,4 +19,5 @@ namespace pellicle {
 /// @throws Error on a bad mesh, or where the output folder cannot be used
 void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record);
 
+}  // namespace world
 }  // namespace pellicle

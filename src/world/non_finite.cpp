@@ -7,6 +7,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace world {
 
 std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities) {
   const auto first = std::find_if(quantities.begin(), quantities.end(), [](const NamedValues& quantity) {
@@ -43,4 +44,5 @@ bool make_finite(MPI_Comm comm, const FieldRegistry& state) {
   return on_any_rank(comm, found);
 }
 
+}  // namespace world
 }  // namespace pellicle

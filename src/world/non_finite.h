@@ -9,6 +9,7 @@
 #include "state/field_registry.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// Numbers of a state under one name.
 struct NamedValues {
@@ -25,4 +26,5 @@ std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities
 /// Sets to 0 what is not finite in a state, so that it can be drawn. Collective. @returns whether there was any
 bool make_finite(MPI_Comm comm, const FieldRegistry& state);
 
+}  // namespace world
 }  // namespace pellicle

@@ -14,6 +14,7 @@
 #include "world/object_state.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What an object, or all of a world, says of a step that it tried. The same on every rank.
 struct StepResult {
@@ -92,4 +93,5 @@ class Object {
   virtual void resume_output(const Hdf5File& checkpoint) = 0;
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -3,6 +3,7 @@
 #include "state/field_registry.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What changes of every object from step to step. Ghosts are up to date between steps. A step that fails is put back
 /// by assigning a copy.
@@ -21,4 +22,5 @@ struct ObjectState : FieldRegistry {
   Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -5,6 +5,7 @@
 #include "base/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
@@ -188,4 +189,5 @@ ObjectOptions::ObjectOptions(std::string object) : name(std::move(object)) {
   name_solvers(options, object_prefix(name));
 }
 
+}  // namespace world
 }  // namespace pellicle

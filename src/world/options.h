@@ -27,6 +27,7 @@
 #include "world/checkpoint_options.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// The clock of a run.
 struct TimeOptions {
@@ -110,4 +111,5 @@ struct ObjectOptions {
 /// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
 bool balloon_burns(const Options& options);
 
+}  // namespace world
 }  // namespace pellicle

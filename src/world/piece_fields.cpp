@@ -1,6 +1,7 @@
 #include "world/piece_fields.h"
 
 namespace pellicle {
+inline namespace world {
 
 PieceFields::PieceFields(const Surface& surface, const Pieces& pieces, const std::vector<double>& masses) {
   const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
@@ -17,4 +18,5 @@ std::vector<DrawnField> PieceFields::drawn() const {
   return {{"piece", 1, id_.data()}, {"piece_mass", 1, mass_.data()}, {"piece_birth_time", 1, birth_time_.data()}};
 }
 
+}  // namespace world
 }  // namespace pellicle

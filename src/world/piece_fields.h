@@ -6,6 +6,7 @@
 #include "surface/pieces.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What frames show of the piece that each local element belongs to.
 class PieceFields {
@@ -22,4 +23,5 @@ class PieceFields {
   std::vector<double> birth_time_;  ///< [s]
 };
 
+}  // namespace world
 }  // namespace pellicle

@@ -17,6 +17,7 @@
 #include "world/world.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -276,4 +277,5 @@ void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord reco
   Run(comm, objects, record, console).run();
 }
 
+}  // namespace world
 }  // namespace pellicle

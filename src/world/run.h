@@ -8,6 +8,7 @@
 #include "world/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// Runs a world of objects from their meshes to the last frame: the whole program after its options have been read.
 /// Collective.
@@ -17,4 +18,5 @@ namespace pellicle {
 /// good state has been written
 void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record);
 
+}  // namespace world
 }  // namespace pellicle

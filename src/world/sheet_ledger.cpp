@@ -4,6 +4,7 @@
 #include <cmath>
 
 namespace pellicle {
+inline namespace world {
 
 std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour) {
   const std::vector<double>& target = state.target_length[static_cast<std::size_t>(colour)];
@@ -103,4 +104,5 @@ void SheetLedger::add(double time, int step, const std::vector<ProjectionError>&
   }
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -9,6 +9,7 @@
 #include "world/ledger.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// The books of a sheet: those of every object, and with `project.monitor` the curves of Fig. 8 in projection.csv.
 class SheetLedger {
@@ -43,4 +44,5 @@ class SheetLedger {
 /// (d - l)/l of the owned and ghost springs of a colour, d the present and l the target length; 0 of dead ones.
 std::vector<double> strains(const SpringSet& springs, const State& state, Colour colour);
 
+}  // namespace world
 }  // namespace pellicle

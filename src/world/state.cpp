@@ -4,6 +4,7 @@
 #include <string>
 
 namespace pellicle {
+inline namespace world {
 
 State::State(const Sheet& sheet)
     : ObjectState(sheet.particles, {sheet.elements.owned, sheet.elements.local()}),
@@ -19,4 +20,5 @@ State::State(const Sheet& sheet)
   std::fill(pin.begin(), pin.end(), -1);
 }
 
+}  // namespace world
 }  // namespace pellicle

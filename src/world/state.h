@@ -6,6 +6,7 @@
 #include "world/object_state.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// All that changes of a sheet from step to step.
 struct State : ObjectState, BurningFields {
@@ -23,4 +24,5 @@ struct State : ObjectState, BurningFields {
   TargetLengths& target_length;  ///< [m]
 };
 
+}  // namespace world
 }  // namespace pellicle

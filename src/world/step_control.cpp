@@ -8,6 +8,7 @@
 #include "base/stop_signal.h"
 
 namespace pellicle {
+inline namespace world {
 
 namespace {
 
@@ -153,4 +154,5 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
   tell_remarks();
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -11,6 +11,7 @@
 #include "world/options.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// What is stepped, with its output, as the step control sees it: the world. All calls are collective.
 class Chain {
@@ -74,4 +75,5 @@ class Chain {
 /// Checkpoints are written where they are asked for and at the end, whatever ends the run.
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);
 
+}  // namespace world
 }  // namespace pellicle

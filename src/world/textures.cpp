@@ -4,6 +4,7 @@
 #include "parallel/collective.h"
 
 namespace pellicle {
+inline namespace world {
 
 std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::string& key, const std::string& file,
                                      const std::vector<double>& range) {
@@ -24,4 +25,5 @@ std::vector<double> Textures::values(const Eigen::Matrix2Xd& uv, const std::stri
   return values;
 }
 
+}  // namespace world
 }  // namespace pellicle

@@ -10,6 +10,7 @@
 #include "io/texture.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// The pictures of a run that weight what happens at texture coordinates. Each file is read once: a sheet that is
 /// compacted later asks again.
@@ -30,4 +31,5 @@ class Textures {
   std::map<std::string, Texture> read_;  ///< by file
 };
 
+}  // namespace world
 }  // namespace pellicle

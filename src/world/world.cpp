@@ -6,6 +6,7 @@
 #include "world/non_finite.h"
 
 namespace pellicle {
+inline namespace world {
 
 std::vector<std::string> names_of(const std::vector<World::Member>& members) {
   std::vector<std::string> names;
@@ -136,15 +137,18 @@ void World::draw() {
     return;
   }
   check_chosen_fields();
+  auto missing = std::count_if(members_.begin(), members_.end(), [this](const Member& m) { return is_present(m); });
   for (std::size_t i = 0; i < members_.size(); ++i) {
     if (is_present(members_[i])) {
       members_[i].object->draw([&](const Frame& frame) {
         writer_.write(i, frame);
+        if (--missing == 0) {  // What the object adds to its tables may fail: the frame is there by then.
+          writer_.complete(time(), step());
+        }
         return true;
       });
     }
   }
-  writer_.complete(time(), step());
 }
 
 std::string World::draw_failed(double h) {
@@ -199,4 +203,5 @@ void World::resume_output(const Hdf5File& checkpoint) {
   }
 }
 
+}  // namespace world
 }  // namespace pellicle

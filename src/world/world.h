@@ -11,6 +11,7 @@
 #include "world/step_control.h"
 
 namespace pellicle {
+inline namespace world {
 
 /// The objects of a run under one clock: all of them accept a step, or none does.
 class World : public Chain {
@@ -60,4 +61,5 @@ class World : public Chain {
 /// The names of the members.
 std::vector<std::string> names_of(const std::vector<World::Member>& members);
 
+}  // namespace world
 }  // namespace pellicle
