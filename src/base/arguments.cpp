@@ -189,7 +189,7 @@ void set_option(const TypedOption& typed, const std::string& object, const std::
         refuse_unknown_object(*one.table, typed, name);
         fail(typed.origin, "unknown option; nearest valid option: -" + object_prefix(object) + *meant);
       }
-      set_petsc_option(petsc, {name, typed.value, typed.origin, object});
+      petsc.push_back({name, typed.value, typed.origin, object});
       continue;
     }
     if (!typed.value && !option->is_flag()) {
@@ -221,6 +221,7 @@ void set_options(const std::vector<TypedOption>& options, const ObjectTables& ta
       }
     }
   }
+  keep_last(petsc);
 }
 
 /// The options with those of a file in place of each `-options_file FILE`. Not collective: for rank 0.

@@ -299,7 +299,7 @@ class DeckReader {
     } else if (node.IsScalar() && node.Scalar() != "true") {
       option.value = node.Scalar();
     }
-    set_petsc_option(petsc_, option);
+    petsc_.push_back(std::move(option));
   }
 
   static WrittenValue written_value(const Option& option, const YAML::Node& node) {
@@ -525,6 +525,7 @@ void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOp
     throw Error(deck.path + ":1: not a map; expected options such as heat: {diffusivity: 2e-3}");
   }
   DeckReader(deck, tables, petsc).read(root);
+  keep_last(petsc);
 }
 
 namespace {

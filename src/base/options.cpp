@@ -678,27 +678,43 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
   if (is_solver_option(name)) {
     return std::nullopt;
   }
-  std::vector<std::string> names{"help", "options_table", "version"};
-  std::set<std::string> modules;
-  for (const Option& option : options_) {
-    names.push_back(option.name());
-    if (option.key() != option.name()) {
-      modules.insert(first_word(option.name()));
-    }
+  const std::string module = first_word(name) + "_";
+  const auto is_of_module = [&module](const std::string& other) { return starts_with(other + "_", module); };
+  const bool begins_like_ours =
+      std::any_of(options_.begin(), options_.end(),
+                  [&](const Option& option) { return option.key() != option.name() && is_of_module(option.name()); }) ||
+      std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return is_of_module(s.name); }) ||
+      std::any_of(solver_prefixes_.begin(), solver_prefixes_.end(),
+                  [&](const SolverPrefix& solver) { return is_of_module(solver.prefix); });
+  constexpr int most_letters = 2;  // that a misspelt name has wrong; a short name is within them of too many
+  if (!begins_like_ours && name.size() <= 4) {
+    return std::nullopt;
   }
-  for (const ObjectSection& section : sections_) {
-    modules.insert(first_word(section.name));
+  std::string closest;
+  int least = std::numeric_limits<int>::max();
+  const auto consider = [&](const std::string& ours) {
+    const auto longer = std::abs(static_cast<int>(ours.size()) - static_cast<int>(name.size()));
+    if (!begins_like_ours && longer > most_letters) {
+      return;
+    }
+    const int distance = edit_distance(name, ours);
+    if (distance < least) {
+      least = distance;
+      closest = ours;
+    }
+  };
+  for (const char* flag : {"help", "options_table", "version"}) {
+    consider(flag);
+  }
+  for (const Option& option : options_) {
+    consider(option.name());
   }
   for (const SolverPrefix& solver : solver_prefixes_) {
-    modules.insert(first_word(solver.prefix));
     for (const char* option : common_solver_options) {
-      names.push_back(solver.prefix + option);
+      consider(solver.prefix + option);
     }
   }
-  const std::string closest = nearest(name, names);
-  // A short name is within two letters of too many.
-  const bool misspelt = name.size() > 4 && edit_distance(name, closest) <= 2;
-  return misspelt || modules.count(first_word(name)) > 0 ? std::optional(closest) : std::nullopt;
+  return begins_like_ours || least <= most_letters ? std::optional(closest) : std::nullopt;
 }
 
 Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values) {

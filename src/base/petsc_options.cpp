@@ -6,6 +6,8 @@
 #include <iostream>
 #include <set>
 #include <unordered_map>
+#include <unordered_set>
+#include <utility>
 
 #include "base/error.h"
 
@@ -57,11 +59,16 @@ std::vector<std::vector<std::string>> names_in_database(const std::vector<PetscO
 
 std::string database_name(const PetscOption& option) { return object_prefix(option.object) + option.name; }
 
-void set_petsc_option(std::vector<PetscOption>& options, PetscOption option) {
-  options.erase(std::remove_if(options.begin(), options.end(),
-                               [&](const PetscOption& other) { return database_name(other) == database_name(option); }),
-                options.end());
-  options.push_back(std::move(option));
+void keep_last(std::vector<PetscOption>& options) {
+  std::unordered_set<std::string> names;
+  std::vector<PetscOption> kept;
+  for (auto option = options.rbegin(); option != options.rend(); ++option) {
+    if (names.insert(database_name(*option)).second) {
+      kept.push_back(std::move(*option));
+    }
+  }
+  std::reverse(kept.begin(), kept.end());
+  options = std::move(kept);
 }
 
 std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options, const ObjectTables& tables) {

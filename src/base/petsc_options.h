@@ -23,8 +23,8 @@ struct PetscOption {
 /// The name in PETSc's options database that an option has as it was given.
 std::string database_name(const PetscOption& option);
 
-/// Puts an option into the list; one of the same name that was there is replaced.
-void set_petsc_option(std::vector<PetscOption>& options, PetscOption option);
+/// Of options of the same name in the database the last one stays.
+void keep_last(std::vector<PetscOption>& options);
 
 /// The options as arguments of PetscInitialize, those of a general solver prefix handed to the variants that do not set
 /// them themselves, and those for the solvers of all objects to each object that does not set them itself.

@@ -316,9 +316,8 @@ TEST(PetscOptions, UnusedOnesAreNamedAsTheUserWroteThem) {
             "");
   const ProgramArguments typed =
       options.command_line({"-project_blue_ksp_type", "minres", "-no_such_thing", "-log_view"});
-  for (const PetscOption& option : typed.petsc) {
-    set_petsc_option(options.petsc, option);
-  }
+  options.petsc.insert(options.petsc.end(), typed.petsc.begin(), typed.petsc.end());
+  keep_last(options.petsc);
   const std::vector<std::string> words = petsc_arguments(options.petsc, options.table);
   std::vector<char*> pointers;
   std::vector<std::string> copies = words;

@@ -59,8 +59,7 @@ def faults_of_source(src, path):
         yield 1, "a header begins with #pragma once"
     if path.name != "main.cpp" and "namespace pellicle {" not in lines:
         yield 1, "no namespace pellicle"
-    folder = path.parent.name
-    if path.name != "main.cpp" and path.parts[-3] == "src" and f"inline namespace {folder} {{" not in lines:
+    if path.name != "main.cpp" and f"inline namespace {folder} {{" not in lines:
         yield 1, f"no inline namespace {folder}"
 
 
