@@ -7,7 +7,7 @@
 #include <map>
 
 #include "tests/support/frames.h"
-#include "tests/support/program.h"
+#include "tests/support/paraview.h"
 #include "tests/support/run_checks.h"
 
 namespace pellicle {
@@ -113,11 +113,10 @@ TEST_F(PaperSolverTest, LiesOverABalloonToo) {
       << "three Newton iterations of either come near the same wall";
 }
 
-class ParaViewTest : public ProgramTest {
+class OutputInParaViewTest : public ParaViewTest {
  protected:
   void SetUp() override {
-    const CommandResult modules = run_command({pvbatch(), "--modules"});
-    if (modules.exit_code != 0 || !std::filesystem::exists(modules.output.substr(0, modules.output.find('\n')))) {
+    if (!has_paraview()) {
       GTEST_SKIP() << "ParaView or its Python modules are not installed; tools/setup does that";
     }
   }
@@ -135,14 +134,6 @@ class ParaViewTest : public ProgramTest {
     EXPECT_EQ(seen.exit_code, 0) << seen;
     return YAML::Load(seen.output.substr(seen.output.find("{\"times\"")));
   }
-
-  /// What postproc/compare.py says of two runs.
-  CommandResult compare(const Arguments& runs_and_options) const {
-    return run_command(Arguments{pvbatch(), (source_folder / "postproc" / "compare.py").string()} + runs_and_options);
-  }
-
- private:
-  static std::string pvbatch() { return (source_folder / "tools" / "pvbatch").string(); }
 };
 
 /// Expects ParaView's ranges of a field to be those of the files.
@@ -155,7 +146,7 @@ void expect_same_ranges(const YAML::Node& ranges, const PointValues& values, con
   }
 }
 
-TEST_F(ParaViewTest, OpensARunOfSeveralObjectsAsNamedBlocks) {
+TEST_F(OutputInParaViewTest, OpensARunOfSeveralObjectsAsNamedBlocks) {
   const Arguments scene{deck_path("two_sheets"),
                         "-objects_paper_mesh_cells",
                         "12,10",
@@ -188,7 +179,7 @@ TEST_F(ParaViewTest, OpensARunOfSeveralObjectsAsNamedBlocks) {
   EXPECT_EQ(moved.exit_code, 1) << moved;
 }
 
-TEST_F(ParaViewTest, OpensARun) {
+TEST_F(OutputInParaViewTest, OpensARun) {
   succeed(2, {deck_path("hot_ball"), "-mesh_cells", "12,10", "-time_max_steps", "6", "-output_interval_time", "0",
               "-output_interval_steps", "3", "-output_directory", "out", "-heat_sources_ball_centre", "-0.3,0,0"});
   const YAML::Node report = seen_by_paraview("out/hot_ball.pvd");
@@ -208,7 +199,7 @@ TEST_F(ParaViewTest, OpensARun) {
   }
 }
 
-TEST_F(ParaViewTest, ComparesRuns) {
+TEST_F(OutputInParaViewTest, ComparesRuns) {
   const auto run = [this](int ranks, const std::string& out, const Arguments& options) {
     succeed(ranks, Arguments{deck_path("hot_ball"), "-mesh_cells", "12,10", "-time_max_steps", "4",
                              "-output_interval_time", "0", "-output_interval_steps", "2", "-output_directory", out,
@@ -231,7 +222,7 @@ TEST_F(ParaViewTest, ComparesRuns) {
   EXPECT_NE(compare({"one", "shorter"}).output.find("a frame in "), std::string::npos);
 }
 
-TEST_F(ParaViewTest, OpensABalloon) {
+TEST_F(OutputInParaViewTest, OpensABalloon) {
   succeed(2, {deck_path("inflate_sphere"), "-mesh_level", "3", "-time_max_steps", "10", "-output_interval_steps", "5",
               "-output_directory", "out"});
   const YAML::Node report = seen_by_paraview("out/inflate_sphere.pvd");

@@ -10,7 +10,7 @@
 #include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"
 #include "tests/support/frames.h"
-#include "tests/support/program.h"
+#include "tests/support/paraview.h"
 #include "tests/support/run_checks.h"
 
 namespace pellicle {
@@ -40,7 +40,7 @@ std::map<std::string, std::vector<double>> numbers_of(const fs::path& pvtp) {
   return numbers;
 }
 
-class RestartTest : public ProgramTest {
+class RestartTest : public ParaViewTest {
  protected:
   /// A sheet of which half burns away in 24 steps, so that it falls in two, compacted often, with a checkpoint and a
   /// frame every 4 steps.
@@ -167,6 +167,11 @@ TEST_F(RestartTest, ABalloonOnTheSameRanksAndOnOthers) {
   expect_whole_output(at("other"), "scene", 20);
   expect_same_frames(at("whole"), at("other"), "scene", expect_same_balloon);
   expect_same_history(at("whole"), at("other"));
+  if (has_paraview()) {
+    EXPECT_EQ(compare({"whole", "same", "--tolerance", "0"}).exit_code, 0);
+    const CommandResult same = compare({"whole", "other", "--tolerance", "1e-6"});
+    EXPECT_EQ(same.exit_code, 0) << same;
+  }
 }
 
 TEST_F(RestartTest, IntoAnotherFolderAndWithOtherOptions) {

@@ -3,7 +3,7 @@
 #include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"
 #include "tests/support/frames.h"
-#include "tests/support/program.h"
+#include "tests/support/paraview.h"
 #include "tests/support/run_checks.h"
 
 namespace pellicle {
@@ -47,7 +47,7 @@ checkpoint: {interval_steps: 4}
 
 constexpr int steps = 16;
 
-class WorldTest : public ProgramTest {
+class WorldTest : public ParaViewTest {
  protected:
   fs::path at(const std::string& name) const { return folder() / name; }
 
@@ -102,6 +102,12 @@ TEST_F(WorldTest, IsTheSameOnAnyRanksAndWhenItGoesOn) {
   succeed(1, scene("other") + Arguments{"-restart", "other"});
   expect_whole("other");
   expect_same_run("whole", "other");
+  if (has_paraview()) {
+    const CommandResult same = compare({"on_4", "other", "--tolerance", "1e-4"});
+    EXPECT_NE(same.output.find("temperature of paper"), std::string::npos) << same;
+    EXPECT_NE(same.output.find("thickness of balloon"), std::string::npos) << same;
+    EXPECT_EQ(same.output.find(" only"), std::string::npos) << "a frame, a point or a field of one run only: " << same;
+  }
 }
 
 TEST_F(WorldTest, EachObjectIsAsInARunOfItsOwn) {
