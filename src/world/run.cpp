@@ -227,18 +227,22 @@ class Run {
     console_.tell(what + ": all " + std::to_string(compared) + " fields are the same");
   }
 
-  /// How to go on from the newest checkpoint, if there is one: beyond the end where the run has reached it.
+  /// The newest checkpoint, if there is one, and how to go on from it.
+  /// @param ended the world, if the run has reached its end: it goes on beyond it, unless its objects cannot
   void tell_of(const Checkpoints& checkpoints, const World* ended = nullptr) const {
     if (checkpoints.newest().empty()) {
       return;
     }
-    std::string command = shell_word(record_.arguments.front()) + " -restart " + shell_word(options_.output.directory);
-    if (ended != nullptr && options_.time.max_steps > 0 && ended->step() >= options_.time.max_steps) {
-      command += " -time_max_steps 0";
-    } else if (ended != nullptr) {
-      command += " -time_end LATER";
+    std::string words = "checkpoint: " + checkpoints.newest();
+    if (ended == nullptr || ended->ended().empty()) {
+      words +=
+          "; to go on: " + shell_word(record_.arguments.front()) + " -restart " + shell_word(options_.output.directory);
     }
-    console_.tell("checkpoint: " + checkpoints.newest() + "; to go on: " + command);
+    if (ended != nullptr && ended->ended().empty()) {
+      const bool by_steps = options_.time.max_steps > 0 && ended->step() >= options_.time.max_steps;
+      words += by_steps ? " -time_max_steps 0" : " -time_end LATER";
+    }
+    console_.tell(words);
   }
 
   MPI_Comm comm_;
