@@ -28,8 +28,7 @@ std::vector<std::string> with_kept_deck(int argc, char** argv) {
   std::vector<std::string> words(argv, argv + argc);
   std::filesystem::path run;
   for (std::size_t i = 1; i < words.size(); ++i) {
-    const std::string extension = std::filesystem::path(words[i]).extension().string();
-    if (extension == ".yaml" || extension == ".yml") {
+    if (is_deck(words[i])) {
       return words;
     }
     if ((words[i] == "-restart" || words[i] == "--restart") && i + 1 < words.size()) {

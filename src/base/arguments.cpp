@@ -19,6 +19,11 @@
 namespace pellicle {
 inline namespace base {
 
+bool is_deck(const std::string& argument) {
+  const std::string extension = std::filesystem::path(argument).extension().string();
+  return extension == ".yaml" || extension == ".yml";
+}
+
 namespace {
 
 struct TypedOption {
@@ -39,11 +44,6 @@ bool is_option(const std::string& argument) {
   const std::size_t letter = argument.compare(0, 2, "--") == 0 ? 2 : 1;
   return argument.size() > letter && argument[0] == '-' && argument != "-inf" && argument != "-nan" &&
          std::isalpha(static_cast<unsigned char>(argument[letter])) != 0;
-}
-
-bool is_deck(const std::string& argument) {
-  const std::string extension = std::filesystem::path(argument).extension().string();
-  return extension == ".yaml" || extension == ".yml";
 }
 
 [[noreturn]] void fail(const Origin& origin, const std::string& problem) {

@@ -26,11 +26,14 @@ struct ProgramArguments {
   std::string unused;  ///< one line that names what is given for solvers that the run does not have, or ""
 };
 
+/// Whether a word of the command line that is not the value of an option names a deck: it ends in .yaml or .yml.
+bool is_deck(const std::string& argument);
+
 /// Reads the command line and the decks that it names, and sets the options: decks in their order; then what PETSc
 /// reads beside the command line, in PETSc's order: the files ~/.petscrc, .petscrc and petscrc, and the environment
 /// variable PETSC_OPTIONS; then the options of the command line, wherever they stand, with those of `-options_file
-/// FILE` in its place. The later wins. Decks are the arguments that end in .yaml or .yml and are not the value of an
-/// option. With one of the three flags no deck is read. Collective: rank 0 reads files and environment.
+/// FILE` in its place. The later wins. See is_deck. With one of the three flags no deck is read. Collective: rank 0
+/// reads files and environment.
 /// @param table of a run of one object, which the options are given to unless a deck names objects
 /// @param make_table makes the table of an object that a deck names, which must outlive what is returned
 /// @throws Error, the same on every rank: a file that cannot be read or is wrong (see read_deck), an option of ours

@@ -690,17 +690,11 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
   if (!begins_like_ours && name.size() <= 4) {
     return std::nullopt;
   }
-  std::string closest;
-  int least = std::numeric_limits<int>::max();
-  const auto consider = [&](const std::string& ours) {
-    const auto longer = std::abs(static_cast<int>(ours.size()) - static_cast<int>(name.size()));
-    if (!begins_like_ours && longer > most_letters) {
-      return;
-    }
-    const int distance = edit_distance(name, ours);
-    if (distance < least) {
-      least = distance;
-      closest = ours;
+  std::vector<std::string> ours;
+  const auto consider = [&](const std::string& other) {
+    const auto longer = std::abs(static_cast<int>(other.size()) - static_cast<int>(name.size()));
+    if (begins_like_ours || longer <= most_letters) {  // Others have more letters wrong, whatever they are.
+      ours.push_back(other);
     }
   };
   for (const char* flag : {"help", "options_table", "version"}) {
@@ -714,7 +708,9 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
       consider(solver.prefix + option);
     }
   }
-  return begins_like_ours || least <= most_letters ? std::optional(closest) : std::nullopt;
+  const std::string closest = nearest(name, ours);
+  return begins_like_ours || (!ours.empty() && edit_distance(name, closest) <= most_letters) ? std::optional(closest)
+                                                                                             : std::nullopt;
 }
 
 Condition one_of(const std::string& key, const std::string& variable, std::vector<std::string> values) {

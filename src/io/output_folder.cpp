@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -88,6 +87,13 @@ OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const Ru
   MPI_Comm_rank(comm_, &rank);
   MPI_Comm_size(comm_, &ranks_);
   is_root_ = rank == 0;
+  std::string of_object;  // "(_cloth|_lantern)"
+  for (const std::string& object : record_.objects) {
+    of_object += (of_object.empty() ? "(_" : "|_") + object;
+  }
+  of_object += of_object.empty() ? "" : ")";
+  tables_ = "checkpoint_[0-9]{6,}\\.h5|(history|pieces|projection)" + of_object + "\\.csv";
+  frames_ = "(_failed)?(_springs)?(\\.pvd|" + of_object + "_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp))";
   using_folder([this] {
     open_list(Missing::leave);
     check_conflicts();
@@ -218,16 +224,8 @@ std::string OutputFolder::listed(const Files& files, bool with_head) const {
 }
 
 bool OutputFolder::is_of_run(const std::string& name) const {
-  std::string of_object;  // "(_cloth|_lantern)"
-  for (const std::string& object : record_.objects) {
-    of_object += (of_object.empty() ? "(_" : "|_") + object;
-  }
-  of_object += of_object.empty() ? "" : ")";
-  const std::regex table("checkpoint_[0-9]{6,}\\.h5|(history|pieces|projection)" + of_object + "\\.csv");
-  const std::regex rest("(_failed)?(_springs)?(\\.pvd|" + of_object +
-                        "_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp))");
-  return std::regex_match(name, table) ||
-         (name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), rest));
+  return std::regex_match(name, tables_) ||
+         (name.compare(0, name_.size(), name_) == 0 && std::regex_match(name.substr(name_.size()), frames_));
 }
 
 void OutputFolder::check_conflicts() const {

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,6 +80,8 @@ class OutputFolder {
   std::string directory_;
   std::string name_;  ///< of the run
   const RunRecord& record_;
+  std::regex tables_;  ///< names of tables and checkpoints of a run
+  std::regex frames_;  ///< what follows the run's name in those of frames
   bool is_root_ = false;
   int ranks_ = 1;
   bool is_started_ = false;

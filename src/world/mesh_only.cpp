@@ -137,7 +137,7 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
   std::vector<MeshOfObject> meshes;
   std::vector<std::string> names;
   for (const ObjectOptions& object : objects) {
-    const std::string heading = object.name.empty() ? "" : object.name + ": ";
+    const std::string heading = heading_of(object.name);
     meshes.push_back({object.name, heading, about_object(heading, [&] { return load_mesh(comm, object.options); })});
     names.push_back(object.name);
     for (const std::string& line : meshes.back().loaded.lines) {

@@ -25,6 +25,9 @@ struct StepResult {
   std::optional<double> step_error;  ///< estimated error of the step, a share of the object's size; none: no estimate
 };
 
+/// The name of an object as the beginning of a line: "cloth: "; "" of one without a name.
+inline std::string heading_of(const std::string& object) { return object.empty() ? "" : object + ": "; }
+
 /// Where an object's output goes. All must outlive the object.
 struct ObjectOutput {
   OutputFolder& folder;
@@ -34,14 +37,13 @@ struct ObjectOutput {
 
   /// "history_cloth.csv" of "history".
   std::string table(const std::string& name) const { return name + (object.empty() ? "" : "_" + object) + ".csv"; }
-  /// The name as the beginning of a line: "cloth: ".
-  std::string heading() const { return object.empty() ? "" : object + ": "; }
+  std::string heading() const { return heading_of(object); }
   /// Its group in a checkpoint: "objects/cloth". @param kind that stands for the name where there is none
   std::string group(const std::string& kind) const { return "objects/" + (object.empty() ? kind : object); }
 };
 
 /// Does what belongs to an object. @throws Error as `work` does, with the object's name before it
-/// @param heading see ObjectOutput::heading
+/// @param heading see heading_of
 template <class Work>
 auto about_object(const std::string& heading, const Work& work) {
   try {

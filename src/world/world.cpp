@@ -16,15 +16,6 @@ std::vector<std::string> names_of(const std::vector<World::Member>& members) {
   return names;
 }
 
-namespace {
-
-/// A line about an object.
-std::string headed(const World::Member& member, const std::string& line) {
-  return member.name.empty() ? line : member.name + ": " + line;
-}
-
-}  // namespace
-
 World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members)
     : comm_(folder.comm()),
       members_(std::move(members)),
@@ -57,7 +48,7 @@ StepResult World::advance(double h) {
     all.iterations += result.iterations;
     if (!result.converged) {
       all.converged = false;
-      all.reason = headed(member, result.reason);
+      all.reason = heading_of(member.name) + result.reason;
       return all;
     }
     all.figures += (all.figures.empty() ? "" : ", ") + (member.name.empty() ? "" : member.name + " ") + result.figures;
@@ -69,9 +60,8 @@ StepResult World::advance(double h) {
 }
 
 void World::accept(double time) {
-  const int step = this->step();
   for (const Member& member : members_) {
-    if (member.object->state().step == step) {
+    if (is_present(member)) {
       member.object->accept(time);
     }
   }
@@ -96,9 +86,9 @@ std::string World::ended() const {
   for (const Member& member : members_) {
     const std::string reason = member.object->ended();
     goes_on = goes_on || reason.empty();
-    reasons += reason.empty() ? "" : (reasons.empty() ? "" : "; ") + headed(member, reason);
+    reasons += reason.empty() ? "" : (reasons.empty() ? "" : "; ") + heading_of(member.name) + reason;
     if (!reason.empty() && !member.object->is_gone()) {
-      return headed(member, reason);
+      return heading_of(member.name) + reason;
     }
   }
   return goes_on ? "" : reasons;
@@ -108,7 +98,7 @@ std::vector<std::string> World::remarks() const {
   std::vector<std::string> lines;
   for (const Member& member : members_) {
     for (const std::string& line : member.object->remarks()) {
-      lines.push_back(headed(member, line));
+      lines.push_back(heading_of(member.name) + line);
     }
   }
   return lines;

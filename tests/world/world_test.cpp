@@ -74,11 +74,21 @@ struct Scene {
     return members;
   }
 
+  World world_of(World::Member first, World::Member second) {
+    return {folder.output, objects.front().options.output, list(std::move(first), std::move(second))};
+  }
+  /// Steps of length h to the end.
+  void run(World& other) {
+    TimeOptions time;
+    time.step = h;
+    run_steps(other, time, console);
+  }
+
   std::deque<ObjectOptions> objects;
   std::ostringstream said;
   Console console{PETSC_COMM_WORLD, 0, said, false};
   RunFolder folder{objects.front().options.output};
-  World world{folder.output, objects.front().options.output, list(member(0), member(1))};
+  World world = world_of(member(0), member(1));
 };
 
 /// A step of the world, which must succeed, with its frame and rows.
@@ -192,11 +202,8 @@ World::Member brief(const std::string& name, int steps, bool vanishes) {
 TEST(World, GoesOnWithoutWhatIsGoneAndEndsWithTheLast) {
   const TestFolder folder;
   Scene scene(folder / "out");
-  World world(scene.folder.output, scene.objects.front().options.output,
-              Scene::list(brief("a", 2, true), brief("b", 4, true)));
-  TimeOptions time;
-  time.step = h;
-  run_steps(world, time, scene.console);
+  World world = scene.world_of(brief("a", 2, true), brief("b", 4, true));
+  scene.run(world);
   EXPECT_EQ(world.step(), 4);
   EXPECT_DOUBLE_EQ(world.time(), 4 * h);
   EXPECT_EQ(world.ended(), "a: it is gone; b: it is gone");
@@ -213,11 +220,8 @@ TEST(World, GoesOnWithoutWhatIsGoneAndEndsWithTheLast) {
 TEST(World, EndsWhenOneCannotGoOn) {
   const TestFolder folder;
   Scene scene(folder / "out");
-  World world(scene.folder.output, scene.objects.front().options.output,
-              Scene::list(brief("a", 9, true), brief("b", 3, false)));
-  TimeOptions time;
-  time.step = h;
-  run_steps(world, time, scene.console);
+  World world = scene.world_of(brief("a", 9, true), brief("b", 3, false));
+  scene.run(world);
   EXPECT_EQ(world.step(), 3);
   EXPECT_EQ(world.ended(), "b: it is open");
 }
@@ -225,8 +229,7 @@ TEST(World, EndsWhenOneCannotGoOn) {
 TEST(World, TellsOfTheObjectsTogether) {
   const TestFolder folder;
   Scene scene(folder / "out");
-  World world(scene.folder.output, scene.objects.front().options.output,
-              Scene::list(brief("a", 9, true), brief("b", 9, false)));
+  World world = scene.world_of(brief("a", 9, true), brief("b", 9, false));
   StepResult result = world.advance(h);
   EXPECT_EQ(result.iterations, 6);
   EXPECT_EQ(result.figures, "a steady, b steady");
