@@ -93,6 +93,19 @@ hid_t memory_space(long long own, int columns) {
   return space;
 }
 
+/// How a table lies in the file: whole numbers, which repeat and count, compressed, unless they are few.
+hid_t table_layout(hid_t type, const std::array<hsize_t, 2>& size) {
+  constexpr hsize_t rows_of_a_chunk = 16384;
+  const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
+  if (H5Tget_class(type) == H5T_INTEGER && size[0] >= rows_of_a_chunk) {
+    const std::array<hsize_t, 2> chunk{rows_of_a_chunk, size[1]};
+    H5Pset_chunk(layout, 2, chunk.data());
+    H5Pset_shuffle(layout);
+    H5Pset_deflate(layout, 1);
+  }
+  return layout;
+}
+
 hid_t collective_transfer() {
   const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
   H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
@@ -151,7 +164,8 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
   const Id space(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
   const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
-  const Id table(H5Dcreate2(file_, name.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  const Id layout(table_layout(type, size), H5Pclose);
+  const Id table(H5Dcreate2(file_, name.c_str(), type, space, links, layout, H5P_DEFAULT), H5Dclose);
   bool succeeded = table >= 0;
   if (succeeded && all * columns > 0) {
     select_rows(space, first, own_rows, columns);

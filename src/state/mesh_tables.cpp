@@ -75,6 +75,10 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) 
     file.write(of_vertices + "uv", column(vertices, &Point::uv), 2);
   }
   file.write(of_vertices + "group_set", column(vertices, &Point::group_set));
+  const auto has_mass = [](const Point& vertex) { return vertex.mass > 0; };
+  if (on_any_rank(comm, std::any_of(vertices.begin(), vertices.end(), has_mass))) {
+    file.write(of_vertices + "mass", column(vertices, &Point::mass));
+  }
 
   const SortedRows by_cell(comm, column(rows.cells, &Point::id));
   const auto cells = by_cell.sorted(rows.cells);
@@ -84,12 +88,6 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) 
   file.write(of_cells + "rank", by_cell.sorted(rows.part));
   if (rows.has_uv) {
     file.write(of_cells + "uv", column(cells, &Point::uv), 2);
-  }
-  const auto has_mass = [](const Point& cell) { return cell.mass > 0; };
-  if (on_any_rank(comm, std::any_of(cells.begin(), cells.end(), has_mass))) {
-    file.write(of_vertices + "mass", column(vertices, &Point::mass));
-    file.write(of_cells + "position", column(cells, &Point::position), 3);
-    file.write(of_cells + "mass", column(cells, &Point::mass));
   }
   const auto fields = static_cast<int>(rows.fields.size());
   const std::vector<double> values = by_cell.sorted(rows.field_values, fields);
@@ -118,7 +116,6 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   const std::string of_vertices = group + "/vertices/";
   const std::string of_cells = group + "/cells/";
   rows.has_uv = file.has(of_vertices + "uv");
-  const bool is_sheet = file.has(of_vertices + "mass");
   file.require_equal_rows(group + "/vertices");
   file.require_equal_rows(group + "/cells");
   const auto vertex_ids = file.read<PetscInt>(of_vertices + "id");
@@ -126,6 +123,9 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   set(rows.vertices, vertex_ids, &Point::id);
   set(rows.vertices, file.read<double>(of_vertices + "position", 3), &Point::position);
   set(rows.vertices, file.read<PetscInt>(of_vertices + "group_set"), &Point::group_set);
+  if (file.has(of_vertices + "mass")) {
+    set(rows.vertices, file.read<double>(of_vertices + "mass"), &Point::mass);
+  }
   const auto cell_ids = file.read<PetscInt>(of_cells + "id");
   rows.cells.resize(cell_ids.size());
   set(rows.cells, cell_ids, &Point::id);
@@ -133,11 +133,6 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   if (rows.has_uv) {
     set(rows.vertices, file.read<double>(of_vertices + "uv", 2), &Point::uv);
     set(rows.cells, file.read<double>(of_cells + "uv", 2), &Point::uv);
-  }
-  if (is_sheet) {
-    set(rows.vertices, file.read<double>(of_vertices + "mass"), &Point::mass);
-    set(rows.cells, file.read<double>(of_cells + "position", 3), &Point::position);
-    set(rows.cells, file.read<double>(of_cells + "mass"), &Point::mass);
   }
   if (file.read_all<int>(group + "/ranks").at(0) == ranks) {
     rows.part = file.read<int>(of_cells + "rank");

@@ -8,9 +8,9 @@
 namespace pellicle {
 inline namespace state {
 
-// A distributed mesh as tables of a file, in the order of the ids: GROUP/vertices/id, position [m], uv, mass [kg],
-// group_set; GROUP/cells/id, corners (ids of vertices), rank (to which each belongs), uv, a table for each field of the
-// mesh, FIELD_name, and of a sheet position and mass of the lattice points.
+// A distributed mesh as tables of a file, in the order of the ids: GROUP/vertices/id, position [m], uv, group_set, and
+// of a sheet mass [kg], which compaction leaves a corner that has lost cells; GROUP/cells/id, corners (ids of
+// vertices), rank (to which each belongs), uv, and a table for each field of the mesh, FIELD_name.
 
 /// Writes the rows of a mesh, whatever ranks they are on. Collective. @throws Error, on all ranks
 void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows);

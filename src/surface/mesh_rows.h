@@ -18,9 +18,9 @@ inline namespace surface {
 struct MeshRows {
   /// What is known of a cell or a vertex.
   struct Point {
-    std::array<double, 3> position{};  ///< [m]; of a cell only where it is a sheet's: that of its lattice point
+    std::array<double, 3> position{};  ///< [m]; of a cell: of its lattice point, see make_sheet
     std::array<double, 2> uv{};        ///< texture coordinates, if there are any
-    double mass = 0;                   ///< initial mass of a sheet's particle [kg]
+    double mass = 0;                   ///< initial mass of a sheet's particle [kg]; of a cell as its position
     PetscInt id = 0;                   ///< persistent, unique among the cells or among the vertices
     PetscInt group_set = 0;            ///< of a vertex: which of `group_sets` it is in
   };

@@ -15,9 +15,8 @@ inline namespace surface {
 
 namespace {
 
-/// Makes vertices and cells of a mesh into corners and lattice points: gives the latter ids and places, and both their
-/// masses. Collective.
-SheetIds add_shell(Distribution& mesh, const SheetOptions& options) {
+/// Makes the cells of a mesh into lattice points: gives them ids. Collective.
+SheetIds number_lattice(Distribution& mesh) {
   const Distribution::Range cells = mesh.cells();
   const Distribution::Range vertices = mesh.vertices();
   std::array<PetscInt, 2> last{-1, -1};  // ids of vertices and cells
@@ -29,30 +28,43 @@ SheetIds add_shell(Distribution& mesh, const SheetOptions& options) {
   }
   MPI_Allreduce(MPI_IN_PLACE, last.data(), 2, MPIU_INT, MPI_MAX, mesh.comm());
   const PetscInt first_lattice_id = last[0] + 1;
+  for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
+    mesh.data(cell).id += first_lattice_id;
+  }
+  return {first_lattice_id, first_lattice_id + last[1] + 1};
+}
 
-  // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are held.
-  std::vector<PetscInt> by_id(static_cast<std::size_t>(cells.end));
-  std::iota(by_id.begin(), by_id.end(), 0);
-  std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });
-  for (const PetscInt cell : by_id) {
+/// Gives the lattice points of the local cells their places and masses, which follow from the corners' places. Not
+/// collective.
+void place_lattice(Distribution& mesh, const SheetOptions& options) {
+  for (PetscInt cell = mesh.cells().begin; cell < mesh.cells().end; ++cell) {
     const std::array<PetscInt, 4> corners = mesh.corners<4>(cell);
     const auto position = [&](std::size_t k) {
       return Eigen::Map<const Eigen::Vector3d>(mesh.data(corners[k]).position.data());
     };
     const Eigen::Vector3d area = quad_area_vector(position(0), position(1), position(2), position(3));
-    const double mass = options.areal_density * area.norm();
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k) {
       place += position(k) / 4;
-      mesh.data(corners[k]).mass += mass / 8;
     }
     MeshRows::Point& lattice = mesh.data(cell);
-    lattice.id += first_lattice_id;
-    lattice.mass = mass / 2;
+    lattice.mass = options.areal_density * area.norm() / 2;
     Eigen::Map<Eigen::Vector3d>(lattice.position.data()) = place + options.thickness * area.normalized();
   }
+}
+
+/// Gives corners their masses, an eighth of each cell's, half of which its lattice point has. Collective.
+void add_corner_masses(Distribution& mesh) {
+  // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are held.
+  std::vector<PetscInt> by_id(static_cast<std::size_t>(mesh.cells().end));
+  std::iota(by_id.begin(), by_id.end(), 0);
+  std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });
+  for (const PetscInt cell : by_id) {
+    for (const PetscInt corner : mesh.corners<4>(cell)) {
+      mesh.data(corner).mass += mesh.data(cell).mass / 4;
+    }
+  }
   mesh.update_data();
-  return {first_lattice_id, first_lattice_id + last[1] + 1};
 }
 
 /// @param rows those of a sheet
@@ -77,12 +89,16 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
 
 Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
   Distribution distribution(comm, std::move(mesh), shell_layers, Numbering::by_id, options);
-  const SheetIds ids = add_shell(distribution, options);
+  const SheetIds ids = number_lattice(distribution);
+  place_lattice(distribution, options);
+  add_corner_masses(distribution);
   return assembled(distribution, ids).sheet;
 }
 
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options) {
-  return assembled(Distribution(comm, std::move(rows), shell_layers, Numbering::by_id, options), ids);
+  Distribution distribution(comm, std::move(rows), shell_layers, Numbering::by_id, options);
+  place_lattice(distribution, options);
+  return assembled(distribution, ids);
 }
 
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells) {
@@ -103,7 +119,6 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
       kept_cells.push_back(cell);
       lattice.push_back(sheet.lattice[c]);
       rows.cells.push_back(row_of(sheet, lattice.back()));
-      rows.cells.back().mass = sheet.initial_mass[static_cast<std::size_t>(lattice.back())];
       for (const PetscInt corner : sheet.cells[c]) {
         rows.cell_corners.push_back(sheet.persistent_id[static_cast<std::size_t>(corner)]);
       }
@@ -120,8 +135,6 @@ MeshRows rows_of_mesh(const Sheet& sheet) {
   MeshRows rows = rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true), {}, {});
   for (MeshRows::Point& cell : rows.cells) {
     cell.id -= sheet.first_lattice_id;
-    cell.position = {};
-    cell.mass = 0;
   }
   for (MeshRows::Point& vertex : rows.vertices) {
     vertex.mass = 0;

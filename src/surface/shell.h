@@ -33,7 +33,8 @@ struct SheetIds {
 
 /// Builds a sheet from rows that lie on the ranks in any way. Its numbers depend on the cells, their ids and their
 /// ranks alone. Collective.
-/// @param rows of a sheet: cells have id, place and mass of their lattice points
+/// @param rows of a sheet: cells have the ids of their lattice points, whose places and masses follow from the corners'
+/// places and the options
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options);
 
 /// The sheet as rows: cells and vertices where they are owned. Corners that no cell of `kept` has are there, too.

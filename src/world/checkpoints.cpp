@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int format = 1;
+constexpr int format = 2;
 
 /// The last line of a checkpoint. @param bytes before it
 std::string last_line(unsigned long sum, long long bytes) {
