@@ -33,6 +33,26 @@ Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows
   return (1 - at.share) * place(at.before) + at.share * place(at.after);
 }
 
+Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
+  // From the first row: linear pieces, by the trapezoidal rule.
+  const auto from_first = [&rows](double end) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double before = rows.front()[0];
+    const auto add = [&](double after) {
+      sum += (after - before) / 2 * (place_on_key_points(rows, before) + place_on_key_points(rows, after));
+      before = after;
+    };
+    for (const std::vector<double>& row : rows) {
+      if (row[0] < end) {
+        add(row[0]);
+      }
+    }
+    add(end);
+    return sum;
+  };
+  return from_first(time) - from_first(0);
+}
+
 double value_on_key_points(const std::vector<std::vector<double>>& rows, double time) {
   const Between at = rows_round(rows, time);
   return (1 - at.share) * at.before[1] + at.share * at.after[1];

@@ -12,6 +12,9 @@ inline namespace geometry {
 /// rows, at rest before the first and after the last.
 Eigen::Vector3d place_on_key_points(const std::vector<std::vector<double>>& rows, double time);
 
+/// The integral from 0 to `time` of a quantity given by such rows, as place_on_key_points gives it.
+Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& rows, double time);
+
 /// The value at `time` of a quantity given by key points (time [s], value), as for a path: a single row is a constant.
 double value_on_key_points(const std::vector<std::vector<double>>& rows, double time);
 

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "surface/drawn_places.h"
+
 namespace pellicle {
 inline namespace heat {
 
@@ -13,27 +15,6 @@ namespace {
 constexpr double smallest_share = 1e-3;
 
 double triangle_area(const std::array<Eigen::Vector3d, 3>& x) { return 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm(); }
-
-/// Where the points of an element's drawn triangles stand.
-class DrawnPlaces {
- public:
-  /// @param positions of the local particles, (3 x local) [m]
-  DrawnPlaces(const Surface& surface, const double* positions, std::size_t element)
-      : x_(positions, 3, surface.particles.local()), has_centre_(surface.has_quads()) {
-    if (has_centre_) {
-      const std::array<PetscInt, 4>& cell = surface.cells[element];
-      centre_ = 0.25 * (x_.col(cell[0]) + x_.col(cell[1]) + x_.col(cell[2]) + x_.col(cell[3]));
-    }
-  }
-  std::array<Eigen::Vector3d, 3> operator()(const std::array<PetscInt, 3>& triangle) const {
-    return {x_.col(triangle[0]), x_.col(triangle[1]), has_centre_ ? centre_ : Eigen::Vector3d(x_.col(triangle[2]))};
-  }
-
- private:
-  Eigen::Map<const Eigen::Matrix3Xd> x_;
-  bool has_centre_;
-  Eigen::Vector3d centre_;
-};
 
 /// Pairs of an element: the sides of its triangle; of a quad its sides, then from its corners to its centre.
 std::size_t pairs_of_element(const Surface& surface) { return surface.has_quads() ? 8 : 3; }

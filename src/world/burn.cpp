@@ -60,6 +60,9 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   }
+  if (options.force.air.density > 0) {
+    air_.emplace(sheet, options.force.air);
+  }
   const AblationOptions& ablation = options.ablation;
   if (ablation.strength) {
     if (springs_ != nullptr) {
@@ -145,8 +148,12 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   Field::Values v = state.velocity.values();
   start_.values() = x;
   held_ = pins_.pinned();
+  const std::vector<double> mass(state.mass.data(), state.mass.data() + sheet_.particles.local());
   {
     const auto timer = clock_.time("external force");  // eq. 8 and 9
+    if (air_) {
+      air_->begin_step({state.position, state.velocity, mass, &state.living.triangles, state.time + h});
+    }
     v.colwise() += h * options_.force.gravity;
     v *= std::exp(-options_.force.damping * h);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -155,12 +162,14 @@ DynamicsResult Burn::dynamics(State& state, double h) {
         v.col(i).setZero();
       }
     }
+    if (air_) {
+      air_->accelerate(state.velocity, mass, h);
+    }
     x += h * v;
     pins_.impose(state.position, state.time + h);
   }
   const Eigen::MatrixXd unconstrained = x;
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
-  const std::vector<double> mass(state.mass.data(), state.mass.data() + sheet_.particles.local());
   PetscInt contacts = 0;
   const ProjectionInput input{state.target_length,
                               mass,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ablation/tearing.h"
+#include "air/air_drag.h"
 #include "base/stage_clock.h"
 #include "base/stage_result.h"
 #include "constraints/pins.h"
@@ -73,7 +74,7 @@ class Burn {
   void combustion(State& state, double h);
   /// What has burnt leaves the sheet. @returns whether any has, on any rank
   bool ablation(State& state, double h);
-  /// Velocities change by gravity and damping, positions by the velocities; projection and contact correct both. A
+  /// Velocities change by gravity, damping and air, positions by the velocities; projection and contact correct both. A
   /// force F of one's own adds h F/m to the velocities before.
   DynamicsResult dynamics(State& state, double h);
   /// What `dynamics` has pulled too hard tears, if anything can. @returns whether any has, on any rank
@@ -98,6 +99,7 @@ class Burn {
   Burning burning_;
   Pins pins_;
   Bodies bodies_;
+  std::optional<AirDrag> air_;  ///< if there is air
   std::optional<Tearing> tearing_;
   std::array<std::vector<double>, 4> pull_;  ///< of the owned springs in the last step, see Tearing
   std::unique_ptr<SuccessiveProjection> projection_;

@@ -82,6 +82,16 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       return hold;
     });
   }
+  if (options.force.air.density > 0) {
+    air_.emplace(membrane, options.force.air);
+    // (x - x^n).D (x - x^n) / (2 h) - b.(x - x^n): its gradient is D v - b with the velocity v at the end of the step.
+    drag_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+      const Eigen::Vector3d moved = x - start_.vector(i);
+      const Eigen::Matrix3d stiffness = air_->resistance(i) / h_;
+      const Eigen::Vector3d push = air_->push(i);
+      return PointPotential{moved.dot(stiffness * moved) / 2 - push.dot(moved), stiffness * moved - push, stiffness};
+    });
+  }
   make_solvers();
 }
 
@@ -92,6 +102,9 @@ void Inflate::make_solvers() {
                      loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
   if (hold_ != nullptr) {
     model.others.push_back(hold_.get());
+  }
+  if (drag_ != nullptr) {
+    model.others.push_back(drag_.get());
   }
   implicit_.reset();
   implicit_.emplace(model, options_.prism);
@@ -134,6 +147,7 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   h_ = h;
   {
     const auto timer = clock_.time("implicit step");
+    set_drag(state);
     static_cast<ImplicitResult&>(step) =
         implicit_->advance(state.position, state.pressure, {state.velocity, state.thickness_ratio, state.time, h});
     if (!step.converged) {
@@ -186,6 +200,15 @@ StageResult Inflate::burn(BalloonState& state, double h) {
   result = burning_->heat_ledger(fields);
   result.iterations = iterations;
   return result;
+}
+
+/// The air's drag in the step to come. Collective.
+void Inflate::set_drag(const BalloonState& state) {
+  if (!air_) {
+    return;
+  }
+  air_->begin_step(
+      {state.position, state.velocity, {}, burning_ ? &state.burning->living.triangles : nullptr, state.time + h_});
 }
 
 void Inflate::hold_what_has_left(BalloonState& state) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ablation/element_tearing.h"
+#include "air/air_drag.h"
 #include "base/stage_clock.h"
 #include "equilibrium/implicit_step.h"
 #include "prism/volume_preservation.h"
@@ -74,6 +75,7 @@ class Inflate {
   void tear(BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);
+  void set_drag(const BalloonState& state);
   /// What the gas has at the state's positions and time; prescribed volumes keep their multipliers. Collective.
   void set_pressures(BalloonState& state) const;
 
@@ -92,6 +94,8 @@ class Inflate {
   std::optional<Burning> burning_;                           ///< if the wall burns
   std::optional<ElementTearing> tearing_;                    ///< if the wall can tear
   std::unique_ptr<Potential> hold_;                          ///< if it burns or tears: of the vertices that have left
+  std::optional<AirDrag> air_;                               ///< if there is air
+  std::unique_ptr<Potential> drag_;                          ///< likewise: of its drag
   double h_ = 0;                                             ///< length of the step [s]
   Field start_;                                              ///< positions at the beginning of the step
 };

@@ -34,8 +34,11 @@ void describe(OptionTable& table, ForceOptions& options) {
   table.add("force.damping", options.damping)
       .unit("1/s")
       .at_least(0)
-      .help("rate c at which velocities of a sheet fade: v exp(-c h); of a balloon: prism.mass_damping")
+      .help(
+          "rate c at which velocities of a sheet fade, whatever moves with it: v exp(-c h), also of a free fall and of "
+          "a sheet as a whole; of a balloon: prism.mass_damping; by the air: force.air_density")
       .source("README: parameters");
+  describe(table, options.air);
 }
 
 bool balloon_burns(const Options& options) {

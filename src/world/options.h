@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ablation/ablation_options.h"
+#include "air/air_options.h"
 #include "combustion/combustion_options.h"
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
@@ -46,10 +47,11 @@ struct TimeOptions {
 
 void describe(OptionTable& table, TimeOptions& options);
 
-/// External force on the sheet.
+/// External force on a sheet or a balloon.
 struct ForceOptions {
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< [m/s^2]
   double damping = 2;                    ///< of the velocities [1/s]
+  AirOptions air;
 };
 
 void describe(OptionTable& table, ForceOptions& options);

@@ -16,6 +16,14 @@ TEST(KeyPoints, path_is_linear_between_rows_and_at_rest_outside) {
   EXPECT_EQ(place_on_key_points(path, 9), Eigen::Vector3d(4, 8, -2));
 }
 
+TEST(KeyPoints, integral_is_that_of_the_path) {
+  EXPECT_EQ(integral_on_key_points(path, 0), Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(integral_on_key_points(path, 1.5), Eigen::Vector3d(0.5, 0, -0.25));
+  EXPECT_EQ(integral_on_key_points(path, 3), Eigen::Vector3d(6, 2, -3));
+  EXPECT_EQ(integral_on_key_points(path, 5), Eigen::Vector3d(14, 16, -7));
+  EXPECT_EQ(integral_on_key_points({{2, 1, 2, 3}}, -2), Eigen::Vector3d(-2, -4, -6));
+}
+
 TEST(KeyPoints, value_is_linear_between_rows_and_constant_outside) {
   const std::vector<std::vector<double>> ramp{{1, 2}, {3, 6}};
   EXPECT_EQ(value_on_key_points(ramp, 0), 2);

@@ -24,11 +24,12 @@ MAY_INCLUDE = {
     "projection": FLOOR | {"solvers"},
     "prism": FLOOR | {"solvers"},
     "gas": FLOOR,
+    "air": FLOOR,
     "contact": FLOOR,
     "constraints": FLOOR | {"contact"},
     "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints"},
-    "world": FLOOR | {"meshing", "solvers", "state", "io", "heat", "combustion", "ablation", "projection", "prism",
-                      "gas", "contact", "constraints", "equilibrium"},
+    "world": FLOOR | {"meshing", "solvers", "state", "io", "air", "heat", "combustion", "ablation", "projection",
+                      "prism", "gas", "contact", "constraints", "equilibrium"},
     "main.cpp": {"world", "base", "io"},
 }
 GENERATED = {"revision_text.h"}

@@ -1,0 +1,70 @@
+#include "air/air_drag.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <array>
+
+#include "surface/drawn_places.h"
+
+namespace pellicle {
+inline namespace air {
+
+AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
+    : surface_(surface), options_(options), wind_(options.wind) {}
+
+void AirDrag::begin_step(const AirInput& input) {
+  const PetscInt owned = surface_.particles.owned;
+  resistance_.assign(static_cast<std::size_t>(owned), Eigen::Matrix3d::Zero());
+  push_.setZero(3, owned);
+  wind_.set_time(input.time_end);
+  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
+    if (input.living != nullptr && !(*input.living)[t]) {
+      continue;
+    }
+    const std::array<PetscInt, 3>& triangle = surface_.triangles[t];
+    const auto [x0, x1, x2] = DrawnPlaces(surface_, input.position.data(), t / per_element)(triangle);
+    const Eigen::Vector3d area_vector = (x1 - x0).cross(x2 - x0) / 2;
+    const double area = area_vector.norm();
+    if (area == 0) {
+      continue;
+    }
+    std::array<double, 3> share = surface_.point_shares();
+    if (surface_.has_quads() && input.mass[static_cast<std::size_t>(triangle[2])] == 0) {
+      share = {0.5, 0.5, 0};
+    }
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      velocity += share[k] * input.velocity.vector(triangle[k]);
+    }
+    const Eigen::Vector3d wind = wind_.at((x0 + x1 + x2) / 3);
+    const Eigen::Vector3d normal = area_vector / area;
+    const Eigen::Vector3d u = wind - velocity;
+    const Eigen::Vector3d u_n = u.dot(normal) * normal;
+    const double across = options_.density * area / 2 * options_.drag * u_n.norm();
+    const double along = options_.density * area / 2 * options_.skin_drag * (u - u_n).norm();
+    const Eigen::Matrix3d resistance =
+        along * Eigen::Matrix3d::Identity() + (across - along) * normal * normal.transpose();
+    const Eigen::Vector3d push = resistance * wind;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (triangle[k] < owned) {
+        resistance_[static_cast<std::size_t>(triangle[k])] += share[k] * resistance;
+        push_.col(triangle[k]) += share[k] * push;
+      }
+    }
+  }
+}
+
+void AirDrag::accelerate(Field& velocity, const std::vector<double>& mass, double h) const {
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
+    const double m = mass[static_cast<std::size_t>(i)];
+    if (m > 0) {
+      const Eigen::Matrix3d inertia = m * Eigen::Matrix3d::Identity() + h * resistance(i);
+      velocity.vector(i) = inertia.inverse() * (m * velocity.vector(i) + h * push(i));
+    }
+  }
+  velocity.update_ghosts();
+}
+
+}  // namespace air
+}  // namespace pellicle

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "air/wind.h"
+#include "parallel/field.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace air {
+
+/// What the drag of a step follows from.
+struct AirInput {
+  const Field& position;                      ///< at the start of the step [m], ghosts up to date
+  const Field& velocity;                      ///< at the start of the step [m/s], ghosts up to date
+  const std::vector<double>& mass;            ///< of a sheet's local particles; 0: it takes no force [kg]
+  const std::vector<bool>* living = nullptr;  ///< drawn triangles that are there; null: all
+  double time_end = 0;                        ///< at which the wind is taken [s]
+};
+
+/// The drag of the air on a surface: on each drawn triangle of area A by the cross-flow principle (Hoerner,
+/// Fluid-Dynamic Drag, 1965, 3-11), normal and tangential parts apart,
+///
+///     F = rho A/2 (C_n |u_n| u_n + C_t |u_t| u_t),  u = wind at the centroid - velocity.
+///
+/// The points of a triangle have their shares of it (Surface::point_shares), each with its own velocity v_i in u but
+/// for the |u_n| and |u_t|, which are of the mean velocity: together they have F. A lattice point without mass leaves
+/// its share to the two corners of the triangle. So the force on a particle is
+///
+///     f_i = b_i - D_i v_i,  D_i symmetric with eigenvalues of at least 0.
+///
+/// It is linearly implicit: |u_n|, |u_t| and the places are those at the start of a step, v_i and the wind are those at
+/// its end. So a step's drag brings velocities nearer to the wind's and never beyond, however long it is and however
+/// light the surface, and a flat sheet that falls ends at its terminal speed for every length of the step.
+class AirDrag {
+ public:
+  /// The surface must outlive it. @throws Error as Wind does
+  AirDrag(const Surface& surface, const AirOptions& options);
+
+  /// Sets D and b for the step. Not collective.
+  void begin_step(const AirInput& input);
+
+  /// D_i [N s/m] and b_i [N] of an owned particle.
+  const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[static_cast<std::size_t>(i)]; }
+  Eigen::Vector3d push(PetscInt i) const { return push_.col(i); }
+
+  /// The velocities after a time h of drag alone, (m_i + h D_i)^-1 (m_i v_i + h b_i); those of particles without mass
+  /// stay. Collective.
+  /// @param velocity [m/s], ghosts up to date before and after
+  /// @param mass of the local particles [kg]
+  void accelerate(Field& velocity, const std::vector<double>& mass, double h) const;
+
+ private:
+  const Surface& surface_;
+  AirOptions options_;
+  Wind wind_;
+  std::vector<Eigen::Matrix3d> resistance_;  ///< of the owned particles
+  Eigen::Matrix3Xd push_;                    ///< likewise
+};
+
+}  // namespace air
+}  // namespace pellicle

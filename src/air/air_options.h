@@ -1,0 +1,27 @@
+#pragma once
+
+#include "base/options.h"
+
+namespace pellicle {
+inline namespace air {
+
+/// How the air moves.
+struct WindOptions {
+  Rows velocity;          ///< time [s], x, y, z [m/s]; none: still air
+  double turbulence = 0;  ///< rms of each component of the fluctuations, as a share of the speed
+  double length = 0.2;    ///< integral length of the fluctuations [m]
+  int seed = 1;           ///< of the fluctuations
+};
+
+/// The air round a sheet or a balloon.
+struct AirOptions {
+  double density = 0;    ///< [kg/m^3]; 0: there is none
+  double drag = 1;       ///< C_n, see AirDrag
+  double skin_drag = 0;  ///< C_t
+  WindOptions wind;
+};
+
+void describe(OptionTable& table, AirOptions& options);
+
+}  // namespace air
+}  // namespace pellicle

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace surface {
+
+/// Where the points of an element's drawn triangles stand: those of a quad's centre at the mean of its corners.
+class DrawnPlaces {
+ public:
+  /// @param positions of the local particles, (3 x local) [m]
+  DrawnPlaces(const Surface& surface, const double* positions, std::size_t element)
+      : x_(positions, 3, surface.particles.local()), has_centre_(surface.has_quads()) {
+    if (has_centre_) {
+      const std::array<PetscInt, 4>& cell = surface.cells[element];
+      centre_ = 0.25 * (x_.col(cell[0]) + x_.col(cell[1]) + x_.col(cell[2]) + x_.col(cell[3]));
+    }
+  }
+  std::array<Eigen::Vector3d, 3> operator()(const std::array<PetscInt, 3>& triangle) const {
+    return {x_.col(triangle[0]), x_.col(triangle[1]), has_centre_ ? centre_ : Eigen::Vector3d(x_.col(triangle[2]))};
+  }
+
+ private:
+  Eigen::Map<const Eigen::Matrix3Xd> x_;
+  bool has_centre_;
+  Eigen::Vector3d centre_;
+};
+
+}  // namespace surface
+}  // namespace pellicle

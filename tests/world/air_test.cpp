@@ -1,0 +1,131 @@
+// Air in both chains: sheets and balloons that fall, and light ones in long steps.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "meshing/closed_shapes.h"
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/solver_options.h"
+#include "tests/world/static_balloon.h"
+#include "world/burn.h"
+
+namespace pellicle::air_test {
+namespace {
+
+/// A sheet with its chain and its state.
+struct FlyingSheet {
+  explicit FlyingSheet(Options given)
+      : options(std::move(given)),
+        sheet(make_sheet(PETSC_COMM_WORLD, grid_mesh(6, 4, 0.05), options.sheet)),
+        clock(Burn::stage_names()),
+        burn(sheet, options, clock),
+        state(burn.initial_state()) {}
+
+  void advance(int steps, double h) {
+    for (int step = 0; step < steps; ++step) {
+      const BurnStep result = burn.advance(state, h);
+      ASSERT_TRUE(result.converged) << "step " << step + 1 << ": " << result.reason;
+    }
+  }
+
+  Options options;
+  Sheet sheet;
+  StageClock clock;
+  Burn burn;
+  State state;
+};
+
+Options in_still_air() {
+  Options options;
+  options.force.damping = 0;
+  options.force.air.density = 1.2;
+  options.force.air.drag = 1.17;
+  return options;
+}
+
+TEST(Air, FlatSheetFallsAtItsTerminalSpeedWhateverTheStep) {
+  for (const double h : {2e-3, 0.1}) {
+    FlyingSheet sheet(in_still_air());
+    sheet.advance(h < 0.01 ? 500 : 12, h);
+    const double expected = std::sqrt(2 * 0.08 * 9.81 / (1.2 * 1.17));
+    for (PetscInt i = 0; i < sheet.sheet.particles.owned; ++i) {
+      EXPECT_NEAR(sheet.state.velocity.vector(i)[2], -expected, 1e-6 * expected) << h;
+    }
+  }
+}
+
+TEST(Air, FallFollowsTheHyperbolicTangent) {
+  constexpr double h = 1e-3;
+  FlyingSheet sheet(in_still_air());
+  const double terminal = std::sqrt(2 * 0.08 * 9.81 / (1.2 * 1.17));
+  for (int k = 1; k <= 4; ++k) {
+    sheet.advance(40, h);
+    const double expected = terminal * std::tanh(9.81 * 40 * h * k / terminal);
+    EXPECT_NEAR(sheet.state.velocity.vector(0)[2], -expected, 5 * h * terminal) << k;
+  }
+}
+
+TEST(Air, LightPinnedSheetInAGaleIsStableInLongSteps) {
+  Options options = in_still_air();
+  options.sheet.areal_density = 1e-3;
+  options.sheet.perturbation = 0.01;
+  options.force.air.skin_drag = 0.02;
+  options.force.air.wind.velocity = {{0, 2, 0, 0.3}};
+  options.force.air.wind.turbulence = 0.3;
+  options.project.max_steps = 30;
+  options.pins["mast"].box = {-0.001, -1, -1, 0.001, 1, 1};
+  FlyingSheet sheet(options);
+  constexpr double h = 0.02;
+  for (int k = 0; k < 50; ++k) {
+    sheet.advance(1, h);
+    double fastest = 0;
+    for (PetscInt i = 0; i < sheet.sheet.particles.owned; ++i) {
+      fastest = std::max(fastest, sheet.state.velocity.vector(i).norm());
+    }
+    ASSERT_LT(fastest, 6) << k;  // three times the wind
+  }
+}
+
+TEST(Air, BalloonFallsAtItsTerminalSpeed) {
+  Options options;
+  options.force.air.density = 1.2;
+  options.force.gravity = {0, 0, -9.81};
+  options.prism.mass_damping = 0;
+  options.prism.snes_rtol = 1e-10;
+  options.wall.thickness = 1e-5;
+  StaticBalloon balloon(icosphere_mesh(1, 0.1), options);
+  for (int step = 1; step <= 200; ++step) {
+    balloon.reach(0.02 * step);
+  }
+  // What its triangles take: the sum of C rho/2 A |n_z|^3 over them.
+  double sums[2] = {0, 0};
+  for (std::size_t e = 0; e < static_cast<std::size_t>(balloon.membrane.elements.owned); ++e) {
+    const auto& [a, b, c] = balloon.membrane.triangles[e];
+    const Eigen::Vector3d area = (balloon.membrane.rest.col(b) - balloon.membrane.rest.col(a))
+                                     .cross(balloon.membrane.rest.col(c) - balloon.membrane.rest.col(a)) /
+                                 2;
+    sums[0] += 1.2 / 2 * area.norm() * std::pow(std::abs(area.normalized()[2]), 3);
+    sums[1] += 1000 * 1e-5 * area.norm() * 9.81;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  const double expected = std::sqrt(sums[1] / sums[0]);
+  // The wall gives way to the air by a little: rubber of 0.4 MPa and 0.01 mm against a pressure of 0.1 Pa.
+  for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
+    EXPECT_NEAR(balloon.state.velocity.vector(i)[2], -expected, 0.01 * expected);
+  }
+}
+
+TEST(Air, WithoutDensityNothingChanges) {
+  Options options;
+  options.force.air.wind.velocity = {{0, 20, 0, 3}};
+  FlyingSheet without((Options()));
+  FlyingSheet with(options);
+  without.advance(5, 2e-3);
+  with.advance(5, 2e-3);
+  EXPECT_EQ(without.state.position.values(), with.state.position.values());
+}
+
+}  // namespace
+}  // namespace pellicle::air_test
