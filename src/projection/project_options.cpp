@@ -86,6 +86,15 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .range(0, 1)
       .help("relative tolerance of the linear solves")
       .source("measured: 1e-3 differs from a direct solve by 6e-7 of the sheet after 5 steps");
+  table.add("project.strain_limit", options.strain_limit)
+      .more_than(0)
+      .help(
+          "largest strain, a share, of the springs of the net (blue and green) at the end of a step: what is beyond it "
+          "is brought back by further solves, or the step fails; none unless given");
+  table.add("project.strain_steps", options.strain_steps)
+      .at_least(0)
+      .acts_with({"project.strain_limit", [&options] { return options.strain_limit.has_value(); }})
+      .help("how many times the net is projected back below project.strain_limit before the step fails");
   table.add("project.monitor", options.monitor)
       .help("print ||C|| of each colour and of all after each projection step, and write them to projection.csv")
       .source("burning paper, Fig. 8");

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,8 @@ struct ProjectOptions {
   std::string weight_texture;                ///< a PNG whose brightness multiplies the weights of the springs
   Choice<GramFormat> mat_type = GramFormat::lines;
   double ksp_rtol = 1e-3;
+  std::optional<double> strain_limit;  ///< of the net's springs at the end of a step, see SuccessiveProjection
+  int strain_steps = 20;               ///< full projection steps beyond max_steps that may be spent on it
   bool monitor = false;
 };
 

@@ -5,7 +5,9 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "projection/irregular_vertices.h"
+#include "projection/net_strain.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -15,6 +17,16 @@ namespace {
 double global_sum(MPI_Comm comm, double value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
   return value;
+}
+
+// Of springs beyond the strain limit.
+constexpr double aim = 0.8;           ///< share of the limit to which they are brought back
+constexpr double limit_shift = 1e-5;  ///< of their systems, in place of the options' if that is larger
+
+/// What of a constraint error is beyond a strain. @param target l [m]
+double excess(double error, double target, double strain) {
+  const auto at = [&](double ratio) { return target * (ratio * ratio - 1); };
+  return error - std::clamp(error, at(1 - std::min(strain, 1.0)), at(1 + strain));
 }
 
 }  // namespace
@@ -111,7 +123,8 @@ StageResult SuccessiveProjection::project(Field& x, Colour colour, const Project
   return project_colour(x, colour, input);
 }
 
-StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const ProjectionInput& input) {
+StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const ProjectionInput& input,
+                                                 std::optional<double> limit) {
   const auto index = static_cast<std::size_t>(colour);
   const SpringSet& springs = sheet_.of(colour);
   System& system = systems_[index];
@@ -119,7 +132,8 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   linearise(springs, x.data(), input.target_length[index], input.living.springs[index], constraint);
   // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
   constexpr double inverse_mass_at_edges = 2;
-  system.gram->update(constraint.gradient, gram_inverse_mass_, options_.shift,
+  const double shift = limit ? std::min(options_.shift, limit_shift) : options_.shift;
+  system.gram->update(constraint.gradient, gram_inverse_mass_, shift,
                       options_.masses == GramMasses::actual ? std::optional(inverse_mass_at_edges) : std::nullopt);
   if (system.lines != nullptr) {
     system.lines->update(system.gram->diagonal(), constraint.gradient, gram_inverse_mass_);
@@ -127,7 +141,8 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   double* values = nullptr;
   check(VecGetArrayWrite(system.right_hand_side, &values));
   for (std::size_t s = 0; s < system.weight.size(); ++s) {
-    values[s] = system.weight[s] * constraint.error[static_cast<Eigen::Index>(s)];
+    const double error = constraint.error[static_cast<Eigen::Index>(s)];
+    values[s] = limit ? excess(error, input.target_length[index][s], aim * *limit) : system.weight[s] * error;
   }
   check(VecRestoreArrayWrite(system.right_hand_side, &values));
   StageResult result = system.lines != nullptr ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda)
@@ -170,6 +185,36 @@ ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInp
     value = std::sqrt(value);
   }
   return error;
+}
+
+StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& input) {
+  StageResult result;
+  const double limit = *options_.strain_limit;
+  NetStrain strain = net_strain(sheet_, x, input.target_length, input.living);
+  for (int step = 0; step < options_.strain_steps && strain.largest > limit; ++step) {
+    for (const Colour colour : net_colours) {
+      const StageResult solved = project_colour(x, colour, input, limit);
+      result.iterations += solved.iterations;
+      iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
+      if (!solved.converged) {
+        result.converged = false;
+        result.reason = solved.reason;
+        return result;
+      }
+    }
+    if (input.after_step) {
+      input.after_step(x);
+    }
+    strain = net_strain(sheet_, x, input.target_length, input.living);
+  }
+  if (!(strain.largest <= limit)) {
+    result.converged = false;
+    result.reason = std::string("the ") + colour_names[static_cast<std::size_t>(strain.colour)] +
+                    " spring of particles " + std::to_string(strain.ids[0]) + " and " + std::to_string(strain.ids[1]) +
+                    " is strained by " + words_of(strain.largest, strain.place) + ", above project.strain_limit " +
+                    number_text(limit) + ", after " + std::to_string(options_.strain_steps) + " steps to bring it back";
+  }
+  return result;
 }
 
 StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input) {
@@ -217,6 +262,13 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
                       std::to_string(options_.error_limit);
       return result;
     }
+  }
+  if (options_.strain_limit) {
+    const StageResult limited = limit_strain(x, input);
+    result.iterations += limited.iterations;
+    result.converged = limited.converged;
+    result.reason = limited.reason;
+    result.error = errors(x, input).total;
   }
   return result;
 }

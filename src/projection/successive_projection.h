@@ -38,6 +38,11 @@ struct ProjectionInput {
 
 /// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
 /// lengths, by one Newton step each, until ||C|| is below the threshold or all steps are used.
+///
+/// With a strain limit the springs of the net (blue and green) that are then strained by more than most of it are
+/// brought back, in as many further steps as the options allow: Newton's method for J delta = C(d) - C(l (1 +- 0.8
+/// limit)) of these springs and J delta = 0 of the others of their colour, at true masses as before and without
+/// weights, regularised as little as a solve bears. When some spring stays beyond the limit the step has failed.
 class SuccessiveProjection {
  public:
   /// @param spring_weight factor of each local spring's weight by colour (eq. 19), or empty for 1. Collective.
@@ -75,7 +80,10 @@ class SuccessiveProjection {
   void begin(const ProjectionInput& input);
   void set_inverse_masses(const ProjectionInput& input);
   double length_norm(const Living& living) const;
-  StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input);
+  /// @param limit if given, only what is strained beyond a share of it is corrected
+  StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input,
+                             std::optional<double> limit = std::nullopt);
+  StageResult limit_strain(Field& x, const ProjectionInput& input);
   void add_pull(const System& system, const SpringSet& springs, std::vector<double>& pull) const;
 
   const Sheet& sheet_;

@@ -326,6 +326,10 @@ SheetLedger& BurnRun::ledger() {
   return *ledger_;
 }
 
+std::vector<std::string> BurnRun::remarks() const {
+  return ledger_ == nullptr ? std::vector<std::string>() : ledger_->remarks();
+}
+
 void BurnRun::record(double h, int retries) {
   if (options_.project.monitor && state_->step > 0) {
     print_errors(sheet_->comm(), burn_->projection_errors());

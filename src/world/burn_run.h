@@ -33,6 +33,7 @@ class BurnRun : public Object {
   bool is_gone() const override { return state_->pieces.present.empty(); }
   void draw(const FrameSink& write) override;
   void record(double h, int retries) override;
+  std::vector<std::string> remarks() const override;
   void save(Hdf5File& checkpoint) const override;
   void forget() override;
   void resume_output(const Hdf5File& checkpoint) override;

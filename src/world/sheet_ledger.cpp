@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/console.h"
+
 namespace pellicle {
 inline namespace world {
 
@@ -21,6 +23,9 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
 
 namespace {
 
+// Of a checkpoint, in the group of the object: the largest strain so far, its place and time.
+const char* const record_table = "/largest_strain";
+
 std::vector<History::Column> columns_of_sheet() {
   std::vector<History::Column> columns{
       {"constraint_error", "m"}, {"contacts", ""}, {"heat_iterations", ""}, {"projection_iterations", ""}};
@@ -28,13 +33,24 @@ std::vector<History::Column> columns_of_sheet() {
     columns.push_back({std::string("strain_max_") + colour, ""});
     columns.push_back({std::string("strain_rms_") + colour, ""});
   }
+  for (const char* name : {"largest_strain", "largest_strain_id_1", "largest_strain_id_2"}) {
+    columns.push_back({name, ""});
+  }
+  for (const char* name : {"largest_strain_x", "largest_strain_y", "largest_strain_z"}) {
+    columns.push_back({name, "m"});
+  }
+  columns.push_back({"mean_strain", ""});
   return columns;
 }
 
 }  // namespace
 
 SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed)
-    : options_(options), ledger_(output, true, columns_of_sheet(), resumed) {
+    : options_(options), group_(output.group("sheet")), ledger_(output, true, columns_of_sheet(), resumed) {
+  if (resumed != nullptr) {
+    const std::vector<double> record = resumed->read_all<double>(group_ + record_table);
+    record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
+  }
   if (options.project.monitor) {
     projection_ = std::make_unique<History>(output.folder, output.table("projection"),
                                             std::vector<History::Column>{{"time", "s"},
@@ -52,6 +68,8 @@ SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, con
 
 void SheetLedger::save(Hdf5File& checkpoint) const {
   ledger_.save(checkpoint);
+  checkpoint.write_once<double>(group_ + record_table,
+                                {record_.strain, record_.place[0], record_.place[1], record_.place[2], record_.time});
   if (projection_ != nullptr) {
     projection_->save(checkpoint);
   }
@@ -88,7 +106,20 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const BurnStep& st
     own.push_back(maxima[index]);
     own.push_back(std::sqrt(sums[strain + index] / std::max(1.0, sums[springs + index])));
   }
+  const NetStrain net = net_strain(sheet, state.position, state.target_length, state.living);
+  own.insert(own.end(), {net.largest, static_cast<double>(net.ids[0]), static_cast<double>(net.ids[1]), net.place[0],
+                         net.place[1], net.place[2], net.mean});
+  if (h > 0 && net.largest > record_.strain) {
+    record_ = {net.largest, net.place, state.time};
+  }
   ledger_.add({sheet, state, state.mass.data(), &state, options_.heat.capacity, h, retries}, own);
+}
+
+std::vector<std::string> SheetLedger::remarks() const {
+  if (record_.strain < 0) {
+    return {};
+  }
+  return {"largest strain of the net: " + words_of(record_.strain, record_.place) + ", " + time_text(record_.time)};
 }
 
 void SheetLedger::add(double time, int step, const std::vector<ProjectionError>& errors) {

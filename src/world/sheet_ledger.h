@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/history.h"
+#include "projection/net_strain.h"
 #include "world/burn.h"
 #include "world/ledger.h"
 
@@ -35,9 +36,21 @@ class SheetLedger {
   /// Collective.
   void add(double time, int step, const std::vector<ProjectionError>& errors);
 
+  /// The largest strain of the net in any step, and where and when that was; nothing before the first step.
+  std::vector<std::string> remarks() const;
+
  private:
+  /// The largest strain of the net so far.
+  struct Record {
+    double strain = -1;                               ///< -1: there has been no step
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< [m]
+    double time = 0;                                  ///< [s]
+  };
+
   const Options& options_;
+  std::string group_;  ///< of the object in a checkpoint
   Ledger ledger_;
+  Record record_;
   std::unique_ptr<History> projection_;
 };
 

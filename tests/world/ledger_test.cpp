@@ -105,8 +105,35 @@ class Tables : public ::testing::Test {
           std::sqrt(std::inner_product(strains.begin(), strains.end(), strains.begin(), 0.0) /
                     static_cast<double>(strains.size()));
     }
+    add_strains(row, now);
     add_seconds(row, written);
     return row;
+  }
+
+  /// The largest strain of green and blue springs, where it is, and the mean of all.
+  static void add_strains(TableRow& row, const Whole& now) {
+    double largest = -1;
+    double sum = 0;
+    double count = 0;
+    for (const Whole::Spring& spring : now.springs) {
+      if (!spring.lives) {
+        continue;
+      }
+      const double strain = std::abs((now.x.col(spring.a) - now.x.col(spring.b)).norm() / spring.target - 1);
+      sum += strain;
+      ++count;
+      if ((spring.colour == 1 || spring.colour == 2) && strain > largest) {
+        largest = strain;
+        const Eigen::Vector3d middle = (now.x.col(spring.a) + now.x.col(spring.b)) / 2;
+        row["largest_strain_id_1"] = std::min(spring.a, spring.b);
+        row["largest_strain_id_2"] = std::max(spring.a, spring.b);
+        row["largest_strain_x"] = middle[0];
+        row["largest_strain_y"] = middle[1];
+        row["largest_strain_z"] = middle[2];
+      }
+    }
+    row["largest_strain"] = largest;
+    row["mean_strain"] = sum / count;
   }
 
   /// Particles that the floor holds.

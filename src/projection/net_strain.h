@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace projection {
+
+/// The colours of the net of a sheet: the springs along its cells, of both layers or of one.
+inline constexpr std::array<Colour, 2> net_colours{Colour::green, Colour::blue};
+
+/// How far springs are from their target lengths l: their strain is d/l - 1 at the length d.
+struct NetStrain {
+  double largest = 0;                               ///< |d/l - 1| of the living springs of the net
+  Colour colour = Colour::blue;                     ///< of the spring that has it
+  std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of its ends; -1: no spring of the net lives
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of its middle [m]
+  double mean = 0;                                  ///< of |d/l - 1| over the living springs of all colours
+};
+
+/// Of equal strains the springs of the least ids counts. Collective.
+/// @param x positions of the local particles [m]
+/// @param target_length l of the local springs of each colour [m]
+NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
+                     const Living& living);
+
+/// "3.2 % at (0.1, 0.2, 0.3) m"
+std::string words_of(double strain, const Eigen::Vector3d& place);
+
+}  // namespace projection
+}  // namespace pellicle
