@@ -37,12 +37,17 @@ double volume_ratio(double mass_ratio, const CombustionOptions& options) {
   return std::clamp(mass_ratio / density_ratio, 0.0, 1.0);
 }
 
-void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
-                        const CombustionOptions& options) {
+std::vector<double> volume_ratios(const Sheet& sheet, const Field& mass, const CombustionOptions& options) {
   std::vector<double> ratio(static_cast<std::size_t>(sheet.particles.local()));
   for (std::size_t i = 0; i < ratio.size(); ++i) {
     ratio[i] = volume_ratio(mass.data()[i] > 0 ? mass.data()[i] / sheet.initial_mass[i] : options.min_mass, options);
   }
+  return ratio;
+}
+
+void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
+                        const CombustionOptions& options) {
+  const std::vector<double> ratio = volume_ratios(sheet, mass, options);
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     std::vector<double>& length = lengths[static_cast<std::size_t>(colour)];
@@ -51,6 +56,35 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field&
       const auto [a, b] = springs.ends[s];
       length[s] =
           springs.initial_length[s] * 0.5 * (ratio[static_cast<std::size_t>(a)] + ratio[static_cast<std::size_t>(b)]);
+    }
+  }
+}
+
+void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living, const Field& mass,
+                         const CombustionOptions& options) {
+  const std::vector<double> ratio = volume_ratios(sheet, mass, options);
+  const auto at = [&ratio](PetscInt i) { return ratio[static_cast<std::size_t>(i)]; };
+  for (const Colour colour : all_colours) {
+    const SpringSet& springs = sheet.of(colour);
+    std::vector<double>& length = lengths[static_cast<std::size_t>(colour)];
+    length.resize(springs.ends.size());
+    for (std::size_t s = 0; s < length.size(); ++s) {
+      const auto [a, b] = springs.ends[s];
+      double mean = (at(a) + at(b)) / 2;
+      double across = 0;
+      int triangles = 0;
+      for (const PetscInt triangle : springs.triangles[s]) {
+        const bool is_of_one_layer = colour == Colour::blue || colour == Colour::green;
+        if (is_of_one_layer && triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)]) {
+          const auto& [corner, next, lattice] = sheet.triangles[static_cast<std::size_t>(triangle)];
+          across += colour == Colour::blue ? at(lattice) : (at(corner) + at(next)) / 2;
+          ++triangles;
+        }
+      }
+      if (triangles > 0) {
+        mean = (mean + across / triangles) / 2;
+      }
+      length[s] = springs.initial_length[s] * mean;
     }
   }
 }

@@ -29,6 +29,11 @@ void describe(OptionTable& table, PinOptions& options) {
       .help(
           "key points (time, x, y, z) of the displacement from the undeformed place; linear between key points, at "
           "rest before and after them");
+  table.add("clamped", options.clamped)
+      .help(
+          "holds the direction of an elastic sheet, too, where these particles are at its edge; otherwise it turns "
+          "there "
+          "as on a hinge");
 }
 
 Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)
@@ -66,7 +71,7 @@ void Pins::add(const std::string& name, const PinOptions& options) {
   if (const std::string fault = fault_of_motion(options.path, options.velocity); !fault.empty()) {
     throw Error("pins." + name + fault);
   }
-  pins_.push_back({name, options.velocity, options.path, {}});
+  pins_.push_back({name, options.velocity, options.path, options.clamped, {}});
 }
 
 void Pins::hold(const std::vector<PetscInt>& numbers) {
@@ -86,6 +91,16 @@ std::vector<PetscInt> Pins::numbers() const {
   for (std::size_t pin = 0; pin < pins_.size(); ++pin) {
     for (const PetscInt i : pins_[pin].particles) {
       result[static_cast<std::size_t>(i)] = static_cast<PetscInt>(pin);
+    }
+  }
+  return result;
+}
+
+std::vector<bool> Pins::clamped() const {
+  std::vector<bool> result(pinned_.size(), false);
+  for (const Pin& pin : pins_) {
+    for (const PetscInt i : pin.particles) {
+      result[static_cast<std::size_t>(i)] = pin.is_clamp;
     }
   }
   return result;

@@ -17,6 +17,7 @@ inline namespace constraints {
 struct PinOptions : SelectionOptions {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
   Rows path;                                           ///< time [s], displacement [m]
+  bool clamped = false;                                ///< the sheet's direction at its edge, too
 };
 
 void describe(OptionTable& table, PinOptions& options);
@@ -39,6 +40,9 @@ class Pins {
   /// Of each local particle, ghosts included.
   const std::vector<bool>& pinned() const { return pinned_; }
 
+  /// Of each local particle, ghosts included, whether its tangent plane is held, too.
+  std::vector<bool> clamped() const;
+
   /// Puts the pinned local particles, ghosts included, where they are at `time` [s]. Not collective.
   /// @param positions [m]
   void impose(Field& positions, double time) const;
@@ -51,6 +55,7 @@ class Pins {
     std::string name;
     Eigen::Vector3d velocity;
     Rows path;
+    bool is_clamp;
     std::vector<PetscInt> particles;  ///< local numbers, ghosts included
   };
 

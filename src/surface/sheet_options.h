@@ -21,6 +21,7 @@ inline const std::vector<std::string>& names_of(Partitioner) {
 struct SheetOptions {
   double thickness = 2.5e-3;    ///< offset of the lattice points along the normal [m]
   double areal_density = 0.08;  ///< [kg/m^2]
+  bool is_one_surface = false;  ///< lattice points lie between their corners, not `thickness` above
   Choice<Partitioner> partitioner = Partitioner::metis;
   double perturbation = 0;       ///< amplitude of the initial noise, as a share of the mean cell edge
   int seed = 1;                  ///< of the initial noise

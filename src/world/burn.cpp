@@ -54,9 +54,13 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       pins_(std::move(pins)),
       bodies_(options.bodies),
       start_(sheet.particles, 3) {
-  projection_ = std::make_unique<SuccessiveProjection>(
-      sheet, options.project,
-      at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
+  if (options.dynamics == Dynamics::elastic) {
+    make_elastic();
+  } else {
+    projection_ = std::make_unique<SuccessiveProjection>(
+        sheet, options.project,
+        at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
+  }
   if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   }
@@ -65,13 +69,26 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   }
   const AblationOptions& ablation = options.ablation;
   if (ablation.strength) {
-    if (springs_ != nullptr) {
-      throw Error("ablation.strength: tension follows from the projection, expected dynamics projection, not spring");
+    if (options.dynamics != Dynamics::projection) {
+      throw Error("ablation.strength: tension follows from the projection, expected dynamics projection, not " +
+                  options.dynamics.name());
     }
     tearing_.emplace(
         sheet, ablation,
         textures_.values(sheet.uv, "ablation.strength_texture", ablation.strength_texture, ablation.strength_range));
   }
+}
+
+void Burn::make_elastic() {
+  const SheetMaterial& material = options_.material;
+  const auto factors = [&](const char* key, const std::string& file) {
+    return textures_.values(sheet_.uv, key, file, material.stiffness_range);
+  };
+  elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
+                                           MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
+                                                           factors("sheet.shear_texture", material.shear_texture),
+                                                           factors("sheet.bending_texture", material.bending_texture)},
+                                           pins_.pinned(), pins_.clamped(), options_.elastic);
 }
 
 State Burn::initial_state() const {
@@ -84,8 +101,8 @@ State Burn::initial_state() const {
 }
 
 void Burn::follow(State& state) {
-  set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
   burning_.follow(state);
+  set_lengths(state);
 }
 
 BurnStep Burn::advance(State& state, double h) {
@@ -105,6 +122,8 @@ BurnStep Burn::advance(State& state, double h) {
   const DynamicsResult moved = dynamics(state, h);
   step.dynamics_iterations = moved.iterations;
   step.constraint_error = moved.error;
+  step.newton_iterations = moved.newton_iterations;
+  step.force_residual = moved.force_residual;
   step.contacts = moved.contacts;
   if (failed(moved)) {
     return step;
@@ -128,7 +147,7 @@ StageResult Burn::end_step(State& state, double h) {
 void Burn::combustion(State& state, double h) {
   burning_.combustion(state, h);
   const auto timer = clock_.time("combustion");
-  set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
+  set_lengths(state);
 }
 
 bool Burn::ablation(State& state, double h) { return burning_.ablation(state, state, h); }
@@ -141,6 +160,24 @@ bool Burn::tear(State& state, double h) {
   const TearingInput input{
       state.living, pull_, state.position, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
   return burning_.tear(state, tearing_->torn(input), state.time + h);
+}
+
+void Burn::set_lengths(State& state) const {
+  if (elastic_ != nullptr) {
+    set_surface_lengths(state.target_length, sheet_, state.living, state.mass, options_.combustion);
+  } else {
+    set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
+  }
+}
+
+/// Of the local particles: char is softer, linearly in the share that has burnt.
+std::vector<double> Burn::stiffness_factors(const Field& mass) const {
+  std::vector<double> factors(static_cast<std::size_t>(sheet_.particles.local()), 1);
+  for (std::size_t i = 0; i < factors.size() && options_.combustion.char_stiffness != 1; ++i) {
+    factors[i] += (options_.combustion.char_stiffness - 1) *
+                  burnt_share(mass.data()[i] / sheet_.initial_mass[i], options_.combustion);
+  }
+  return factors;
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {
@@ -177,13 +214,21 @@ DynamicsResult Burn::dynamics(State& state, double h) {
                               state.living,
                               [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); },
                               tearing_ ? &pull_ : nullptr};
-  StageResult result;
+  DynamicsResult result;
   {
     const auto timer = clock_.time("projection");  // eq. 12
-    if (springs_ == nullptr) {
-      result = projection_->advance(state.position, input);
+    if (elastic_ != nullptr) {
+      const std::vector<double> shrinkage = volume_ratios(sheet_, state.mass, options_.combustion);
+      const ElasticResult moved = elastic_->advance(
+          state.position,
+          {state.target_length, shrinkage, stiffness_factors(state.mass), mass, held_, state.living, start_, h});
+      result = {moved, 0, moved.newton_iterations, moved.error};
+      result.error = 0;
+      input.after_step(state.position);
+    } else if (springs_ == nullptr) {
+      result = {projection_->advance(state.position, input)};
     } else {
-      result = springs_->advance(state.position, {state.target_length, mass, held_, state.living, start_, h});
+      result = {springs_->advance(state.position, {state.target_length, mass, held_, state.living, start_, h})};
       input.after_step(state.position);
       result.error = projection_->errors(state.position, input).total;
     }
@@ -196,7 +241,8 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     }
   }
   bodies_.correct_velocities(state.velocity, state.position, contact);
-  return {result, contacts};
+  result.contacts = contacts;
+  return result;
 }
 
 }  // namespace world

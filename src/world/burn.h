@@ -12,6 +12,7 @@
 #include "base/stage_result.h"
 #include "constraints/pins.h"
 #include "contact/bodies.h"
+#include "elastic/elastic_step.h"
 #include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
 #include "world/burning.h"
@@ -29,6 +30,8 @@ struct BurnStep {
   int heat_iterations = 0;
   int dynamics_iterations = 0;
   double constraint_error = 0;  ///< ||C|| at the end [m]
+  int newton_iterations = 0;    ///< of an elastic sheet
+  double force_residual = 0;    ///< likewise, see ElasticStep
   PetscInt contacts = 0;        ///< particles of this rank held by a body at the end
   bool died = false;            ///< whether a part of the sheet burnt away or tore, on any rank
 };
@@ -36,6 +39,8 @@ struct BurnStep {
 /// What the stage that moves the sheet says. Its error is ||C|| at the end [m].
 struct DynamicsResult : StageResult {
   PetscInt contacts = 0;  ///< particles of this rank held by a body at the end
+  int newton_iterations = 0;
+  double force_residual = 0;  ///< see BurnStep
 };
 
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
@@ -87,10 +92,15 @@ class Burn {
   static const std::vector<std::string>& stage_names();
 
   /// ||C|| of each colour in the last step, if `project.monitor` asks for it.
-  const std::vector<ProjectionError>& projection_errors() const { return projection_->monitored(); }
+  const std::vector<ProjectionError>& projection_errors() const {
+    return projection_ != nullptr ? projection_->monitored() : no_errors_;
+  }
 
  private:
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures);
+  void make_elastic();
+  std::vector<double> stiffness_factors(const Field& mass) const;
+  void set_lengths(State& state) const;
 
   const Sheet& sheet_;
   const Options& options_;
@@ -104,6 +114,8 @@ class Burn {
   std::array<std::vector<double>, 4> pull_;  ///< of the owned springs in the last step, see Tearing
   std::unique_ptr<SuccessiveProjection> projection_;
   std::unique_ptr<SpringBaseline> springs_;  ///< in place of the projection, if asked for
+  std::unique_ptr<ElasticStep> elastic_;     ///< likewise
+  std::vector<ProjectionError> no_errors_;   ///< of what is not projected
   Field start_;                              ///< positions at the beginning of the step
   std::vector<bool> held_;                   ///< local particles that are pinned or have left
 };

@@ -167,7 +167,7 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
     : options_(options),
       output_(output),
-      sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, options.sheet, output))),
+      sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, shell_options(options), output))),
       state_(std::make_unique<State>(*sheet_)) {
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, state_->pin);
@@ -232,7 +232,7 @@ void BurnRun::compact(const std::vector<bool>& kept) {
     return records;
   };
   LoadedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
-                                            packed(Item::cell, sheet_->elements.owned), options_.sheet);
+                                            packed(Item::cell, sheet_->elements.owned), shell_options(options_));
   auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
   auto state = std::make_unique<State>(*sheet);
   state->take_over(*state_);

@@ -27,7 +27,10 @@ std::vector<std::pair<std::string, std::string>> texture_files(const Options& op
     files = {{"combustion.mass_loss_texture", options.combustion.mass_loss_texture},
              {"heat.diffusivity_texture", options.heat.diffusivity_texture},
              {"project.weight_texture", options.project.weight_texture},
-             {"ablation.strength_texture", options.ablation.strength_texture}};
+             {"ablation.strength_texture", options.ablation.strength_texture},
+             {"sheet.tensile_texture", options.material.tensile_texture},
+             {"sheet.shear_texture", options.material.shear_texture},
+             {"sheet.bending_texture", options.material.bending_texture}};
     for (const auto& [name, source] : options.heat.sources) {
       files.emplace_back("heat.sources." + name + ".file", source.file);
     }

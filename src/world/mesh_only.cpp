@@ -151,7 +151,7 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
   std::vector<MeshRows> rows;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const std::string& heading = meshes[i].heading;
-    const SheetOptions& options = objects[i].options.sheet;
+    const SheetOptions options = shell_options(objects[i].options);
     LoadedMesh& loaded = meshes[i].loaded;
     for (const std::string& line : loaded.figures) {
       console.say(heading + line);

@@ -41,6 +41,12 @@ void describe(OptionTable& table, ForceOptions& options) {
   describe(table, options.air);
 }
 
+SheetOptions shell_options(const Options& options) {
+  SheetOptions sheet = options.sheet;
+  sheet.is_one_surface = options.dynamics == Dynamics::elastic;
+  return sheet;
+}
+
 bool balloon_burns(const Options& options) {
   const HeatOptions& heat = options.heat;
   return options.chain == ChainKind::inflate &&
@@ -54,13 +60,16 @@ namespace {
 void describe_sheet(OptionTable& table, Options& options) {
   table.add("dynamics", options.dynamics)
       .help(
-          "what keeps the springs at their target lengths: successive fast projection, or Hooke's law (the mass-spring "
-          "baseline)")
+          "what holds the sheet together: successive fast projection of the springs onto their target lengths; spring: "
+          "Hooke's law, the mass-spring baseline; elastic: a material with tensile, shear and bending stiffness")
       .source("burning paper, section 7 and Fig. 7");
+  const Condition elastic = one_of("dynamics", options.dynamics, {Dynamics::elastic});
+  table.add_under(elastic, [&] { describe(table, options.material); });
   table.add_solver_settings([&] {
     const Condition projection = one_of("dynamics", options.dynamics, {Dynamics::projection});
     table.add_under(projection, [&] { describe(table, options.project); });
     table.add_under(one_of("dynamics", options.dynamics, {Dynamics::spring}), [&] { describe(table, options.spring); });
+    table.add_under(elastic, [&] { describe(table, options.elastic); });
   });
 }
 
@@ -166,7 +175,10 @@ void describe(OptionTable& table, Options& options) {
                           "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {
     table.find_key(key)->acts_with(burns);
   }
-  table.find_key("combustion.char_stiffness")->acts_with(inflates);
+  table.find_key("combustion.char_stiffness")->acts_with({"chain: inflate or dynamics: elastic", [&options] {
+                                                            return options.chain == ChainKind::inflate ||
+                                                                   options.dynamics == Dynamics::elastic;
+                                                          }});
   table.find_key("time.tolerance")->acts_with(inflates);
   table.find_key("sheet.imbalance_limit")->acts_with(burns);
   for (const char* key : {"sheet.imbalance_limit", "ablation.compact_fraction"}) {
@@ -179,8 +191,9 @@ void describe(OptionTable& table, Options& options) {
 namespace {
 
 void name_solvers(Options& options, const std::string& prefix) {
-  for (std::string* solver : {&options.heat.solver_prefix, &options.project.solver_prefix,
-                              &options.spring.solver_prefix, &options.prism.solver_prefix}) {
+  for (std::string* solver :
+       {&options.heat.solver_prefix, &options.project.solver_prefix, &options.spring.solver_prefix,
+        &options.elastic.solver_prefix, &options.prism.solver_prefix}) {
     *solver = prefix + *solver;
   }
 }

@@ -15,6 +15,7 @@
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "contact/bodies.h"
+#include "elastic/elastic_options.h"
 #include "gas/gas_options.h"
 #include "heat/heat_options.h"
 #include "io/output_options.h"
@@ -62,9 +63,9 @@ inline const std::vector<std::string>& names_of(ChainKind) {
   return names;
 }
 
-enum class Dynamics { projection, spring };
+enum class Dynamics { projection, spring, elastic };
 inline const std::vector<std::string>& names_of(Dynamics) {
-  static const std::vector<std::string> names{"projection", "spring"};
+  static const std::vector<std::string> names{"projection", "spring", "elastic"};
   return names;
 }
 
@@ -82,6 +83,8 @@ struct Options {
   ForceOptions force;
   ProjectOptions project;
   SpringOptions spring;
+  SheetMaterial material;
+  ElasticOptions elastic;
   PrismOptions prism;
   WallOptions wall;
   VolumeOptions volume;
@@ -110,6 +113,8 @@ struct ObjectOptions {
   Options options;
   OptionTable table;
 };
+/// How the mesh of a sheet becomes a shell: a sheet as a material has its lattice points in its surface.
+SheetOptions shell_options(const Options& options);
 /// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
 bool balloon_burns(const Options& options);
 

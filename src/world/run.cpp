@@ -85,7 +85,7 @@ class Run {
     }
     add_figures(output, loaded.figures);
     if (options.chain == ChainKind::burn) {
-      Sheet sheet = make_sheet(comm_, std::move(loaded.rows), options.sheet);
+      Sheet sheet = make_sheet(comm_, std::move(loaded.rows), shell_options(options));
       add_figures(output, {spring_line(sheet), partition_line(sheet)});
       return std::make_unique<BurnRun>(std::move(sheet), options, output);
     }

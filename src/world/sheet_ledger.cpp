@@ -40,6 +40,8 @@ std::vector<History::Column> columns_of_sheet() {
     columns.push_back({name, "m"});
   }
   columns.push_back({"mean_strain", ""});
+  columns.push_back({"newton_iterations", ""});
+  columns.push_back({"force_residual", ""});
   return columns;
 }
 
@@ -107,8 +109,9 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const BurnStep& st
     own.push_back(std::sqrt(sums[strain + index] / std::max(1.0, sums[springs + index])));
   }
   const NetStrain net = net_strain(sheet, state.position, state.target_length, state.living);
-  own.insert(own.end(), {net.largest, static_cast<double>(net.ids[0]), static_cast<double>(net.ids[1]), net.place[0],
-                         net.place[1], net.place[2], net.mean});
+  own.insert(own.end(),
+             {net.largest, static_cast<double>(net.ids[0]), static_cast<double>(net.ids[1]), net.place[0], net.place[1],
+              net.place[2], net.mean, static_cast<double>(step.newton_iterations), step.force_residual});
   if (h > 0 && net.largest > record_.strain) {
     record_ = {net.largest, net.place, state.time};
   }

@@ -23,13 +23,14 @@ MAY_INCLUDE = {
     "ablation": FLOOR,
     "projection": FLOOR | {"solvers"},
     "prism": FLOOR | {"solvers"},
+    "elastic": FLOOR | {"solvers"},
     "gas": FLOOR,
     "air": FLOOR,
     "contact": FLOOR,
     "constraints": FLOOR | {"contact"},
     "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints"},
     "world": FLOOR | {"meshing", "solvers", "state", "io", "air", "heat", "combustion", "ablation", "projection",
-                      "prism", "gas", "contact", "constraints", "equilibrium"},
+                      "prism", "elastic", "gas", "contact", "constraints", "equilibrium"},
     "main.cpp": {"world", "base", "io"},
 }
 GENERATED = {"revision_text.h"}

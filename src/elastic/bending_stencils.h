@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "elastic/sheet_springs.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+/// Curvature of a sheet at its particles, by a quadratic surface through each and its neighbours along red, green and
+/// blue springs.
+///
+/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle are
+/// fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so that a
+/// tilt changes nothing and a quadratic surface is met exactly, on any mesh. Lattice points have this as long as the
+/// four triangles of their cell live, corners as long as the triangles round them are all there and alive. A
+/// corner at an edge that is clamped has one whose tangent plane stays as it is: B alone is fitted to the heights.
+///
+/// Held are the stencils of this rank's particles and those that reach them.
+class BendingStencils {
+ public:
+  /// B11, B12, B22.
+  using Curvature3 = Eigen::Array3d;
+
+  struct Stencil {
+    PetscInt centre = 0;    ///< local particle
+    std::size_t first = 0;  ///< of its points; the centre is the first
+    std::size_t last = 0;   ///< one past them
+    std::size_t first_triangle = 0;
+    std::size_t last_triangle = 0;
+    bool is_clamped = false;               ///< the normal is that of the undeformed sheet, always
+    double area = 0;                       ///< that it stands for, 0: it is not used [m^2]
+    Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
+  };
+
+  /// The sheet must outlive it.
+  /// @param clamped local particles at which an edge keeps its tangent plane
+  BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
+
+  /// Takes out what has died. Not collective.
+  void update(const Living& living);
+
+  const std::vector<Stencil>& stencils() const { return stencils_; }
+  /// Local particles of all stencils.
+  const std::vector<PetscInt>& points() const { return points_; }
+  /// w_k of each point; those of a stencil have the sum 0 [1/m^2].
+  const std::vector<Curvature3>& weights() const { return weights_; }
+  /// Local drawn triangles round each centre, which give its normal.
+  const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+
+  /// Sum of the areas times normals of the triangles round a centre, doubled [m^2].
+  template <class Positions>
+  Eigen::Vector3d area_vector(const Stencil& stencil, const Positions& x) const {
+    return stencil.is_clamped ? sum_of_areas(stencil, sheet_->rest) : sum_of_areas(stencil, x);
+  }
+
+ private:
+  template <class Positions>
+  Eigen::Vector3d sum_of_areas(const Stencil& stencil, const Positions& x) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
+      const auto& [a, b, c] = triangles_[t];
+      const Eigen::Vector3d corner = x.col(a);
+      sum += (x.col(b) - corner).cross(x.col(c) - corner);
+    }
+    return sum;
+  }
+
+  /// Triangles on which a point of a stencil depends: it takes part while both live; -1: none.
+  using Support = std::array<PetscInt, 2>;
+
+  void add_lattice(PetscInt cell, const CellSides& beyond);
+  void add_corner(PetscInt corner, const std::vector<PetscInt>& cells, bool is_clamped);
+  void begin_stencil(PetscInt centre);
+  void add_point(PetscInt particle, Support support);
+  void end_stencil();
+  void fit(Stencil& stencil, const std::vector<bool>& takes_part);
+
+  const Sheet* sheet_;
+  Eigen::Matrix3Xd warp_;
+  std::vector<Stencil> stencils_;
+  std::vector<PetscInt> points_;
+  std::vector<Curvature3> weights_;
+  std::vector<Support> support_;
+  std::vector<std::array<PetscInt, 3>> triangles_;
+  std::vector<PetscInt> triangle_number_;
+  std::vector<std::vector<bool>> fitted_;  ///< points that took part in the last fit of each stencil
+  std::vector<PetscInt> stencil_of_;       ///< of each local particle, -1: none
+  std::vector<double> cell_area_;
+  std::vector<bool> living_before_;
+};
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,126 @@
+#include "elastic/elastic_options.h"
+
+#include "base/error.h"
+#include "base/options.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+namespace {
+
+constexpr double default_tensile_stiffness = 1000;  // [N/m]
+constexpr double default_bending_stiffness = 1e-3;  // [N m]
+
+}  // namespace
+
+void describe(OptionTable& table, SheetMaterial& options) {
+  const char* const readings = "README: a sheet as a material";
+  table.add("sheet.tensile_stiffness", options.tensile_stiffness)
+      .unit("N/m")
+      .more_than(0)
+      .help(
+          "force per width that stretches a strip along the warp by its own length, E h of a plate; 1000 unless given "
+          "or implied by sheet.young_modulus")
+      .source(readings);
+  table.add("sheet.shear_stiffness", options.shear_stiffness)
+      .unit("N/m")
+      .more_than(0)
+      .help(
+          "shear force per width and angle, E h / (2 (1 + nu)) of a plate; 3/8 of the tensile stiffness, an isotropic "
+          "sheet, unless given or implied by sheet.young_modulus")
+      .source(readings);
+  table.add("sheet.bending_stiffness", options.bending_stiffness)
+      .unit("N m")
+      .at_least(0)
+      .help(
+          "moment per width and curvature D, E h^3 / (12 (1 - nu^2)) of a plate; 1e-3 unless given or implied by "
+          "sheet.young_modulus")
+      .source(readings);
+  table.add("sheet.weft_tensile_stiffness", options.weft_tensile_stiffness)
+      .unit("N/m")
+      .more_than(0)
+      .help("tensile stiffness across the warp; that along it unless given");
+  table.add("sheet.weft_bending_stiffness", options.weft_bending_stiffness)
+      .unit("N m")
+      .at_least(0)
+      .help("bending stiffness across the warp; that along it unless given");
+  table.add("sheet.warp", options.warp)
+      .help(
+          "direction of the warp, laid on the undeformed surface; where it stands upright on it the next axis is "
+          "taken");
+  table.add("sheet.young_modulus", options.young_modulus)
+      .unit("Pa")
+      .more_than(0)
+      .help("E, from which with sheet.physical_thickness all stiffnesses follow that are not given");
+  table.add("sheet.poisson_ratio", options.poisson_ratio)
+      .range(0, 0.5)
+      .acts_with({"sheet.young_modulus", [&options] { return options.young_modulus.has_value(); }})
+      .help("nu; the springs' own in the plane is shear stiffness over C11, 1/3 when isotropic");
+  table.add("sheet.physical_thickness", options.physical_thickness)
+      .unit("m")
+      .more_than(0)
+      .help("h of the material, with sheet.young_modulus");
+  const Condition textured{"a texture of a stiffness", [&options] {
+                             return !options.tensile_texture.empty() || !options.shear_texture.empty() ||
+                                    !options.bending_texture.empty();
+                           }};
+  for (const auto& [name, texture] :
+       {std::pair("tensile", &options.tensile_texture), std::pair("shear", &options.shear_texture),
+        std::pair("bending", &options.bending_texture)}) {
+    table.add("sheet." + std::string(name) + "_texture", *texture)
+        .file()
+        .help("PNG whose brightness at the uv coordinates gives a factor on the " + std::string(name) + " stiffness");
+  }
+  table.add("sheet.stiffness_range", options.stiffness_range)
+      .length(2)
+      .at_least(0)
+      .acts_with(textured)
+      .help("factors on a stiffness where its texture is black and where it is white");
+  table.add("sheet.damping", options.damping)
+      .unit("s")
+      .at_least(0)
+      .help("viscosity of the material over its stiffness: damps changes of shape, not motion as a whole");
+}
+
+Stiffness stiffness_of(const SheetMaterial& options) {
+  if (options.young_modulus.has_value() != options.physical_thickness.has_value()) {
+    throw Error(
+        options.young_modulus
+            ? "sheet.young_modulus: expected sheet.physical_thickness with it"
+            : "sheet.physical_thickness: expected sheet.young_modulus with it; the distance of the layers, from "
+              "which curl follows, is sheet.thickness");
+  }
+  double tensile = default_tensile_stiffness;
+  double bending = default_bending_stiffness;
+  std::optional<double> shear;
+  if (options.young_modulus) {
+    const double thickness = *options.physical_thickness;
+    const double nu = options.poisson_ratio;
+    tensile = *options.young_modulus * thickness;
+    shear = tensile / (2 * (1 + nu));
+    bending = tensile * thickness * thickness / (12 * (1 - nu * nu));
+  }
+  Stiffness stiffness;
+  stiffness.tensile[0] = options.tensile_stiffness.value_or(tensile);
+  stiffness.tensile[1] = options.weft_tensile_stiffness.value_or(stiffness.tensile[0]);
+  constexpr double isotropic = 3.0 / 8;
+  stiffness.shear = options.shear_stiffness.value_or(shear.value_or(isotropic * stiffness.tensile[0]));
+  stiffness.bending[0] = options.bending_stiffness.value_or(bending);
+  stiffness.bending[1] = options.weft_bending_stiffness.value_or(stiffness.bending[0]);
+  return stiffness;
+}
+
+void describe(OptionTable& table, ElasticOptions& options) {
+  table.add("elastic.newton_iterations", options.newton_iterations)
+      .range(1, 1000)
+      .help("iterations of Newton's method in a step; one that needs more has failed and is retried smaller");
+  table.add("elastic.newton_tolerance", options.newton_tolerance)
+      .range(1e-12, 1)
+      .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
+  table.add("elastic.mat_type", options.mat_type)
+      .help("tangent of Newton's method: shell: matrix-free; baij, aij, sbaij: assembled");
+  table.add_solver_prefix("elastic_");
+}
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,247 @@
+#include "elastic/elastic_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "base/error.h"
+#include "solvers/backtracking.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+namespace {
+
+std::vector<Eigen::Matrix3d> projectors_of(const std::vector<bool>& pinned) {
+  std::vector<Eigen::Matrix3d> projectors;
+  for (const bool is_pinned : pinned) {
+    projectors.push_back((is_pinned ? 0 : 1) * Eigen::Matrix3d::Identity());
+  }
+  return projectors;
+}
+
+}  // namespace
+
+void InertiaPotential::set(std::vector<double> stiffness, const Eigen::Matrix3Xd& target) {
+  stiffness_ = std::move(stiffness);
+  target_ = target;
+}
+
+double InertiaPotential::value(const Field& x) const {
+  double sum = 0;
+  for (PetscInt i = 0; i < particles_.owned; ++i) {
+    sum += stiffness_[static_cast<std::size_t>(i)] / 2 * (x.vector(i) - target_.col(i)).squaredNorm();
+  }
+  return sum;
+}
+
+void InertiaPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  for (PetscInt i = 0; i < particles_.owned; ++i) {
+    gradient.col(i) += stiffness_[static_cast<std::size_t>(i)] * (x.vector(i) - target_.col(i));
+  }
+}
+
+std::vector<VertexPair> InertiaPotential::pattern() const {
+  std::vector<VertexPair> pairs;
+  for (PetscInt i = 0; i < particles_.owned; ++i) {
+    pairs.push_back({i, particles_.to_global(i)});
+  }
+  return pairs;
+}
+
+void InertiaPotential::add_hessian(const HessianBlocks& blocks) const {
+  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
+    blocks.add(i, stiffness_[i] * Eigen::Matrix3d::Identity());
+  }
+}
+
+ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
+                         const MaterialFactors& factors, const std::vector<bool>& pinned,
+                         const std::vector<bool>& clamped, const ElasticOptions& options)
+    : sheet_(sheet),
+      options_(options),
+      layer_distance_(layer_distance),
+      damping_(material.damping),
+      bending_stiffness_(stiffness_of(material).bending),
+      bending_factor_(factors.bending),
+      material_(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors),
+      springs_(sheet),
+      bending_(sheet, weave_of(sheet, material.warp), clamped),
+      inertia_(sheet.particles),
+      potentials_{&springs_, &bending_, &inertia_},
+      gradient_(3, sheet.particles.owned),
+      before_(sheet.particles, 3) {
+  if (bending_factor_.empty()) {
+    bending_factor_.assign(static_cast<std::size_t>(sheet.particles.local()), 1);
+  }
+  // Rounding of positions leaves some epsilon times this: it does not shrink with the springs, whose stiffness does
+  // not.
+  const auto& stiffness = material_.stiffness(Living(sheet));
+  std::array<double, 2> squares{};  // of the stiffness, and of the largest place
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    for (std::size_t s = 0; s < static_cast<std::size_t>(sheet.of(colour).owned()); ++s) {
+      squares[0] += stiffness[index][s] * stiffness[index][s];
+    }
+  }
+  const double place = sheet.rest.cols() > 0 ? sheet.rest.cwiseAbs().maxCoeff() : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &squares[0], 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  MPI_Allreduce(&place, &squares[1], 1, MPI_DOUBLE, MPI_MAX, sheet.comm());
+  rounding_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(squares[0]) * squares[1];
+  tangent_ = std::make_unique<Tangent>(sheet.particles, potentials_, projectors_of(pinned), options.mat_type,
+                                       options.solver_prefix);
+  KspDefaults defaults;
+  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : PCPBJACOBI;
+  defaults.rtol = 1e-2;
+  defaults.max_iterations = 10000;
+  defaults.fields = {"x", "y", "z"};
+  solver_ = make_ksp(tangent_->matrix(), tangent_->matrix(), options.solver_prefix, defaults);
+  check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
+}
+
+void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {
+  const double damping = damping_ / input.h;
+  const Layout& particles = sheet_.particles;
+  std::array<std::vector<double>, 4> stiffness = material_.stiffness(input.living);
+  std::array<std::vector<double>, 4> length;
+  const auto factor_at = [&input](PetscInt i) { return input.stiffness_factor[static_cast<std::size_t>(i)]; };
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    const SpringSet& set = sheet_.of(colour);
+    length[index].resize(set.ends.size());
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      double& k = stiffness[index][s];
+      double& l = length[index][s];
+      const auto [a, b] = set.ends[s];
+      if (k == 0) {
+        l = set.initial_length[s];
+        continue;
+      }
+      k *= (factor_at(a) + factor_at(b)) / 2;
+      l = input.target_length[index][s];
+      if (damping > 0) {
+        l = (l + damping * (input.start.vector(a) - input.start.vector(b)).norm()) / (1 + damping);
+        k *= 1 + damping;
+      }
+    }
+  }
+  springs_.set(stiffness, length);
+
+  std::vector<double> bending_factor(bending_factor_.size());
+  std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bending_factor.begin(),
+                 std::multiplies<>());
+  bending_.begin_step(input.living, input.start,
+                      {input.shrinkage, layer_distance_, bending_stiffness_, bending_factor, damping});
+
+  std::vector<double> inertia(static_cast<std::size_t>(particles.owned));
+  for (std::size_t i = 0; i < inertia.size(); ++i) {
+    // A particle that has left has neither mass nor springs: any stiffness keeps it where it is.
+    inertia[i] = (input.mass[i] > 0 ? input.mass[i] : sheet_.initial_mass[i]) / (input.h * input.h);
+  }
+  inertia_.set(std::move(inertia), positions.values().leftCols(particles.owned));
+}
+
+double ElasticStep::value(const Field& x) const {
+  double sum = 0;
+  for (const Potential* potential : potentials_) {
+    sum += potential->value(x);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
+double ElasticStep::elastic_energy(const Field& positions) const {
+  double sum = springs_.value(positions) + bending_.value(positions);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
+std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::vector<bool>& held) {
+  std::array<double, 4> squares{};  // of all forces, then of each kind
+  gradient_.setZero();
+  Eigen::Matrix3Xd part(3, gradient_.cols());
+  for (std::size_t k = 0; k < potentials_.size(); ++k) {
+    part.setZero();
+    potentials_[k]->add_gradient(x, part);
+    for (Eigen::Index i = 0; i < part.cols(); ++i) {
+      if (held[static_cast<std::size_t>(i)]) {
+        part.col(i).setZero();
+      }
+    }
+    squares[k + 1] = part.squaredNorm();
+    gradient_ += part;
+  }
+  squares[0] = gradient_.squaredNorm();
+  MPI_Allreduce(MPI_IN_PLACE, squares.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return {std::sqrt(squares[0]), std::sqrt(*std::max_element(squares.begin() + 1, squares.end()))};
+}
+
+ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
+  begin_step(positions, input);
+  ElasticResult result;
+  double energy = value(positions);
+  for (;; ++result.newton_iterations) {
+    const auto [norm, largest] = compute_gradient(positions, input.held);
+    result.error = norm <= rounding_ ? 0 : norm / largest;
+    if (result.error <= options_.newton_tolerance) {
+      return result;
+    }
+    result.converged = false;
+    if (!std::isfinite(norm)) {
+      result.reason = "forces on the sheet are not finite";
+      return result;
+    }
+    if (result.newton_iterations == options_.newton_iterations) {
+      char text[200];
+      std::snprintf(
+          text, sizeof text,
+          "Newton's method has left %.2e of the forces after %d iterations, expected elastic.newton_tolerance "
+          "%.2e",
+          result.error, result.newton_iterations, options_.newton_tolerance);
+      result.reason = text;
+      return result;
+    }
+    tangent_->update(positions, Curvature::positive);
+    double* values = nullptr;
+    check(VecGetArrayWrite(residual_, &values));
+    Eigen::Map<Eigen::Matrix3Xd>(values, 3, gradient_.cols()) = gradient_;
+    check(VecRestoreArrayWrite(residual_, &values));
+    const LinearResult solved = solve(solver_, residual_, update_);
+    result.iterations += solved.iterations;
+    if (!solved.converged) {
+      result.reason = solved.reason;
+      return result;
+    }
+    const double* update = nullptr;
+    check(VecGetArrayRead(update_, &update));
+    Eigen::Matrix3Xd step = Eigen::Map<const Eigen::Matrix3Xd>(update, 3, gradient_.cols());
+    check(VecRestoreArrayRead(update_, &update));
+    for (Eigen::Index i = 0; i < step.cols(); ++i) {
+      if (input.held[static_cast<std::size_t>(i)]) {
+        step.col(i).setZero();  // Some solvers leave rounding here.
+      }
+    }
+    double slope = step.cwiseProduct(gradient_).sum();
+    MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+    before_.values() = positions.values();
+    double reached = energy;
+    const auto merit = [&](double share) -> std::optional<double> {
+      positions.values().leftCols(step.cols()) = before_.values().leftCols(step.cols()) - share * step;
+      positions.update_ghosts();
+      reached = value(positions);
+      return std::isfinite(reached) ? std::optional(reached) : std::nullopt;
+    };
+    constexpr double rounding = 1e-12;
+    if (!backtrack(merit, energy, slope, rounding * std::abs(energy))) {
+      result.reason = "no part of Newton's step lowers the energy of the sheet";
+      return result;
+    }
+    energy = reached;
+    result.converged = true;
+  }
+}
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "base/stage_result.h"
+#include "elastic/bending_potential.h"
+#include "elastic/elastic_options.h"
+#include "elastic/spring_potential.h"
+#include "parallel/field.h"
+#include "solvers/ksp.h"
+#include "solvers/tangent.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+/// What one step of the elastic sheet reads besides the positions that it moves.
+struct ElasticInput {
+  const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour [m]
+  const std::vector<double>& shrinkage;                     ///< length over undeformed length of each local particle
+  const std::vector<double>& stiffness_factor;              ///< of each local particle, such as of char
+  const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
+  const std::vector<bool>& held;                            ///< local particles that are not to move
+  const Living& living;                                     ///< what has not burnt, ghosts up to date
+  const Field& start;                                       ///< positions at the beginning of the step [m]
+  double h = 0;                                             ///< [s]
+};
+
+/// How a step of the elastic sheet went.
+struct ElasticResult : StageResult {
+  int newton_iterations = 0;  ///< of which each has a linear solve
+};
+
+/// Inertia of particles that go on to where nothing but motion and outer forces would take them:
+/// sum_i m_i |x_i - x~_i|^2 / (2 h^2).
+class InertiaPotential : public Potential {
+ public:
+  /// The layout must outlive it.
+  explicit InertiaPotential(const Layout& particles) : particles_(particles) {}
+
+  /// @param stiffness m_i / h^2 of the owned particles [N/m] @param target x~ (3 x owned)
+  void set(std::vector<double> stiffness, const Eigen::Matrix3Xd& target);
+
+  double value(const Field& x) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override;
+  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  void add_hessian(const HessianBlocks& blocks) const override;
+
+ private:
+  const Layout& particles_;
+  std::vector<double> stiffness_;
+  Eigen::Matrix3Xd target_;
+};
+
+/// Implicit Euler for a sheet as a material: from the unconstrained positions x~ (burning paper, eq. 9) it finds
+///
+///     x = argmin sum_i m_i |x_i - x~_i|^2 / (2 h^2) + U_springs(x) + U_bending(x),
+///
+/// with viscosity as springs and bending that remember the step's start. Newton's method with positive tangents and a
+/// line search, so that the sum falls with every iteration; KSP prefix `elastic_`.
+///
+/// Its springs shrink with the mean of its layers; what the layers shrink apart bends it.
+class ElasticStep {
+ public:
+  /// The sheet must outlive it. Collective.
+  /// @param layer_distance see BendingPotential @param factors of the material's textures
+  /// @param pinned local particles that are never to move @param clamped of them those at which an edge keeps its
+  /// direction
+  ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance, const MaterialFactors& factors,
+              const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options);
+
+  /// Collective.
+  /// @param positions in: x~ [m], pinned particles in their places; out: at the end of the step. Ghosts up to date.
+  /// `error` of the result is what is left of all forces, over the largest norm of a kind of force.
+  ElasticResult advance(Field& positions, const ElasticInput& input);
+
+  /// Energy of springs and bending at some positions, as the last step had them without viscosity. Collective.
+  double elastic_energy(const Field& positions) const;
+
+ private:
+  void begin_step(const Field& positions, const ElasticInput& input);
+  double value(const Field& x) const;
+  /// Fills gradient_ and @returns its norm, and the largest norm of a part of it. Collective.
+  std::array<double, 2> compute_gradient(const Field& x, const std::vector<bool>& held);
+
+  const Sheet& sheet_;
+  ElasticOptions options_;
+  double layer_distance_;
+  double damping_;
+  std::array<double, 2> bending_stiffness_;
+  std::vector<double> bending_factor_;  ///< of the local particles
+  SheetSprings material_;
+  SpringPotential springs_;
+  BendingPotential bending_;
+  InertiaPotential inertia_;
+  std::vector<Potential*> potentials_;
+  std::unique_ptr<Tangent> tangent_;
+  double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
+  KspHandle solver_;
+  VecHandle residual_;
+  VecHandle update_;
+  Eigen::Matrix3Xd gradient_;
+  Field before_;
+};
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,173 @@
+#include "elastic/sheet_springs.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "geometry/quad_area.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+namespace {
+
+double factor_at(const std::vector<double>& factors, const std::array<PetscInt, 2>& ends) {
+  return factors.empty()
+             ? 1
+             : (factors[static_cast<std::size_t>(ends[0])] + factors[static_cast<std::size_t>(ends[1])]) / 2;
+}
+
+/// What the stiffness of an evenly strained net comes from.
+struct NetStiffness {
+  std::array<double, 2> normal{};  ///< C11 and C22 [N/m]
+  double shear = 0;                ///< G [N/m]
+
+  NetStiffness(const Stiffness& stiffness, double tensile_factor, double shear_factor)
+      : shear(shear_factor * stiffness.shear) {
+    const double warp = tensile_factor * stiffness.tensile[0];
+    const double weft = tensile_factor * stiffness.tensile[1];
+    const double both = warp * weft > 0 ? (1 + std::sqrt(1 + 4 * shear * shear / (warp * weft))) / 2 : 1;
+    normal = {both * warp, both * weft};
+  }
+};
+
+}  // namespace
+
+Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction) {
+  Weave weave;
+  weave.normal.setZero(3, sheet.particles.local());
+  for (const auto& [a, b, c] : sheet.triangles) {
+    const Eigen::Vector3d area = (sheet.rest.col(b) - sheet.rest.col(a)).cross(sheet.rest.col(c) - sheet.rest.col(a));
+    for (const PetscInt i : {a, b, c}) {
+      weave.normal.col(i) += area;
+    }
+  }
+  weave.normal.colwise().normalize();
+  weave.warp.resizeLike(weave.normal);
+  constexpr double upright = 1e-3;  // sine of the angle below which a direction says nothing about the tangent plane
+  const Eigen::Vector3d wanted = warp_direction.normalized();
+  const Eigen::Vector3d next(wanted.z(), wanted.x(), wanted.y());
+  for (Eigen::Index i = 0; i < weave.normal.cols(); ++i) {
+    const Eigen::Vector3d n = weave.normal.col(i);
+    const auto in_plane = [&n](const Eigen::Vector3d& direction) {
+      return Eigen::Vector3d(direction - n.dot(direction) * n);
+    };
+    const Eigen::Vector3d warp = in_plane(wanted);
+    weave.warp.col(i) = (warp.norm() > upright ? warp : in_plane(next)).normalized();
+  }
+  return weave;
+}
+
+CellSides sides_beyond(const Sheet& sheet) {
+  CellSides beyond(sheet.cells.size(), {-1, -1, -1, -1});
+  std::map<std::pair<PetscInt, PetscInt>, PetscInt> first_at;
+  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto ends = std::minmax(sheet.cells[cell][k], sheet.cells[cell][(k + 1) % 4]);
+      const auto here = static_cast<PetscInt>(4 * cell + k);
+      const auto [found, is_first] = first_at.emplace(std::pair(ends.first, ends.second), here);
+      if (!is_first) {
+        beyond[cell][k] = found->second;
+        beyond[static_cast<std::size_t>(found->second / 4)][static_cast<std::size_t>(found->second % 4)] = here;
+      }
+    }
+  }
+  return beyond;
+}
+
+SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
+                           const MaterialFactors& factors)
+    : sheet_(&sheet), beyond_(sides_beyond(sheet)) {
+  for (const auto& [c0, c1, c2, c3] : sheet.cells) {
+    triangle_area_.push_back(
+        quad_area_vector(sheet.rest.col(c0), sheet.rest.col(c1), sheet.rest.col(c2), sheet.rest.col(c3)).norm() / 4);
+  }
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet.of(colour);
+    std::vector<double>& per_area = per_area_[static_cast<std::size_t>(colour)];
+    per_area.assign(set.ends.size(), 0);
+    stiffness_[static_cast<std::size_t>(colour)].resize(set.ends.size());
+    for (std::size_t s = 0; s < set.ends.size() && colour != Colour::yellow; ++s) {
+      const auto& ends = set.ends[s];
+      const Eigen::Vector3d arm = sheet.rest.col(ends[0]) - sheet.rest.col(ends[1]);
+      const double squared_length = arm.squaredNorm();
+      // A ghost that moves no particle of this rank may have triangles that are not here.
+      const bool is_ghost = s >= static_cast<std::size_t>(set.owned());
+      if ((is_ghost && std::min(ends[0], ends[1]) >= sheet.particles.owned) || squared_length == 0) {
+        continue;
+      }
+      const NetStiffness net(stiffness, factor_at(factors.tensile, ends), factor_at(factors.shear, ends));
+      double cell_area = 0;  // the mean
+      int triangles = 0;
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (set.triangles[s][k] >= 0) {
+          cell_area += 4 * triangle_area_[static_cast<std::size_t>(set.triangles[s][k] / 4)];
+          ++triangles;
+        }
+      }
+      cell_area /= triangles;
+      if (colour == Colour::red) {
+        const auto& c = sheet.cells[static_cast<std::size_t>(set.triangles[s][0] / 4)];
+        const Eigen::Vector3d first = sheet.rest.col(c[2]) - sheet.rest.col(c[0]);
+        const Eigen::Vector3d second = sheet.rest.col(c[3]) - sheet.rest.col(c[1]);
+        // Sheared along the sides, diagonals that are far from upright on each other change little.
+        const double squared_sine = first.cross(second).squaredNorm() / (first.squaredNorm() * second.squaredNorm());
+        per_area[s] = 2 * net.shear / (squared_length * squared_sine);
+        continue;
+      }
+      const Eigen::Vector3d warp = weave.warp.col(ends[0]) + weave.warp.col(ends[1]);
+      const double along = std::pow(arm.dot(warp), 2) / (squared_length * warp.squaredNorm());
+      const double normal = net.normal[0] * along + net.normal[1] * (1 - along);
+      const double aspect = squared_length / cell_area;
+      per_area[s] = std::max(0.0, normal - net.shear * aspect * aspect) / squared_length;
+    }
+  }
+}
+
+const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& living) {
+  if (living.triangles == living_before_) {
+    return stiffness_;
+  }
+  living_before_ = living.triangles;
+  const auto lives = [&](PetscInt triangle) {
+    return triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)];
+  };
+  const auto area_of = [&](PetscInt triangle) {
+    return lives(triangle) ? triangle_area_[static_cast<std::size_t>(triangle / 4)] : 0;
+  };
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet_->of(colour);
+    const auto index = static_cast<std::size_t>(colour);
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
+      double& stiffness = stiffness_[index][s];
+      stiffness = 0;
+      if (per_area_[index][s] == 0) {
+        continue;
+      }
+      const auto& triangles = set.triangles[s];
+      double area = area_of(triangles[0]) + area_of(triangles[1]);
+      if (colour == Colour::green && !(lives(triangles[0]) && lives(triangles[1]))) {
+        area = 0;
+      }
+      for (std::size_t t = 0; colour == Colour::blue && t < 2; ++t) {
+        if (!lives(triangles[t])) {
+          continue;
+        }
+        const auto cell = static_cast<std::size_t>(triangles[t] / 4);
+        for (const PetscInt turn : {1, 3}) {  // the sides beside it
+          const PetscInt k = (triangles[t] + turn) % 4;
+          const PetscInt beside = 4 * static_cast<PetscInt>(cell) + k;
+          const bool is_crossed = lives(beyond_[cell][static_cast<std::size_t>(k)]);
+          area += is_crossed ? 0 : area_of(beside) / 2;
+        }
+      }
+      stiffness = per_area_[index][s] * area;
+    }
+  }
+  return stiffness_;
+}
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "elastic/elastic_options.h"
+#include "surface/living.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+/// What the particles of a sheet are like, as far as its stiffness goes; ghosts included.
+struct MaterialFactors {
+  std::vector<double> tensile;  ///< on the stiffness, or empty for 1
+  std::vector<double> shear;
+  std::vector<double> bending;
+};
+
+/// Of each side of each local cell the drawn triangle beyond it, 4 cell + side; -1: none is there.
+using CellSides = std::vector<std::array<PetscInt, 4>>;
+CellSides sides_beyond(const Sheet& sheet);
+
+/// Directions of warp and weft at each local particle, in its tangent plane.
+struct Weave {
+  Eigen::Matrix3Xd warp;
+  Eigen::Matrix3Xd normal;
+};
+
+/// @param warp_direction need not be a unit vector or lie in the surface
+Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
+
+/// Stiffness of each local spring by colour [N/m], so that the net has the tensile and shear stiffness asked for.
+///
+/// With the lattice points between their corners the springs are a centred rectangular net: blue and green ones along
+/// the sides, red ones along the diagonals of the cells. Strained evenly, it has per area the energy
+///
+///     K_n1 e11^2 / 2 + K_n2 e22^2 / 2 + sum over both diagonals of K_d e_d^2 / 2,
+///
+/// so C12 = C66 = G, the shear stiffness (Cauchy's relation), and the tensile stiffnesses are C11 - G^2/C22 and C22 -
+/// G^2/C11. A blue or green spring has the area of the drawn triangles at its side, a red one half of its triangles'.
+/// At an edge no green spring crosses: what it would carry goes to the blue springs beside it. Yellow springs are idle:
+/// they would resist where a cell folds along its other diagonal.
+///
+/// Springs have the stiffness of what lives. Those of other ranks that end at no particle of this one have none.
+class SheetSprings {
+ public:
+  /// The sheet must outlive it.
+  SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors);
+
+  /// Of the local springs by colour [N/m]. Not collective.
+  const std::array<std::vector<double>, 4>& stiffness(const Living& living);
+
+ private:
+  /// Of a spring: its stiffness for an area of one [N/m^3].
+  std::array<std::vector<double>, 4> per_area_;
+  const Sheet* sheet_;
+  std::vector<double> triangle_area_;  ///< of a drawn triangle of each local cell [m^2]
+  CellSides beyond_;
+  std::vector<bool> living_before_;
+  std::array<std::vector<double>, 4> stiffness_;
+};
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,144 @@
+#include "elastic/bending_potential.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+
+namespace pellicle {
+namespace {
+
+Sheet flat_sheet(MPI_Comm comm, const std::function<Eigen::Vector3d(double, double)>& place) {
+  SurfaceMesh mesh = grid_mesh(12, 8, 0.1);
+  for (Eigen::Vector3d& point : mesh.points) {
+    point = place(point.x(), point.y());
+  }
+  SheetOptions options;
+  options.is_one_surface = true;
+  return make_sheet(comm, mesh, options);
+}
+
+/// A sheet whose bending is looked at.
+struct Bent {
+  explicit Bent(Sheet made, std::array<double, 2> stiffness_of = {2, 2})
+      : sheet(std::move(made)),
+        none(static_cast<std::size_t>(sheet.particles.local()), false),
+        ones(none.size(), 1),
+        living(sheet),
+        x(sheet.particles, 3),
+        potential(sheet, weave_of(sheet, Eigen::Vector3d::UnitX()), none),
+        stiffness(stiffness_of) {
+    x.values() = sheet.rest;
+    begin(ones);
+  }
+  void begin(const std::vector<double>& shrinkage, double layer_distance = 0) {
+    potential.begin_step(living, x, {shrinkage, layer_distance, stiffness, ones, 0});
+  }
+  double energy() const {
+    double sum = potential.value(x);
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    return sum;
+  }
+  Eigen::Matrix3Xd gradient() const {
+    Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, sheet.particles.owned);
+    potential.add_gradient(x, result);
+    return result;
+  }
+
+  Sheet sheet;
+  std::vector<bool> none;
+  std::vector<double> ones;
+  Living living;
+  Field x;
+  BendingPotential potential;
+  std::array<double, 2> stiffness;
+};
+
+TEST(BendingPotentialTest, a_cylinder_of_any_direction_has_the_energy_of_a_plate) {
+  for (const double aspect : {1.0, 2.0}) {
+    Bent bent(flat_sheet(PETSC_COMM_WORLD, [&](double x, double y) { return Eigen::Vector3d(x, y / aspect, 0); }));
+    double area = 0;
+    for (const auto& s : bent.potential.stencils().stencils()) {
+      area += s.centre < bent.sheet.particles.owned ? s.area : 0;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, bent.sheet.comm());
+    for (const double angle : {0.0, 0.3, M_PI / 4, 1.2, M_PI / 2}) {
+      const double radius = 5;
+      const Eigen::Vector3d along(std::cos(angle), std::sin(angle), 0);
+      for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
+        const Eigen::Vector3d r = bent.sheet.rest.col(i);
+        const double s = along.dot(r);
+        bent.x.vector(i) = r + (radius * std::sin(s / radius) - s) * along +
+                           radius * (1 - std::cos(s / radius)) * Eigen::Vector3d::UnitZ();
+      }
+      EXPECT_NEAR(bent.energy(), 2 * area / (2 * radius * radius), 1e-3 * area / (radius * radius)) << angle;
+    }
+  }
+}
+
+TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
+  Bent bent(flat_sheet(PETSC_COMM_SELF,
+                       [](double x, double y) {
+                         return Eigen::Vector3d(x + 0.02 * std::sin(9 * y), y,
+                                                0.05 * std::sin(3 * x) * std::cos(2 * y));
+                       }),
+            {2, 3});
+  for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
+    const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
+    bent.x.vector(i) += 0.01 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+  }
+  bent.begin(std::vector<double>(bent.ones.size(), 0.9), 0.01);
+  const Eigen::Matrix3Xd gradient = bent.gradient();
+  const double scale = gradient.cwiseAbs().maxCoeff();
+  for (PetscInt i = 0; i < bent.sheet.particles.owned; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const double h = 1e-6;
+      double& value = bent.x.data()[3 * i + k];
+      const double here = value;
+      value = here + h;
+      const double above = bent.energy();
+      value = here - h;
+      const double below = bent.energy();
+      value = here;
+      ASSERT_NEAR((above - below) / (2 * h), gradient(k, i), 1e-6 * scale) << i << " " << k;
+    }
+  }
+}
+
+/// The gradient of a crumpled sheet by persistent id, and a product with its Hessian.
+std::map<PetscInt, std::array<Eigen::Vector3d, 2>> gradient_and_product(MPI_Comm comm) {
+  Bent bent(flat_sheet(comm, [](double x, double y) { return Eigen::Vector3d(x, y + 0.02 * std::sin(9 * x), 0); }));
+  Eigen::Matrix3Xd w(3, bent.sheet.particles.local());
+  for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
+    const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
+    w.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+    bent.x.vector(i) += 0.01 * w.col(i);
+  }
+  const Eigen::Matrix3Xd gradient = bent.gradient();
+  bent.potential.update_hessian(bent.x, Curvature::positive);
+  Eigen::Matrix3Xd product = Eigen::Matrix3Xd::Zero(3, w.cols());
+  bent.potential.add_product(w.data(), product.data());
+  std::map<PetscInt, std::array<Eigen::Vector3d, 2>> result;
+  for (PetscInt i = 0; i < bent.sheet.particles.owned; ++i) {
+    result[bent.sheet.persistent_id[static_cast<std::size_t>(i)]] = {gradient.col(i), product.col(i)};
+  }
+  return result;
+}
+
+TEST(BendingPotentialTest, any_number_of_ranks_gives_the_same_forces) {
+  const auto alone = gradient_and_product(PETSC_COMM_SELF);
+  for (const auto& [id, vectors] : gradient_and_product(PETSC_COMM_WORLD)) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      ASSERT_LT((vectors[k] - alone.at(id)[k]).norm(), 1e-9 * (1 + alone.at(id)[k].norm())) << id << " " << k;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pellicle

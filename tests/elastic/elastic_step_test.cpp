@@ -1,0 +1,238 @@
+#include "elastic/elastic_step.h"
+
+#include <gtest/gtest.h>
+#include <petscsys.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "meshing/generators.h"
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/solver_options.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double g = 9.81;
+
+Sheet sheet_of(MPI_Comm comm, const SurfaceMesh& mesh) {
+  SheetOptions options;
+  options.is_one_surface = true;
+  options.areal_density = 1;
+  return make_sheet(comm, mesh, options);
+}
+
+std::array<std::vector<double>, 4> initial_lengths(const Sheet& sheet) {
+  std::array<std::vector<double>, 4> lengths;
+  for (std::size_t colour = 0; colour < lengths.size(); ++colour) {
+    lengths[colour] = sheet.springs[colour].initial_length;
+  }
+  return lengths;
+}
+
+/// An elastic sheet in motion without heat.
+class Motion {
+ public:
+  Motion(const Sheet& sheet, const SheetMaterial& material, const ElasticOptions& options,
+         const std::function<bool(const Eigen::Vector3d&)>& is_pinned = {})
+      : positions(sheet.particles, 3), velocities(sheet.particles, 3), sheet_(sheet), start_(sheet.particles, 3) {
+    positions.values() = sheet.rest;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      pinned_.push_back(is_pinned && is_pinned(sheet.rest.col(i)));
+    }
+    ones_.assign(pinned_.size(), 1);
+    step_ = std::make_unique<ElasticStep>(sheet, material, 0.01, MaterialFactors(), pinned_, pinned_, options);
+  }
+
+  ElasticResult advance(double h, const Eigen::Vector3d& gravity = {0, 0, 0}, double damping = 0) {
+    start_.values() = positions.values();
+    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+      if (!pinned_[static_cast<std::size_t>(i)]) {
+        velocities.vector(i) = std::exp(-damping * h) * velocities.vector(i) + h * gravity;
+        positions.vector(i) += h * velocities.vector(i);
+      }
+    }
+    const ElasticResult result = step_->advance(
+        positions, {initial_lengths(sheet_), ones_, ones_, sheet_.initial_mass, pinned_, Living(sheet_), start_, h});
+    EXPECT_TRUE(result.converged) << result.reason;
+    velocities.values() = (positions.values() - start_.values()) / h;
+    return result;
+  }
+
+  /// Kinetic and elastic energy of all ranks [J].
+  double energy() const {
+    double kinetic = 0;
+    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+      kinetic += 0.5 * sheet_.initial_mass[static_cast<std::size_t>(i)] * velocities.vector(i).squaredNorm();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &kinetic, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+    return kinetic + step_->elastic_energy(positions);
+  }
+
+  Eigen::Vector3d momentum() const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+      sum += sheet_.initial_mass[static_cast<std::size_t>(i)] * velocities.vector(i);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+    return sum;
+  }
+
+  /// Largest coordinates of the corners [m].
+  Eigen::Vector3d largest() const {
+    Eigen::Vector3d largest = Eigen::Vector3d::Constant(-1e9);
+    for (PetscInt i = 0; i < sheet_.owned_corners; ++i) {
+      largest = largest.cwiseMax(positions.vector(i));
+    }
+    MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+    return largest;
+  }
+
+  void stir(double speed) {
+    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+      const auto id = static_cast<double>(sheet_.persistent_id[static_cast<std::size_t>(i)]);
+      velocities.vector(i) = speed * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+    }
+  }
+
+  Field positions;
+  Field velocities;
+
+ private:
+  const Sheet& sheet_;
+  std::vector<bool> pinned_;
+  std::vector<double> ones_;
+  std::unique_ptr<ElasticStep> step_;
+  Field start_;
+};
+
+ElasticOptions tight() {
+  ElasticOptions options;
+  options.newton_tolerance = 1e-8;
+  options.newton_iterations = 200;
+  return options;
+}
+
+const auto left_edge = [](const Eigen::Vector3d& r) { return std::abs(r.x()) < 1e-9; };
+
+TEST(ElasticStepTest, a_hanging_strip_stretches_by_half_its_weight) {
+  SheetMaterial material;
+  material.tensile_stiffness = 500;
+  for (const int cells : {10, 20}) {
+    const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(cells, cells / 5, 1.0 / cells));
+    Motion motion(sheet, material, tight(), left_edge);
+    for (int n = 0; n < 40; ++n) {
+      motion.advance(0.5, {g, 0, 0});
+    }
+    EXPECT_NEAR(motion.largest().x() - 1, g / (2 * 500), 0.02 * g / (2 * 500)) << cells << " cells";
+  }
+}
+
+TEST(ElasticStepTest, a_sheared_strip_slides_by_its_length_over_the_shear_stiffness) {
+  SheetMaterial material;
+  material.shear_stiffness = 200;
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(4, 40, 0.05));  // 0.2 m long between its clamps, 2 m wide
+  Motion motion(sheet, material, tight(), left_edge);
+  for (int n = 0; n < 40; ++n) {
+    motion.advance(0.5, {0, 0.1 * g, 0});
+  }
+  // Force per width of what hangs beyond x: rho g (L - x), far from the free ends.
+  const double slide = 0.1 * g * 0.2 * 0.2 / (2 * 200);
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    if ((sheet.rest.col(i) - Eigen::Vector3d(0.2, 1, 0)).norm() < 1e-9) {
+      EXPECT_NEAR(motion.positions.vector(i).y() - 1, slide, 0.03 * slide);
+    }
+  }
+}
+
+TEST(ElasticStepTest, energy_never_grows_and_momentum_stays) {
+  for (const double tensile : {10.0, 1e5}) {
+    SheetMaterial material;
+    material.tensile_stiffness = tensile;
+    material.bending_stiffness = 1e-5 * tensile;
+    const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(9, 7, 0.1));
+    Motion motion(sheet, material, tight());
+    motion.stir(0.3);
+    const Eigen::Vector3d momentum = motion.momentum();
+    double energy = motion.energy();
+    for (int n = 0; n < 30; ++n) {
+      motion.advance(0.01);
+      const double now = motion.energy();
+      ASSERT_LE(now, energy * (1 + 1e-9)) << "stiffness " << tensile << ", step " << n;
+      energy = now;
+    }
+    EXPECT_LT((motion.momentum() - momentum).norm(), 1e-6);
+  }
+}
+
+TEST(ElasticStepTest, a_curved_sheet_is_at_rest_as_it_was_made) {
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, torus_mesh({24, 12}, 0.3, 0.1));
+  Motion motion(sheet, SheetMaterial(), tight());
+  for (int n = 0; n < 3; ++n) {
+    motion.advance(0.01);
+  }
+  EXPECT_LT((motion.positions.values() - sheet.rest).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+TEST(ElasticStepTest, rigid_motion_costs_nothing) {
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, irregular_mesh(8, 6, 0.1));
+  Motion motion(sheet, SheetMaterial(), tight());
+  motion.advance(0.01);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  motion.positions.values() = turn * sheet.rest;
+  motion.velocities.values().setZero();
+  EXPECT_LT(motion.energy(), 1e-20);
+}
+
+/// Positions by persistent id after 10 steps of a sheet that hangs by its left edge.
+std::map<PetscInt, Eigen::Vector3d> hang(const Sheet& sheet, TangentMatrix matrix) {
+  ElasticOptions options = tight();
+  options.newton_tolerance = 1e-11;
+  options.mat_type = matrix;
+  Motion motion(sheet, SheetMaterial(), options, left_edge);
+  for (int n = 0; n < 10; ++n) {
+    EXPECT_GT(motion.advance(0.02, {0, 0, -g}).newton_iterations, 0);
+  }
+  std::map<PetscInt, Eigen::Vector3d> result;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    result[sheet.persistent_id[static_cast<std::size_t>(i)]] = motion.positions.vector(i);
+  }
+  return result;
+}
+
+TEST(ElasticStepTest, any_number_of_ranks_and_any_matrix_give_the_same_sheet) {
+  SolverOptions solver;
+  solver.set("elastic_ksp_rtol", "1e-10");
+  const SurfaceMesh mesh = irregular_mesh(9, 7, 0.1);
+  const auto alone = hang(sheet_of(PETSC_COMM_SELF, mesh), TangentMatrix::baij);
+  for (const TangentMatrix matrix :
+       {TangentMatrix::baij, TangentMatrix::shell, TangentMatrix::aij, TangentMatrix::sbaij}) {
+    for (const auto& [id, position] : hang(sheet_of(PETSC_COMM_WORLD, mesh), matrix)) {
+      ASSERT_LT((position - alone.at(id)).norm(), 1e-7) << "particle " << id;
+    }
+  }
+}
+
+TEST(ElasticStepTest, a_failed_solve_is_a_result) {
+  SolverOptions solver;
+  solver.set("elastic_ksp_max_it", "1");
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(9, 7, 0.1));
+  const std::vector<bool> free(static_cast<std::size_t>(sheet.particles.local()), false);
+  const std::vector<double> ones(free.size(), 1);
+  ElasticStep step(sheet, SheetMaterial(), 0.01, MaterialFactors(), free, free, ElasticOptions());
+  Field start(sheet.particles, 3);
+  Field positions(sheet.particles, 3);
+  start.values() = sheet.rest;
+  positions.values() = 1.2 * sheet.rest;
+  const ElasticResult result = step.advance(
+      positions, {initial_lengths(sheet), ones, ones, sheet.initial_mass, free, Living(sheet), start, 0.1});
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.reason, "the linear solver elastic_ did not converge (DIVERGED_ITS after 1 iterations)");
+}
+
+}  // namespace
+}  // namespace pellicle
