@@ -180,6 +180,13 @@ std::vector<double> Burn::stiffness_factors(const Field& mass) const {
   return factors;
 }
 
+DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
+  const ElasticResult moved =
+      elastic_->advance(state.position, {state.target_length, volume_ratios(sheet_, state.mass, options_.combustion),
+                                         stiffness_factors(state.mass), mass, held_, state.living, start_, h});
+  return {moved, 0, moved.newton_iterations, moved.error};
+}
+
 DynamicsResult Burn::dynamics(State& state, double h) {
   Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
@@ -217,20 +224,14 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   DynamicsResult result;
   {
     const auto timer = clock_.time("projection");  // eq. 12
-    if (elastic_ != nullptr) {
-      const std::vector<double> shrinkage = volume_ratios(sheet_, state.mass, options_.combustion);
-      const ElasticResult moved = elastic_->advance(
-          state.position,
-          {state.target_length, shrinkage, stiffness_factors(state.mass), mass, held_, state.living, start_, h});
-      result = {moved, 0, moved.newton_iterations, moved.error};
-      result.error = 0;
-      input.after_step(state.position);
-    } else if (springs_ == nullptr) {
+    if (options_.dynamics == Dynamics::projection) {
       result = {projection_->advance(state.position, input)};
     } else {
-      result = {springs_->advance(state.position, {state.target_length, mass, held_, state.living, start_, h})};
+      result = elastic_ != nullptr ? advance_elastic(state, mass, h)
+                                   : DynamicsResult{springs_->advance(
+                                         state.position, {state.target_length, mass, held_, state.living, start_, h})};
       input.after_step(state.position);
-      result.error = projection_->errors(state.position, input).total;
+      result.error = elastic_ != nullptr ? 0 : projection_->errors(state.position, input).total;
     }
   }
   const auto timer = clock_.time("velocity");  // eq. 13 and 15

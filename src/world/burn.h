@@ -101,6 +101,7 @@ class Burn {
   void make_elastic();
   std::vector<double> stiffness_factors(const Field& mass) const;
   void set_lengths(State& state) const;
+  DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
 
   const Sheet& sheet_;
   const Options& options_;

@@ -97,7 +97,9 @@ class Tables : public ::testing::Test {
                  {"constraint_error", state_.step == 0 ? 0 : now.error(now.x)},
                  {"contacts", state_.step == 0 ? 0 : on_floor(now)},
                  {"heat_iterations", step.heat_iterations},
-                 {"projection_iterations", step.dynamics_iterations}};
+                 {"projection_iterations", step.dynamics_iterations},
+                 {"newton_iterations", step.newton_iterations},
+                 {"force_residual", step.force_residual}};
     for (std::size_t colour = 0; colour < 4; ++colour) {
       const std::vector<double> strains = now.strains(colour);
       row[std::string("strain_max_") + colour_names[colour]] = *std::max_element(strains.begin(), strains.end());
