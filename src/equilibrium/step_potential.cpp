@@ -208,7 +208,7 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
   if (model_.gas_tangent == GasTangent::exact && model_.chambers.count() > 0) {
     load_pressure.resize(membrane.triangles.size());
     for (std::size_t e = 0; e < load_pressure.size(); ++e) {
-      const int chamber = model_.chambers.of_element(static_cast<PetscInt>(e));
+      const int chamber = model_.chambers.of_triangle(static_cast<PetscInt>(e));
       const bool is_loaded = chamber >= 0 && model_.elements.stiffness(e) != 0;
       load_pressure[e] = is_loaded ? gas_[static_cast<std::size_t>(chamber)].pressure : 0;
     }

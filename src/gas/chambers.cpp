@@ -91,16 +91,16 @@ void require_valid(const std::string& chamber, const ChamberOptions& options) {
 }
 
 /// The piece to which a vertex belongs. Collective.
-int piece_of_vertex(const Membrane& membrane, const std::string& chamber, int vertex) {
+int piece_of_vertex(const Surface& surface, const std::string& chamber, int vertex) {
   int piece = -1;
-  for (std::size_t element = 0; element < membrane.triangles.size(); ++element) {
-    for (const PetscInt corner : membrane.triangles[element]) {
-      if (membrane.persistent_id[static_cast<std::size_t>(corner)] == vertex) {
-        piece = membrane.piece[element];
+  for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
+    for (const PetscInt corner : surface.triangles[triangle]) {
+      if (surface.persistent_id[static_cast<std::size_t>(corner)] == vertex) {
+        piece = surface.piece[triangle / static_cast<std::size_t>(surface.triangles_per_element)];
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &piece, 1, MPI_INT, MPI_MAX, membrane.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &piece, 1, MPI_INT, MPI_MAX, surface.comm());
   if (piece < 0) {
     throw Error(chamber + ".vertex: " + std::to_string(vertex) + " is no vertex of the mesh");
   }
@@ -113,10 +113,10 @@ struct NamedPieces {
   std::vector<std::pair<std::string, const ChamberOptions*>> chambers;
 };
 
-NamedPieces name_pieces(const Membrane& membrane, const std::map<std::string, ChamberOptions>& options) {
+NamedPieces name_pieces(const Surface& surface, const std::map<std::string, ChamberOptions>& options) {
   NamedPieces result;
-  std::vector<std::string> taken(static_cast<std::size_t>(membrane.pieces()));  // by which chamber
-  std::string rest;                                                             // the chamber without a vertex
+  std::vector<std::string> taken(static_cast<std::size_t>(surface.pieces()));  // by which chamber
+  std::string rest;                                                            // the chamber without a vertex
   for (const auto& [name, given] : options) {
     if (given.vertex < 0) {
       if (!rest.empty()) {
@@ -126,7 +126,7 @@ NamedPieces name_pieces(const Membrane& membrane, const std::map<std::string, Ch
       rest = name;
       continue;
     }
-    std::string& owner = taken[static_cast<std::size_t>(piece_of_vertex(membrane, "chambers." + name, given.vertex))];
+    std::string& owner = taken[static_cast<std::size_t>(piece_of_vertex(surface, "chambers." + name, given.vertex))];
     if (!owner.empty()) {
       throw Error("chambers." + name + ".vertex: " + std::to_string(given.vertex) + " is of the piece that chambers." +
                   owner + " names, expected another piece");
@@ -152,14 +152,14 @@ NamedPieces name_pieces(const Membrane& membrane, const std::map<std::string, Ch
 
 }  // namespace
 
-Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
-                   const std::map<std::string, ChamberOptions>& options, const Eigen::Vector3d& origin,
-                   bool has_symmetry_planes, const std::vector<Eigen::Matrix3d>& projectors)
-    : membrane_(&membrane), ambient_pressure_(gas.ambient_pressure), origin_(origin) {
+Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
+                   const Eigen::Vector3d& origin, bool has_symmetry_planes,
+                   const std::vector<Eigen::Matrix3d>& projectors)
+    : surface_(&surface), ambient_pressure_(gas.ambient_pressure), origin_(origin) {
   for (const auto& [name, given] : options) {
     require_valid("chambers." + name, given);
   }
-  const NamedPieces named = name_pieces(membrane, options);
+  const NamedPieces named = name_pieces(surface, options);
   for (const auto& [name, given] : named.chambers) {
     Chamber& chamber = chambers_.emplace_back();
     chamber.name = name;
@@ -167,10 +167,10 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
     chamber.options = *given;
   }
   chamber_of_piece_ = named.chamber_of_piece;
-  set_living(std::vector<bool>(membrane.piece.size(), true));
+  set_living(std::vector<bool>(surface.triangles.size(), true));
 
-  Field rest(membrane.particles, 3);
-  rest.values() = membrane.rest;
+  Field rest(surface.particles, 3);
+  rest.values() = surface.rest;
   const Eigen::VectorXd volume = volumes(rest);
   for (std::size_t piece = 0; piece < named.chamber_of_piece.size(); ++piece) {
     const int number = named.chamber_of_piece[piece];
@@ -182,11 +182,11 @@ Chambers::Chambers(const Membrane& membrane, const GasOptions& gas,
     if (chamber.law == GasLaw::pressure) {
       continue;
     }
-    if (!membrane.piece_is_closed[piece]) {
+    if (!surface.piece_is_closed[piece]) {
       if (!has_symmetry_planes) {
         throw Error("chambers." + chamber.name + ".law: " + chamber.options.law.name() +
-                    " needs a volume, but the piece is open, expected a closed piece, symmetry planes or the law "
-                    "pressure");
+                    " needs a volume, but the piece is open, expected a closed piece" +
+                    (surface.has_quads() ? "" : ", symmetry planes") + " or the law pressure");
       }
       require_closed(number, rest, projectors);
     }
@@ -220,31 +220,31 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
   // they add to the derivative of the volume, by a vertex that may not leave its planes, is not felt by it.
   Eigen::Matrix3Xd closing = -volume_gradient(chamber, rest);
   double scale = 0;
-  for (std::size_t element = 0; element < membrane_->triangles.size(); ++element) {
-    if (chamber_of_element_[element] != chamber) {
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+    if (chamber_of_triangle_[triangle] != chamber) {
       continue;
     }
-    const auto& corners = membrane_->triangles[element];
+    const auto& corners = surface_->triangles[triangle];
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d second = rest.vector(corners[(k + 1) % 3]) - origin_;
       const Eigen::Vector3d third = rest.vector(corners[(k + 2) % 3]) - origin_;
       const Eigen::Vector3d share = second.cross(third) / 6;
       scale = std::max(scale, share.norm());
-      if (corners[k] < membrane_->particles.owned) {
+      if (corners[k] < surface_->particles.owned) {
         closing.col(corners[k]) += share;
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &scale, 1, MPI_DOUBLE, MPI_MAX, membrane_->comm());
+  MPI_Allreduce(MPI_IN_PLACE, &scale, 1, MPI_DOUBLE, MPI_MAX, surface_->comm());
   constexpr double tolerance = 1e-5;  // a vertex counts as one in the plane a little off it
   auto open = std::numeric_limits<long long>::max();
-  for (PetscInt i = 0; i < membrane_->particles.owned; ++i) {
+  for (PetscInt i = 0; i < surface_->particles.owned; ++i) {
     const auto index = static_cast<std::size_t>(i);
     if ((projectors[index] * closing.col(i)).norm() > tolerance * scale) {
-      open = std::min(open, static_cast<long long>(membrane_->persistent_id[index]));
+      open = std::min(open, static_cast<long long>(surface_->persistent_id[index]));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &open, 1, MPI_LONG_LONG, MPI_MIN, membrane_->comm());
+  MPI_Allreduce(MPI_IN_PLACE, &open, 1, MPI_LONG_LONG, MPI_MIN, surface_->comm());
   if (open != std::numeric_limits<long long>::max()) {
     throw Error("chambers." + of(chamber).name + ".law: " + of(chamber).options.law.name() +
                 " needs a volume, but the piece is open at vertex " + std::to_string(open) +
@@ -253,43 +253,44 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
 }
 
 void Chambers::set_living(const std::vector<bool>& living) {
-  chamber_of_element_.assign(living.size(), -1);
+  chamber_of_triangle_.assign(living.size(), -1);
   has_hole_.assign(chambers_.size(), 0);
-  for (std::size_t element = 0; element < living.size(); ++element) {
-    const int chamber = chamber_of_piece_[static_cast<std::size_t>(membrane_->piece[element])];
-    if (living[element] || (chamber >= 0 && needs_closed_wall(chamber))) {
-      chamber_of_element_[element] = chamber;
+  const auto per_element = static_cast<std::size_t>(surface_->triangles_per_element);
+  for (std::size_t triangle = 0; triangle < living.size(); ++triangle) {
+    const int chamber = chamber_of_piece_[static_cast<std::size_t>(surface_->piece[triangle / per_element])];
+    if (living[triangle] || (chamber >= 0 && needs_closed_wall(chamber))) {
+      chamber_of_triangle_[triangle] = chamber;
     } else if (chamber >= 0) {
       has_hole_[static_cast<std::size_t>(chamber)] = 1;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, membrane_->comm());
+  MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, surface_->comm());
 }
 
 Eigen::VectorXd Chambers::volumes(const Field& positions) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
-  for (PetscInt element = 0; element < membrane_->elements.owned; ++element) {
-    if (const int chamber = of_element(element); chamber >= 0) {
-      const auto& corners = membrane_->triangles[static_cast<std::size_t>(element)];
+  for (PetscInt triangle = 0; triangle < surface_->triangles_per_element * surface_->elements.owned; ++triangle) {
+    if (const int chamber = of_triangle(triangle); chamber >= 0) {
+      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
       sum[chamber] += enclosed_volume(positions.vector(corners[0]) - origin_, positions.vector(corners[1]) - origin_,
                                       positions.vector(corners[2]) - origin_);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count(), MPI_DOUBLE, MPI_SUM, membrane_->comm());
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count(), MPI_DOUBLE, MPI_SUM, surface_->comm());
   return sum;
 }
 
 Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
-  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, membrane_->particles.owned);
-  for (std::size_t element = 0; element < membrane_->triangles.size(); ++element) {
-    if (chamber_of_element_[element] != chamber) {
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, surface_->particles.owned);
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+    if (chamber_of_triangle_[triangle] != chamber) {
       continue;
     }
-    const auto& corners = membrane_->triangles[element];
+    const auto& corners = surface_->triangles[triangle];
     const Eigen::Vector3d third =
         area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])) / 3;
     for (const PetscInt corner : corners) {
-      if (corner < membrane_->particles.owned) {
+      if (corner < surface_->particles.owned) {
         gradient.col(corner) += third;
       }
     }
@@ -335,6 +336,31 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   gas.pressure_slope = -exponent * gas.absolute_pressure / volume;
   gas.potential =
       (exponent > 1 ? energy * compression / (exponent - 1) : -energy * strain) + outside * (volume - initial_volume);
+  return gas;
+}
+
+GasState Chambers::moved_state(int chamber, double volume, double compliance, double time) const {
+  if (prescribes_volume(chamber)) {
+    GasState gas;
+    gas.volume = prescribed_volume(chamber, time);
+    gas.pressure = compliance > 0 ? (gas.volume - volume) / compliance : 0;
+    return gas;
+  }
+  if (!needs_closed_wall(chamber)) {
+    return state(chamber, volume, time);
+  }
+  // V - volume - compliance p(V) rises and is concave: Newton's method goes up to its zero, once it is below.
+  GasState gas = state(chamber, volume > 0 ? volume : of(chamber).initial_volume, time);
+  constexpr int most_iterations = 200;
+  constexpr double tolerance = 1e-14;
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    const double excess = gas.volume - volume - compliance * gas.pressure;
+    const double step = -excess / (1 - compliance * gas.pressure_slope);
+    if (std::abs(step) <= tolerance * gas.volume) {
+      break;
+    }
+    gas = state(chamber, std::max(gas.volume + step, gas.volume / 2), time);
+  }
   return gas;
 }
 

@@ -7,7 +7,7 @@
 
 #include "gas/gas_options.h"
 #include "parallel/field.h"
-#include "surface/membrane.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -24,31 +24,34 @@ struct GasState {
   double potential = 0;          ///< W with dW/dV = -p: what the gas and the surroundings can still do [J]
 };
 
-/// The chambers of a balloon: volumes enclosed by closed pieces of the membrane (balloon paper, section 5), or by a
-/// piece and the symmetry planes that its boundary lies in.
+/// The chambers of a balloon or of a sheet: volumes enclosed by closed pieces of the surface (balloon paper, section
+/// 5), or by a piece and the symmetry planes that its boundary lies in. The volume is that within the surface's
+/// triangles; of a sheet of quads they join corners and lattice points, so that both layers feel the pressure.
 class Chambers {
  public:
   /// Chambers in the order of their names; one without a vertex stands for every piece that no other names, as NAME,
-  /// NAME_2, ... Collective. The membrane must outlive the chambers.
+  /// NAME_2, ... Collective. The surface must outlive the chambers.
   /// @param origin a point of all symmetry planes, about which volumes are taken; any point for closed pieces [m]
-  /// @param projectors of the local vertices on the directions in which they may move (Constraints::projectors)
+  /// @param projectors of the local vertices on the directions in which they may move (Constraints::projectors); asked
+  /// for with symmetry planes alone
   /// @throws Error that names the chamber and the key, the same on all ranks: keys that the law lacks or does not know,
   /// a vertex that the mesh lacks, a piece in two chambers, and, unless the law is pressure, a piece that is neither
   /// closed nor closed by symmetry planes, or that encloses no volume above 0
-  Chambers(const Membrane& membrane, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-           const Eigen::Vector3d& origin, bool has_symmetry_planes, const std::vector<Eigen::Matrix3d>& projectors);
+  Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
+           const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), bool has_symmetry_planes = false,
+           const std::vector<Eigen::Matrix3d>& projectors = {});
 
   int count() const { return static_cast<int>(chambers_.size()); }
   const std::string& name(int chamber) const { return of(chamber).name; }
-  /// Chamber of a local element, -1 if it bounds none.
-  int of_element(PetscInt element) const { return chamber_of_element_[static_cast<std::size_t>(element)]; }
+  /// Chamber of a triangle of the local elements, -1 if it bounds none.
+  int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[static_cast<std::size_t>(triangle)]; }
 
   /// Whether its law asks for the volume, which a wall with a hole does not enclose.
   bool needs_closed_wall(int chamber) const { return of(chamber).law != GasLaw::pressure; }
-  /// Says which local elements there are: the pressure of a chamber that needs no closed wall acts on no others, ghosts
-  /// included. Collective.
+  /// Says which triangles of the local elements there are, ghosts included: the pressure of a chamber that needs no
+  /// closed wall acts on no others. Collective.
   void set_living(const std::vector<bool>& living);
-  /// Whether elements are missing on which the pressure of a chamber would act. Then V is no volume, and dV/dx, by
+  /// Whether triangles are missing on which the pressure of a chamber would act. Then V is no volume, and dV/dx, by
   /// which the pressure acts, is not its gradient.
   bool has_hole(int chamber) const { return has_hole_[static_cast<std::size_t>(chamber)] != 0; }
 
@@ -57,12 +60,17 @@ class Chambers {
   /// V of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
   Eigen::VectorXd volumes(const Field& positions) const;
-  /// dV/dx = A n / 3 (eq. 15 without p) of the owned vertices for one chamber, zero elsewhere, (3 x owned) [m^2].
+  /// dV/dx = A n / 3 (eq. 15 without p) of the owned particles for one chamber, zero elsewhere, (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
   /// The gas by its law at a volume [m^3] and time [s]. Not finite where the law needs a volume above 0 and there is
   /// none.
   GasState state(int chamber, double volume, double time) const;
+  /// The gas at the end of a step in which its pressure p moves what encloses it: V is `volume` + `compliance` p.
+  /// @param volume to which the step leads without this pressure [m^3]
+  /// @param compliance h^2 g.W g, g = dV/dx and W the inverse masses: by how much p moves the volume [m^3/Pa]
+  /// @param time at the end of the step [s]
+  GasState moved_state(int chamber, double volume, double compliance, double time) const;
   /// Whether the volume is given and the pressure is what keeps it.
   bool prescribes_volume(int chamber) const { return of(chamber).law == GasLaw::volume; }
   /// Only where prescribes_volume. [m^3]
@@ -80,13 +88,13 @@ class Chambers {
   const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
   void require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const;
 
-  const Membrane* membrane_;
+  const Surface* surface_;
   double ambient_pressure_;  ///< [Pa]
   Eigen::Vector3d origin_;
   std::vector<Chamber> chambers_;
-  std::vector<int> chamber_of_piece_;    ///< of each piece of the membrane, -1: none
-  std::vector<int> chamber_of_element_;  ///< of the local elements, -1: none
-  std::vector<int> has_hole_;            ///< of each chamber
+  std::vector<int> chamber_of_piece_;     ///< of each piece of the mesh, -1: none
+  std::vector<int> chamber_of_triangle_;  ///< of the triangles of the local elements, -1: none
+  std::vector<int> has_hole_;             ///< of each chamber
 };
 
 }  // namespace gas

@@ -28,10 +28,13 @@ void wrap_uv(SurfaceMesh& mesh, const Height& height) {
     const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
       return mesh.points[static_cast<std::size_t>(face[k])];
     };
-    const Eigen::Vector3d centre = at(0) + at(1) + at(2);
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      centre += at(k);
+    }
     const double middle = std::atan2(centre.y(), centre.x());
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < face.size(); ++k) {
       // Seen from the middle of the face, so that a face at the seam stays on its side; a pole has the face's own u.
       const bool pole = std::hypot(at(k).x(), at(k).y()) < 1e-9 * at(k).norm();
       const double turn = pole ? 0 : std::remainder(std::atan2(at(k).y(), at(k).x()) - middle, 2 * pi);
@@ -61,6 +64,9 @@ SurfaceMesh icosahedron() {
   return mesh;
 }
 
+/// Of a point of the unit sphere the angle from the lowest one, 0 to 1.
+double above_lowest(const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; }
+
 SurfaceMesh unit_icosphere(int level) {
   if (level < 0 || level > 9) {
     throw Error("an icosphere of level " + std::to_string(level) + ", expected 0 to 9");
@@ -86,7 +92,52 @@ SurfaceMesh unit_icosphere(int level) {
     }
     mesh.faces = std::move(faces);
   }
-  wrap_uv(mesh, [](const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; });
+  wrap_uv(mesh, above_lowest);
+  return mesh;
+}
+
+/// A cube cut into squares and blown up, so that its points lie at equal angles along the middles of its sides.
+SurfaceMesh unit_quad_sphere(int level) {
+  if (level < 0 || level > 9) {
+    throw Error("a quad_ellipsoid of level " + std::to_string(level) + ", expected 0 to 9");
+  }
+  SurfaceMesh mesh;
+  const int cells = 1 << level;
+  std::map<std::array<int, 3>, int> numbers;  // of points, by their places on the cube [0, cells]^3
+  const auto number = [&](const std::array<int, 3>& place) {
+    const auto [entry, is_new] = numbers.emplace(place, static_cast<int>(mesh.points.size()));
+    if (is_new) {
+      const auto coordinate = [cells](int i) { return std::tan(pi / 4 * (2.0 * i / cells - 1)); };
+      mesh.points.push_back(
+          Eigen::Vector3d(coordinate(place[0]), coordinate(place[1]), coordinate(place[2])).normalized());
+    }
+    return entry->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const bool is_far : {false, true}) {
+      for (int j = 0; j < cells; ++j) {
+        for (int i = 0; i < cells; ++i) {
+          const auto corner = [&](int along, int across) {
+            std::array<int, 3> place{};
+            place[axis] = is_far ? cells : 0;
+            place[(axis + 1) % 3] = is_far ? along : across;
+            place[(axis + 2) % 3] = is_far ? across : along;
+            return number(place);
+          };
+          mesh.faces.push_back({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)});
+        }
+      }
+    }
+  }
+  wrap_uv(mesh, above_lowest);
+  return mesh;
+}
+
+SurfaceMesh stretched(SurfaceMesh mesh, const Eigen::Vector3d& semi_axes) {
+  require_above_0(semi_axes.minCoeff(), "an ellipsoid with a half axis");
+  for (Eigen::Vector3d& point : mesh.points) {
+    point = point.cwiseProduct(semi_axes);
+  }
   return mesh;
 }
 
@@ -98,12 +149,11 @@ SurfaceMesh icosphere_mesh(int level, double radius) {
 }
 
 SurfaceMesh ellipsoid_mesh(int level, const Eigen::Vector3d& semi_axes) {
-  require_above_0(semi_axes.minCoeff(), "an ellipsoid with a half axis");
-  SurfaceMesh mesh = unit_icosphere(level);
-  for (Eigen::Vector3d& point : mesh.points) {
-    point = point.cwiseProduct(semi_axes);
-  }
-  return mesh;
+  return stretched(unit_icosphere(level), semi_axes);
+}
+
+SurfaceMesh quad_ellipsoid_mesh(int level, const Eigen::Vector3d& semi_axes) {
+  return stretched(unit_quad_sphere(level), semi_axes);
 }
 
 SurfaceMesh tube_mesh(double length, double radius, int vertices) {

@@ -23,7 +23,8 @@ void describe(OptionTable& table, MeshOptions& options) {
       .acts_with({"no mesh.file", [&options] { return options.file.empty() || options.shape == MeshShape::file; }})
       .help(
           "mesh to generate, of quads: a flat rectangle, a torus round the z axis, a roof (an arch of quads that stand "
-          "on their points, so that its boundary is a zigzag), a T-shirt that stands upright; of triangles and closed: "
+          "on their points, so that its boundary is a zigzag), a T-shirt that stands upright, a quad_ellipsoid, closed "
+          "(a blown-up cube); of triangles and closed: "
           "an icosphere, an ellipsoid, a tube along z with half spheres at its ends, the smooth surface of the solids "
           "mesh.blobs; of triangles and flat: a disc, a square (any rectangle) with one corner at the origin, a "
           "quarter of an airbag; a file, when mesh.file names one, takes its place");
@@ -53,14 +54,17 @@ void describe(OptionTable& table, MeshOptions& options) {
       .help("radius of the circle in the middle of the tube");
   add("mesh.tube_radius", options.tube_radius, {MeshShape::torus}).more_than(0).unit("m").help("radius of the tube");
   add("mesh.arch", options.arch, {MeshShape::roof}).more_than(0).unit("rad").help("angle of its arc");
-  add("mesh.level", options.level, {MeshShape::icosphere, MeshShape::ellipsoid})
+  add("mesh.level", options.level, {MeshShape::icosphere, MeshShape::ellipsoid, MeshShape::quad_ellipsoid})
       .range(0, 9)
-      .help("how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices");
+      .help(
+          "how often the triangles of the icosahedron are split, 10 * 4^level + 2 vertices, or the sides of the cube, "
+          "6 * "
+          "4^level quads");
   add("mesh.radius", options.radius, {MeshShape::icosphere, MeshShape::tube, MeshShape::disc})
       .more_than(0)
       .unit("m")
       .help("radius");
-  add("mesh.semi_axes", options.semi_axes, {MeshShape::ellipsoid})
+  add("mesh.semi_axes", options.semi_axes, {MeshShape::ellipsoid, MeshShape::quad_ellipsoid})
       .more_than(0)
       .unit("m")
       .help("half axes along x, y and z");
@@ -126,6 +130,9 @@ SurfaceMesh make_mesh(const MeshOptions& options) {
         break;
       case MeshShape::ellipsoid:
         mesh = ellipsoid_mesh(options.level, options.semi_axes);
+        break;
+      case MeshShape::quad_ellipsoid:
+        mesh = quad_ellipsoid_mesh(options.level, options.semi_axes);
         break;
       case MeshShape::tube:
         mesh = tube_mesh(options.length, options.radius, options.vertices);

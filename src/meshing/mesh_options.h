@@ -17,10 +17,23 @@ class OptionTable;
 inline namespace meshing {
 
 /// See describe; file needs `MeshOptions::file`.
-enum class MeshShape { rectangle, torus, roof, shirt, icosphere, ellipsoid, tube, blobs, disc, square, file };
+enum class MeshShape {
+  rectangle,
+  torus,
+  roof,
+  shirt,
+  icosphere,
+  ellipsoid,
+  tube,
+  blobs,
+  disc,
+  square,
+  quad_ellipsoid,
+  file
+};
 inline const std::vector<std::string>& names_of(MeshShape) {
-  static const std::vector<std::string> names{"rectangle", "torus", "roof", "shirt",  "icosphere", "ellipsoid",
-                                              "tube",      "blobs", "disc", "square", "file"};
+  static const std::vector<std::string> names{"rectangle", "torus", "roof", "shirt",  "icosphere",      "ellipsoid",
+                                              "tube",      "blobs", "disc", "square", "quad_ellipsoid", "file"};
   return names;
 }
 
@@ -33,9 +46,9 @@ struct MeshOptions {
   double major_radius = 0.5;                  ///< torus: of the circle in the middle of the tube [m]
   double tube_radius = 0.2;                   ///< torus: of the tube [m]
   double arch = 2.0943951023931953;           ///< roof: angle of its arc [rad]
-  int level = 4;                              ///< icosphere and ellipsoid: how often the icosahedron is split
+  int level = 4;                              ///< icosphere and ellipsoids: how often icosahedron or cube are split
   double radius = 0.1;                        ///< icosphere, tube and disc [m]
-  Eigen::Vector3d semi_axes{0.1, 0.1, 0.15};  ///< ellipsoid: its half axes along x, y, z [m]
+  Eigen::Vector3d semi_axes{0.1, 0.1, 0.15};  ///< ellipsoids: half axes along x, y, z [m]
   double length = 0.3;                        ///< tube: of its cylinder [m]
   int rings = 20;                             ///< disc: of triangles
   int vertices = 10000;                       ///< tube and blobs

@@ -477,6 +477,69 @@ Records Distribution::particle_data(const std::vector<PetscInt>& points) const {
   return data;
 }
 
+std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
+  const auto held = static_cast<std::size_t>(cells().end);
+  const auto sides = static_cast<std::size_t>(rows_.corners);
+  std::vector<PetscInt> least(held);
+  for (std::size_t cell = 0; cell < held; ++cell) {
+    least[cell] = data(static_cast<PetscInt>(cell)).id;
+  }
+  // Least ids spread, the lowest first, so that a cell takes one once; then a ghost takes its owner's, until all
+  // agree.
+  std::vector<std::size_t> changed(held);
+  std::iota(changed.begin(), changed.end(), std::size_t{0});
+  while (on_any_rank(comm_, !changed.empty())) {
+    std::sort(changed.begin(), changed.end(), [&least](std::size_t a, std::size_t b) { return least[a] < least[b]; });
+    for (const std::size_t seed : changed) {
+      std::vector<std::size_t> front{seed};
+      while (!front.empty()) {
+        const std::size_t cell = front.back();
+        front.pop_back();
+        for (std::size_t side = sides * cell; side < sides * (cell + 1); ++side) {
+          const auto beyond = static_cast<std::size_t>(opposite_[side] / rows_.corners);
+          if (opposite_[side] >= 0 && least[beyond] > least[cell]) {
+            least[beyond] = least[cell];
+            front.push_back(beyond);
+          }
+        }
+      }
+    }
+    const std::vector<PetscInt> before = least;
+    update_ghosts(cell_layout_, least);
+    changed.clear();
+    for (std::size_t cell = 0; cell < held; ++cell) {
+      least[cell] = std::min(least[cell], before[cell]);
+      if (least[cell] < before[cell]) {
+        changed.push_back(cell);
+      }
+    }
+  }
+
+  const auto owned = static_cast<std::size_t>(cell_layout_.owned);
+  std::set<PetscInt> ids(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(owned));
+  const std::vector<PetscInt> all_ids = of_all_ranks(comm_, std::vector<PetscInt>(ids.begin(), ids.end()));
+  ids.insert(all_ids.begin(), all_ids.end());
+  std::map<PetscInt, int> number;
+  for (const PetscInt id : ids) {
+    number.emplace(id, static_cast<int>(number.size()));
+  }
+  std::vector<int> piece;
+  for (const PetscInt id : least) {
+    piece.push_back(number.at(id));
+  }
+  std::vector<int> open(number.size(), 0);
+  for (std::size_t side = 0; side < sides * owned; ++side) {
+    if (opposite_[side] < 0) {
+      open[static_cast<std::size_t>(piece[side / sides])] = 1;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, open.data(), static_cast<int>(open.size()), MPI_INT, MPI_MAX, comm_);
+  for (const int is_open : open) {
+    is_closed.push_back(is_open == 0);
+  }
+  return piece;
+}
+
 Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   const auto first_ghost = std::find_if(points.begin(), points.end(), [this](PetscInt p) { return !is_owned(p); });
   Layout layout = number_owned(comm_, static_cast<PetscInt>(first_ghost - points.begin()));

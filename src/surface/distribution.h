@@ -81,6 +81,11 @@ class Distribution {
   /// The side that meets each side of the cells (see opposite_sides); -1 also where the cell beyond is not held.
   const std::vector<PetscInt>& opposite() const { return opposite_; }
 
+  /// The pieces of the cells that this rank holds, joined by common sides and numbered by their lowest id over all
+  /// ranks. Collective.
+  /// @param is_closed set for each piece: no side without a neighbour
+  std::vector<int> find_pieces(std::vector<bool>& is_closed) const;
+
   /// The numbering of the cells.
   const Layout& cell_layout() const { return cell_layout_; }
   /// Numbers these points, of which the owned ones come first. Collective.

@@ -2,88 +2,14 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
-#include <set>
 #include <utility>
 
-#include "parallel/collective.h"
 #include "parallel/field.h"
 #include "surface/distribution.h"
 #include "surface/perturbation.h"
 
 namespace pellicle {
 inline namespace surface {
-
-namespace {
-
-/// The pieces of the triangles that this rank holds, joined by common sides and numbered by their lowest id over all
-/// ranks. Collective.
-/// @param is_closed set for each piece: no side without a neighbour
-std::vector<int> find_pieces(const Distribution& distribution, std::vector<bool>& is_closed) {
-  const auto held = static_cast<std::size_t>(distribution.cells().end);
-  const std::vector<PetscInt>& opposite = distribution.opposite();
-  std::vector<PetscInt> least(held);
-  for (std::size_t cell = 0; cell < held; ++cell) {
-    least[cell] = distribution.data(static_cast<PetscInt>(cell)).id;
-  }
-  // Least ids spread, the lowest first, so that a triangle takes one once; then a ghost takes its owner's, until all
-  // agree.
-  std::vector<std::size_t> changed(held);
-  std::iota(changed.begin(), changed.end(), std::size_t{0});
-  while (on_any_rank(distribution.comm(), !changed.empty())) {
-    std::sort(changed.begin(), changed.end(), [&least](std::size_t a, std::size_t b) { return least[a] < least[b]; });
-    for (const std::size_t seed : changed) {
-      std::vector<std::size_t> front{seed};
-      while (!front.empty()) {
-        const std::size_t cell = front.back();
-        front.pop_back();
-        for (std::size_t side = 3 * cell; side < 3 * cell + 3; ++side) {
-          const auto beyond = static_cast<std::size_t>(opposite[side] / 3);
-          if (opposite[side] >= 0 && least[beyond] > least[cell]) {
-            least[beyond] = least[cell];
-            front.push_back(beyond);
-          }
-        }
-      }
-    }
-    const std::vector<PetscInt> before = least;
-    update_ghosts(distribution.cell_layout(), least);
-    changed.clear();
-    for (std::size_t cell = 0; cell < held; ++cell) {
-      least[cell] = std::min(least[cell], before[cell]);
-      if (least[cell] < before[cell]) {
-        changed.push_back(cell);
-      }
-    }
-  }
-
-  const auto owned = static_cast<std::size_t>(distribution.cell_layout().owned);
-  std::set<PetscInt> ids(least.begin(), least.begin() + static_cast<std::ptrdiff_t>(owned));
-  const std::vector<PetscInt> all_ids =
-      of_all_ranks(distribution.comm(), std::vector<PetscInt>(ids.begin(), ids.end()));
-  ids.insert(all_ids.begin(), all_ids.end());
-  std::map<PetscInt, int> number;
-  for (const PetscInt id : ids) {
-    number.emplace(id, static_cast<int>(number.size()));
-  }
-  std::vector<int> piece;
-  for (const PetscInt id : least) {
-    piece.push_back(number.at(id));
-  }
-  std::vector<int> open(number.size(), 0);
-  for (std::size_t side = 0; side < 3 * owned; ++side) {
-    if (opposite[side] < 0) {
-      open[static_cast<std::size_t>(piece[side / 3])] = 1;
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, open.data(), static_cast<int>(open.size()), MPI_INT, MPI_MAX, distribution.comm());
-  for (const int is_open : open) {
-    is_closed.push_back(is_open == 0);
-  }
-  return piece;
-}
-
-}  // namespace
 
 Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
   return make_membrane(comm, rows_of(comm, mesh), options).membrane;
@@ -92,7 +18,7 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options) {
   const Distribution distribution(comm, std::move(rows), 1, Numbering::by_nearness, options);
   Membrane membrane;
-  const std::vector<int> piece = find_pieces(distribution, membrane.piece_is_closed);
+  const std::vector<int> piece = distribution.find_pieces(membrane.piece_is_closed);
 
   // Elements: owned ones, then those of other ranks with an owned vertex.
   const Distribution::Range cells = distribution.cells();

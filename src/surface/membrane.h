@@ -18,12 +18,6 @@ inline namespace surface {
 struct Membrane : Surface {
   Eigen::Matrix2Xd element_uv;  ///< mean of the texture coordinates of the corners of each local element, or no columns
   std::map<std::string, std::vector<double>> element_fields;  ///< SurfaceMesh::face_fields of the local elements
-
-  /// Pieces of the mesh, joined by common edges, numbered by their lowest face.
-  std::vector<int> piece;             ///< of each local element
-  std::vector<bool> piece_is_closed;  ///< of each piece: no boundary edges. The same on every rank.
-
-  int pieces() const { return static_cast<int>(piece_is_closed.size()); }
 };
 
 /// Spreads a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near

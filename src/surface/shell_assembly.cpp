@@ -94,6 +94,7 @@ AssembledShell assemble_shell(const Distribution& distribution) {
   // Cells, in the order of the distribution, and the springs that belong to a cell.
   sheet.elements = distribution.cell_layout();
   sheet.triangles_per_element = 4;
+  const std::vector<int> piece = distribution.find_pieces(sheet.piece_is_closed);
   std::vector<FoundSpring> red;
   std::vector<FoundSpring> yellow;
   std::vector<PetscInt> cell_of_point(static_cast<std::size_t>(distribution.points()), -1);
@@ -121,6 +122,7 @@ AssembledShell assemble_shell(const Distribution& distribution) {
       for (std::size_t k = 0; k < 4; ++k) {
         sheet.triangles.push_back({corners[k], corners[(k + 1) % 4], lattice});
       }
+      sheet.piece.push_back(piece[static_cast<std::size_t>(point)]);
       sheet.cells.push_back(corners);
       sheet.lattice.push_back(lattice);
       sheet.element_mass.push_back(2 * sheet.initial_mass[static_cast<std::size_t>(lattice)]);

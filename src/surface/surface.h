@@ -43,6 +43,10 @@ struct Surface {
   std::vector<std::array<PetscInt, 4>> cells;      ///< of quads: corners round each local one
   std::vector<PetscInt> lattice;                   ///< of quads: lattice particle of each local one
 
+  /// Pieces of the mesh, joined by common sides of elements, numbered by their lowest element.
+  std::vector<int> piece;             ///< of each local element
+  std::vector<bool> piece_is_closed;  ///< of each piece: no boundary sides. The same on every rank.
+
   // What burns; of a membrane given by its wall (set_burnable).
   std::vector<double> initial_mass;  ///< m^init of the local particles [kg]
   std::vector<double> element_mass;  ///< of the local elements, of which the particles have their shares [kg]
@@ -51,6 +55,7 @@ struct Surface {
   std::array<SpringSet, 4> springs;
 
   MPI_Comm comm() const { return particles.comm; }
+  int pieces() const { return static_cast<int>(piece_is_closed.size()); }
   bool has_quads() const { return triangles_per_element == 4; }
   /// What each point of a drawn triangle has of its mass and area.
   std::array<double, 3> point_shares() const {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "world/gas_of_object.h"
+
 namespace pellicle {
 inline namespace world {
 
@@ -14,18 +16,17 @@ const char* const counts_table = "/step_counts";
 const char* const residuals_table = "/step_residuals";
 
 std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
-  std::vector<History::Column> columns{
-      {"gas_volume", "m^3"},           {"gas_volume_ratio", ""},  {"gas_pressure", "Pa"},
-      {"gas_absolute_pressure", "Pa"}, {"gas_amount", "mol"},     {"gas_temperature", "K"},
-      {"rubber_volume_ratio", ""},     {"thickness_min", "m"},    {"thickness_max", "m"},
-      {"inverted_elements", ""},       {"newton_iterations", ""}, {"linear_iterations", ""},
-      {"concave_iterations", ""},      {"residual", "N"},         {"relative_residual", ""},
-      {"elastic_energy", "J"}};
-  const Chambers& chambers = chain.chambers();
-  for (int chamber = 0; chamber < (chambers.count() > 1 ? chambers.count() : 0); ++chamber) {
-    columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
-    columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
-  }
+  std::vector<History::Column> columns = gas_columns(chain.chambers());
+  columns.insert(columns.end(), {{"rubber_volume_ratio", ""},
+                                 {"thickness_min", "m"},
+                                 {"thickness_max", "m"},
+                                 {"inverted_elements", ""},
+                                 {"newton_iterations", ""},
+                                 {"linear_iterations", ""},
+                                 {"concave_iterations", ""},
+                                 {"residual", "N"},
+                                 {"relative_residual", ""},
+                                 {"elastic_energy", "J"}});
   if (chain.burns()) {
     columns.push_back({"heat_iterations", ""});
   }
@@ -73,7 +74,6 @@ void BalloonLedger::go_on_from(const BalloonState& state) {
 void BalloonLedger::add(const BalloonState& state, const InflateStep& step, double h, int retries) {
   const PrismElements& elements = chain_.elements();
   const Membrane& membrane = elements.membrane();
-  const Chambers& chambers = chain_.chambers();
   enum Sum { rubber, elastic, inverted, count };
   std::array<double, count> sums{};
   std::array<double, 2> maxima{-HUGE_VAL, -HUGE_VAL};  // thickness, minus thickness
@@ -95,42 +95,11 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, membrane.comm());
   MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPI_DOUBLE, MPI_MAX, membrane.comm());
 
-  // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
-  const Eigen::VectorXd volumes = chambers.volumes(state.position);
-  GasState all;
-  double initial_volume = 0;
-  std::vector<double> of_chambers;
-  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
-    const GasState gas = chain_.gas(chamber, volumes[chamber], state);
-    const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
-    all.volume += gas.volume;
-    all.amount += gas.amount;
-    all.pressure += share * gas.pressure;
-    all.absolute_pressure += share * gas.absolute_pressure;
-    all.temperature += share * gas.temperature;
-    initial_volume += chambers.initial_volume(chamber);
-    if (chambers.count() > 1) {
-      of_chambers.push_back(gas.volume);
-      of_chambers.push_back(gas.pressure);
-    }
-  }
-  std::vector<double> own{all.volume,
-                          initial_volume != 0 ? all.volume / initial_volume : 0,
-                          all.pressure,
-                          all.absolute_pressure,
-                          all.amount,
-                          all.temperature,
-                          sums[rubber] / initial_rubber_volume_,
-                          -maxima[1],
-                          maxima[0],
-                          sums[inverted],
-                          static_cast<double>(step.newton_iterations),
-                          static_cast<double>(step.linear_iterations),
-                          static_cast<double>(step.concave_iterations),
-                          step.residual,
-                          step.relative_residual,
-                          sums[elastic]};
-  own.insert(own.end(), of_chambers.begin(), of_chambers.end());
+  std::vector<double> own = gas_values(chain_.chambers(), state, state.pressure.data());
+  own.insert(own.end(),
+             {sums[rubber] / initial_rubber_volume_, -maxima[1], maxima[0], sums[inverted],
+              static_cast<double>(step.newton_iterations), static_cast<double>(step.linear_iterations),
+              static_cast<double>(step.concave_iterations), step.residual, step.relative_residual, sums[elastic]});
   if (chain_.burns()) {
     own.push_back(static_cast<double>(step.heat_iterations));
   }

@@ -53,6 +53,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       burning_(sheet, options, clock, textures_),
       pins_(std::move(pins)),
       bodies_(options.bodies),
+      chambers_(sheet, options.gas, options.chambers),
       start_(sheet.particles, 3) {
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
@@ -96,6 +97,7 @@ State Burn::initial_state() const {
   state.position.values() = perturbed_positions(sheet_, options_.sheet);
   pins_.impose(state.position, 0);
   state.pin = pins_.numbers();
+  state.pressure.assign(static_cast<std::size_t>(chambers_.count()), 0.0);
   burning_.begin(state);
   return state;
 }
@@ -187,6 +189,35 @@ DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& ma
   return {moved, 0, moved.newton_iterations, moved.error};
 }
 
+/// Adds what the gas does in a step to velocities, and to positions that these have moved: h W g p, with the volume's
+/// gradient g there, the inverse masses W of what is not held, and the pressure p at the volume to which p itself leads
+/// (implicit Euler along g), so that stiff gas in a small chamber asks for no shorter steps. Collective.
+void Burn::push_by_gas(State& state, double h) {
+  if (chambers_.count() == 0) {
+    return;
+  }
+  chambers_.set_living(state.living.triangles);
+  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  Field push(sheet_.particles, 3);  // h W g p [m/s]
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    const Eigen::Matrix3Xd gradient = chambers_.volume_gradient(chamber, state.position);
+    Eigen::Matrix3Xd moved = Eigen::Matrix3Xd::Zero(3, gradient.cols());  // h W g
+    for (Eigen::Index i = 0; i < gradient.cols(); ++i) {
+      if (!held_[static_cast<std::size_t>(i)]) {
+        moved.col(i) = h / state.mass.data()[i] * gradient.col(i);
+      }
+    }
+    double compliance = h * moved.cwiseProduct(gradient).sum();
+    MPI_Allreduce(MPI_IN_PLACE, &compliance, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+    double& pressure = state.pressure[static_cast<std::size_t>(chamber)];
+    pressure = chambers_.moved_state(chamber, volumes[chamber], compliance, state.time + h).pressure;
+    push.values().leftCols(gradient.cols()) += pressure * moved;
+  }
+  push.update_ghosts();
+  state.velocity.values() += push.values();
+  state.position.values() += h * push.values();
+}
+
 DynamicsResult Burn::dynamics(State& state, double h) {
   Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
@@ -211,6 +242,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     }
     x += h * v;
     pins_.impose(state.position, state.time + h);
+    push_by_gas(state, h);
   }
   const Eigen::MatrixXd unconstrained = x;
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};

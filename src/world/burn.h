@@ -13,6 +13,7 @@
 #include "constraints/pins.h"
 #include "contact/bodies.h"
 #include "elastic/elastic_step.h"
+#include "gas/chambers.h"
 #include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
 #include "world/burning.h"
@@ -79,14 +80,16 @@ class Burn {
   void combustion(State& state, double h);
   /// What has burnt leaves the sheet. @returns whether any has, on any rank
   bool ablation(State& state, double h);
-  /// Velocities change by gravity, damping and air, positions by the velocities; projection and contact correct both. A
-  /// force F of one's own adds h F/m to the velocities before.
+  /// Velocities change by gravity, damping, air and the pressure of gas, positions by the velocities; projection and
+  /// contact correct both. A force F of one's own adds h F/m to the velocities before.
   DynamicsResult dynamics(State& state, double h);
   /// What `dynamics` has pulled too hard tears, if anything can. @returns whether any has, on any rank
   bool tear(State& state, double h);
   /// Moves the clock, unless heat is unaccounted for: a stage that heats or cools by itself adds what the particles of
   /// this rank got or gave to `state.heat_in` or `state.heat_out`.
   StageResult end_step(State& state, double h);
+
+  const Chambers& chambers() const { return chambers_; }
 
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names();
@@ -102,6 +105,7 @@ class Burn {
   std::vector<double> stiffness_factors(const Field& mass) const;
   void set_lengths(State& state) const;
   DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
+  void push_by_gas(State& state, double h);
 
   const Sheet& sheet_;
   const Options& options_;
@@ -111,6 +115,7 @@ class Burn {
   Pins pins_;
   Bodies bodies_;
   std::optional<AirDrag> air_;  ///< if there is air
+  Chambers chambers_;
   std::optional<Tearing> tearing_;
   std::array<std::vector<double>, 4> pull_;  ///< of the owned springs in the last step, see Tearing
   std::unique_ptr<SuccessiveProjection> projection_;

@@ -12,6 +12,7 @@
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/shell.h"
+#include "world/gas_of_object.h"
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
@@ -172,6 +173,7 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, state_->pin);
   burn_->follow(*state_);
+  find_end();
 }
 
 StepResult BurnRun::advance(double h) {
@@ -205,8 +207,9 @@ void BurnRun::restore() { *state_ = *kept_; }
 
 void BurnRun::accept(double time) {
   state_->time = time;
+  find_end();
   const double limit = options_.ablation.compact_fraction;
-  if (!last_.died || limit >= 1 || !ended().empty()) {
+  if (!last_.died || limit >= 1 || !ended_.empty() || burn_->chambers().count() > 0) {
     return;
   }
   const auto timer = output_.clock.time("compaction");
@@ -252,7 +255,10 @@ void BurnRun::compact(const std::vector<bool>& kept) {
   sheet_ = std::move(sheet);
 }
 
-std::string BurnRun::ended() const { return is_gone() ? "the sheet has burnt away" : ""; }
+void BurnRun::find_end() {
+  ended_ = is_gone() ? "the sheet has burnt away"
+                     : hole(burn_->chambers(), *sheet_, state_->position, *state_, options_.ablation.loss_mass);
+}
 
 void BurnRun::draw(const FrameSink& write) {
   const auto timer = output_.clock.time("output");
@@ -316,12 +322,12 @@ void BurnRun::save(Hdf5File& checkpoint) const {
 void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin); }
 
 void BurnRun::resume_output(const Hdf5File& checkpoint) {
-  ledger_ = std::make_unique<SheetLedger>(output_, options_, &checkpoint);
+  ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers(), &checkpoint);
 }
 
 SheetLedger& BurnRun::ledger() {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<SheetLedger>(output_, options_);
+    ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers());
   }
   return *ledger_;
 }
@@ -335,7 +341,7 @@ void BurnRun::record(double h, int retries) {
     print_errors(sheet_->comm(), burn_->projection_errors());
     ledger().add(state_->time, state_->step, burn_->projection_errors());
   }
-  ledger().add(*sheet_, *state_, last_, h, retries);
+  ledger().add(*sheet_, *state_, burn_->chambers(), last_, h, retries);
 }
 
 }  // namespace world

@@ -13,7 +13,7 @@ namespace pellicle {
 inline namespace world {
 
 /// A burning sheet: its chain with state, frames and history. Cells that have burnt away are
-/// removed from the sheet now and then, see `ablation.compact_fraction`.
+/// removed from a sheet without gas now and then, see `ablation.compact_fraction`.
 class BurnRun : public Object {
  public:
   /// Options must outlive it. Collective.
@@ -29,7 +29,7 @@ class BurnRun : public Object {
   void accept(double time) override;
   void keep() override;
   void restore() override;
-  std::string ended() const override;
+  std::string ended() const override { return ended_; }
   bool is_gone() const override { return state_->pieces.present.empty(); }
   void draw(const FrameSink& write) override;
   void record(double h, int retries) override;
@@ -40,6 +40,7 @@ class BurnRun : public Object {
 
  private:
   void compact(const std::vector<bool>& kept);
+  void find_end();
   SheetLedger& ledger();
 
   const Options& options_;
@@ -48,6 +49,7 @@ class BurnRun : public Object {
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
+  std::string ended_;                    ///< see Object::ended
   BurnStep last_;                        ///< what the last step told
   std::unique_ptr<State> kept_;          ///< of the present sheet, to put back
   std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder

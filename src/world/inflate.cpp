@@ -1,10 +1,7 @@
 #include "world/inflate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 #include <utility>
 
 #include "base/error.h"
@@ -272,57 +269,13 @@ void Inflate::take_over(const BalloonState& state) {
   chambers_.set_living(fields.living.triangles);
 }
 
-std::string Inflate::hole(const BalloonState& state) const {
-  if (!burning_) {
-    return "";
-  }
-  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
-  const auto chamber_of = [this](std::size_t e) { return chambers_.of_element(static_cast<PetscInt>(e)); };
-  PetscInt least = none;
-  std::size_t found = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_.elements.owned); ++e) {
-    if (state.burning->burn_time[e] >= 0 && membrane_.element_id[e] < least && chamber_of(e) >= 0 &&
-        chambers_.needs_closed_wall(chamber_of(e))) {
-      least = membrane_.element_id[e];
-      found = e;
-    }
-  }
-  PetscInt first = least;
-  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, membrane_.comm());
-  if (first == none) {
-    return "";
-  }
-  std::array<double, 5> place{};  // centroid, chamber, whether it has torn: of the rank that has it
-  if (least == first) {
-    const auto& [a, b, c] = membrane_.triangles[found];
-    const Eigen::Vector3d x = (state.position.vector(a) + state.position.vector(b) + state.position.vector(c)) / 3;
-    const bool has_burnt =
-        std::any_of(membrane_.triangles[found].begin(), membrane_.triangles[found].end(), [&](PetscInt vertex) {
-          return state.burning->mass.data()[vertex] <
-                 options_.ablation.loss_mass * membrane_.initial_mass[static_cast<std::size_t>(vertex)];
-        });
-    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found)), has_burnt ? 0.0 : 1.0};
-  }
-  MPI_Allreduce(MPI_IN_PLACE, place.data(), 5, MPI_DOUBLE, MPI_SUM, membrane_.comm());
-  char text[160];
-  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has %s", static_cast<int>(first),
-                place[0], place[1], place[2], place[4] > 0 ? "torn" : "burnt through");
-  return "chamber " + chambers_.name(static_cast<int>(place[3])) + text;
-}
-
 void Inflate::set_pressures(BalloonState& state) const {
   const Eigen::VectorXd volumes = chambers_.volumes(state.position);
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    state.pressure[chamber] = gas(chamber, volumes[chamber], state).pressure;
+    if (!chambers_.prescribes_volume(chamber)) {
+      state.pressure[chamber] = chambers_.state(chamber, volumes[chamber], state.time).pressure;
+    }
   }
-}
-
-GasState Inflate::gas(int chamber, double volume, const BalloonState& state) const {
-  GasState gas = chambers_.state(chamber, volume, state.time);
-  if (chambers_.prescribes_volume(chamber)) {
-    gas.pressure = state.pressure[chamber];
-  }
-  return gas;
 }
 
 }  // namespace world

@@ -51,16 +51,9 @@ class Inflate {
   /// Makes what follows from the other fields of a state that `advance` has not left so. Collective.
   void follow(BalloonState& state);
 
-  /// Where a chamber that needs a closed wall has a hole: chamber, element, place, in words and the same on all ranks.
-  /// Empty: nowhere. Collective.
-  std::string hole(const BalloonState& state) const;
-
   bool burns() const { return burning_.has_value(); }
   double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]
   double loss_mass() const { return options_.ablation.loss_mass; }  ///< m^loss as a share of m^init
-
-  /// The gas of a chamber at the state's time, with its present pressure. @param volume as Chambers::volumes gives it
-  GasState gas(int chamber, double volume, const BalloonState& state) const;
 
   const PrismElements& elements() const { return elements_; }
   const Chambers& chambers() const { return chambers_; }

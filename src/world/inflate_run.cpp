@@ -10,6 +10,7 @@
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/membrane_geometry.h"
+#include "world/gas_of_object.h"
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
 
@@ -97,7 +98,8 @@ void InflateRun::accept(double time) {
 
 void InflateRun::find_end() {
   if (state_.burning) {
-    ended_ = state_.burning->pieces.present.empty() ? "the wall has burnt away" : inflate_.hole(state_);
+    ended_ = is_gone() ? "the wall has burnt away"
+                       : hole(inflate_.chambers(), *membrane_, state_.position, *state_.burning, inflate_.loss_mass());
   }
 }
 

@@ -51,8 +51,8 @@ std::string fault_of_chambers(const Options& options) {
   }
   for (const auto& [name, chamber] : options.chambers) {
     if (chamber.law != GasLaw::pressure) {
-      return "chambers." + name + ".law: " + chamber.law.name() +
-             " needs a volume, expected a closed mesh, symmetry planes or the law pressure";
+      return "chambers." + name + ".law: " + chamber.law.name() + " needs a volume, expected a closed mesh" +
+             (options.chain == ChainKind::inflate ? ", symmetry planes" : "") + " or the law pressure";
     }
   }
   return "";
@@ -128,7 +128,8 @@ void require_fit(const CheckedMesh& checked, const Options& options) {
   std::vector<std::string> faults;
   if (options.chain == ChainKind::burn) {
     faults.push_back(fault_of_quads(checked.mesh));
-  } else if (checked.report.boundary_edges > 0) {
+  }
+  if (checked.report.boundary_edges > 0) {
     faults.push_back(fault_of_chambers(options));
   }
   if (checked.mesh.uv.empty()) {

@@ -84,6 +84,21 @@ void describe_burning(OptionTable& table, Options& options) {
   }
 }
 
+/// Gas, in sheets and in balloons.
+void describe_gas(OptionTable& table, Options& options) {
+  describe(table, options.gas);
+  table.find_key("gas.ambient_pressure")
+      ->acts_with({"a chamber of the law isothermal, adiabatic or pressure", [&chambers = options.chambers] {
+                     return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
+                       return chamber.second.law != GasLaw::relative && chamber.second.law != GasLaw::volume;
+                     });
+                   }});
+  table.find_key("gas.tangent")
+      ->acts_with(one_of("chain", options.chain, {ChainKind::inflate}))
+      .acts_with({"chambers", [&options] { return !options.chambers.empty(); }});
+  table.add_objects("chambers", options.chambers, "volumes of gas that closed sheets and balloons enclose");
+}
+
 /// A balloon, or a part of one: its options have no effect on a burning sheet.
 void describe_balloon(OptionTable& table, Options& options) {
   table.add_solver_settings([&] { describe(table, options.prism); });
@@ -92,15 +107,6 @@ void describe_balloon(OptionTable& table, Options& options) {
     table.add_under(one_of("prism.thickness", options.wall.thickness_rule, {WallThickness::global_volume}),
                     [&] { describe(table, options.volume); });
   });
-  describe(table, options.gas);
-  table.find_key("gas.ambient_pressure")
-      ->acts_with({"a chamber of the law isothermal, adiabatic or pressure", [&chambers = options.chambers] {
-                     return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
-                       return chamber.second.law != GasLaw::relative && chamber.second.law != GasLaw::volume;
-                     });
-                   }});
-  table.find_key("gas.tangent")->acts_with({"chambers", [&options] { return !options.chambers.empty(); }});
-  table.add_objects("chambers", options.chambers, "volumes of gas that the balloon encloses");
   table.add_objects("symmetry", options.symmetry, "planes that the vertices in them do not leave (balloons)");
   table.add_objects("attachments", options.attachments, "vertices tied to moving places by springs (balloons)");
   table.add_objects("forces", options.forces, "forces on parts of a balloon");
@@ -154,6 +160,7 @@ void describe(OptionTable& table, Options& options) {
        [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }},
       [&] { describe_burning(table, options); });
   table.add_of_run([&] { describe(table, options.force); });
+  describe_gas(table, options);
   table.add_under(inflates, [&] { describe_balloon(table, options); });
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
   table.add_of_run([&] {
@@ -170,7 +177,7 @@ void describe(OptionTable& table, Options& options) {
             "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
             "compares the fields; 0: an ordinary run");
   });
-  // A balloon has one layer of particles, and is not numbered anew: what has died stays where it is.
+  // A balloon has one layer of particles. What has gas in it is not numbered anew: what has died stays where it is.
   for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
                           "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {
     table.find_key(key)->acts_with(burns);
@@ -181,6 +188,9 @@ void describe(OptionTable& table, Options& options) {
                                                           }});
   table.find_key("time.tolerance")->acts_with(inflates);
   table.find_key("sheet.imbalance_limit")->acts_with(burns);
+  table.find_key("ablation.compact_fraction")->acts_with({"no chambers", [&chambers = options.chambers] {
+                                                            return chambers.empty();
+                                                          }});
   for (const char* key : {"sheet.imbalance_limit", "ablation.compact_fraction"}) {
     table.find_key(key)->acts_with({"ablation.loss_mass or ablation.strength", [&ablation = options.ablation] {
                                       return ablation.loss_mass > 0 || ablation.strength.has_value();

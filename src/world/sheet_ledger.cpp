@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "io/console.h"
+#include "world/gas_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -26,7 +27,7 @@ namespace {
 // Of a checkpoint, in the group of the object: the largest strain so far, its place and time.
 const char* const record_table = "/largest_strain";
 
-std::vector<History::Column> columns_of_sheet() {
+std::vector<History::Column> columns_of_sheet(const Chambers& chambers) {
   std::vector<History::Column> columns{
       {"constraint_error", "m"}, {"contacts", ""}, {"heat_iterations", ""}, {"projection_iterations", ""}};
   for (const char* colour : colour_names) {
@@ -42,13 +43,18 @@ std::vector<History::Column> columns_of_sheet() {
   columns.push_back({"mean_strain", ""});
   columns.push_back({"newton_iterations", ""});
   columns.push_back({"force_residual", ""});
+  if (chambers.count() > 0) {
+    const std::vector<History::Column> of_gas = gas_columns(chambers);
+    columns.insert(columns.end(), of_gas.begin(), of_gas.end());
+  }
   return columns;
 }
 
 }  // namespace
 
-SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed)
-    : options_(options), group_(output.group("sheet")), ledger_(output, true, columns_of_sheet(), resumed) {
+SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers,
+                         const Hdf5File* resumed)
+    : options_(options), group_(output.group("sheet")), ledger_(output, true, columns_of_sheet(chambers), resumed) {
   if (resumed != nullptr) {
     const std::vector<double> record = resumed->read_all<double>(group_ + record_table);
     record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
@@ -77,7 +83,8 @@ void SheetLedger::save(Hdf5File& checkpoint) const {
   }
 }
 
-void SheetLedger::add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries) {
+void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& chambers, const BurnStep& step, double h,
+                      int retries) {
   // Sums over the owned springs, then over the ranks.
   enum Sum {
     contacts,
@@ -114,6 +121,10 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const BurnStep& st
               net.place[2], net.mean, static_cast<double>(step.newton_iterations), step.force_residual});
   if (h > 0 && net.largest > record_.strain) {
     record_ = {net.largest, net.place, state.time};
+  }
+  if (chambers.count() > 0) {
+    const std::vector<double> of_gas = gas_values(chambers, state, state.pressure.data());
+    own.insert(own.end(), of_gas.begin(), of_gas.end());
   }
   ledger_.add({sheet, state, state.mass.data(), &state, options_.heat.capacity, h, retries}, own);
 }

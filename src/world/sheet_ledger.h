@@ -18,14 +18,16 @@ class SheetLedger {
   /// Makes the files in a folder that has been started; options must outlive it. Collective.
   /// @throws Error when they cannot be written
   /// @param resumed checkpoint from which the run goes on in its folder
-  SheetLedger(const ObjectOutput& output, const Options& options, const Hdf5File* resumed = nullptr);
+  SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers,
+              const Hdf5File* resumed = nullptr);
 
   /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
 
   /// @param h length of the step [s]
   /// @param retries how often it was tried again. Collective.
-  void add(const Sheet& sheet, const State& state, const BurnStep& step, double h, int retries);
+  void add(const Sheet& sheet, const State& state, const Chambers& chambers, const BurnStep& step, double h,
+           int retries);
 
   /// A row of pieces.csv for each piece. Collective.
   /// @param masses of the present pieces [kg]

@@ -10,8 +10,8 @@ inline namespace world {
 
 /// All that changes of a sheet from step to step.
 struct State : ObjectState, BurningFields {
-  /// Everything lives and is at rest; the pieces are yet to be found, nothing is pinned. The sheet must outlive the
-  /// state. Collective.
+  /// Everything lives and is at rest; the pieces are yet to be found, nothing is pinned and no gas is there. The sheet
+  /// must outlive the state. Collective.
   explicit State(const Sheet& sheet);
   State(State&&) = default;
   State& operator=(const State& other) {
@@ -22,6 +22,8 @@ struct State : ObjectState, BurningFields {
   /// Number of the pin that holds each local particle, -1: none (Pins).
   std::vector<PetscInt>& pin = add<std::vector<PetscInt>>({"pin", "", Item::particle});
   TargetLengths& target_length;  ///< [m]
+  /// What has acted in the last step, of each chamber of gas, the same on every rank.
+  std::vector<double>& pressure = add<std::vector<double>>({"pressure", "Pa", Item::object});
 };
 
 }  // namespace world

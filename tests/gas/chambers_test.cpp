@@ -136,7 +136,7 @@ TEST_F(TwoSpheres, a_vertex_names_a_piece_and_gradients_stay_on_it) {
     EXPECT_EQ(gradient.col(i).isZero(0), membrane.persistent_id[static_cast<std::size_t>(i)] < in_second);
   }
   for (PetscInt element = 0; element < membrane.elements.local(); ++element) {
-    EXPECT_EQ(chambers.of_element(element), membrane.piece[static_cast<std::size_t>(element)] == 1 ? 0 : 1);
+    EXPECT_EQ(chambers.of_triangle(element), membrane.piece[static_cast<std::size_t>(element)] == 1 ? 0 : 1);
   }
 }
 
@@ -146,7 +146,7 @@ TEST_F(TwoSpheres, a_piece_that_no_chamber_names_bounds_none) {
   const Chambers chambers = chambers_of(membrane, {{"air", named}});
   ASSERT_EQ(chambers.count(), 1);
   for (PetscInt element = 0; element < membrane.elements.local(); ++element) {
-    EXPECT_EQ(chambers.of_element(element), membrane.piece[static_cast<std::size_t>(element)] == 0 ? 0 : -1);
+    EXPECT_EQ(chambers.of_triangle(element), membrane.piece[static_cast<std::size_t>(element)] == 0 ? 0 : -1);
   }
 }
 

@@ -20,7 +20,7 @@ MeshReport closed_report(SurfaceMesh mesh) {
   EXPECT_EQ(report.intersections, 0);
   EXPECT_EQ(report.components, 1);
   EXPECT_EQ(report.boundary_edges, 0);
-  EXPECT_EQ(report.triangles, report.faces);
+  EXPECT_EQ(mesh.faces.front().size() == 3 ? report.triangles : report.quads, report.faces);
   EXPECT_EQ(report.euler_characteristic(), 2);
   EXPECT_GT(report.volume, 0);
   return report;
@@ -32,7 +32,7 @@ void expect_uv_without_wrap(const SurfaceMesh& mesh, double widest, double pole)
   ASSERT_EQ(mesh.uv.size(), mesh.faces.size());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::vector<Eigen::Vector2d>& corners = mesh.uv[f];
-    ASSERT_EQ(corners.size(), 3U);
+    ASSERT_EQ(corners.size(), mesh.faces[f].size());
     const bool near_axis = std::any_of(mesh.faces[f].begin(), mesh.faces[f].end(), [&](int point) {
       return mesh.points[static_cast<std::size_t>(point)].head<2>().norm() < pole;
     });
@@ -104,6 +104,23 @@ TEST(Ellipsoid, HasItsVolumeAndHalfAxes) {
   }
 }
 
+TEST(QuadEllipsoid, IsClosedOfQuadsAndHasItsVolume) {
+  const Eigen::Vector3d axes(0.1, 0.2, 0.3);
+  const double volume = 4 * pi / 3 * axes.prod();
+  const auto error = [&](int level) {
+    const SurfaceMesh mesh = quad_ellipsoid_mesh(level, axes);
+    for (const Eigen::Vector3d& point : mesh.points) {
+      EXPECT_NEAR(point.cwiseQuotient(axes).norm(), 1, 1e-15);
+    }
+    const MeshReport report = closed_report(mesh);
+    EXPECT_EQ(report.quads, 6 * (1 << 2 * level));
+    return volume - report.volume;
+  };
+  EXPECT_NEAR(error(0), volume - std::pow(2 / std::sqrt(3.0), 3) * axes.prod(), 1e-15) << "a cube";
+  EXPECT_NEAR(std::log2(error(3) / error(4)), 2, 0.02);
+  expect_uv_without_wrap(quad_ellipsoid_mesh(4, axes), 0.25, 0.02);
+}
+
 TEST(Tube, HasItsVolumeAndWellShapedTriangles) {
   const double radius = 0.05;
   const double length = 0.2;
@@ -132,6 +149,8 @@ TEST(ClosedShapes, RefuseWhatIsNoMesh) {
   EXPECT_THROW(icosphere_mesh(10, 1), Error);
   EXPECT_THROW(icosphere_mesh(1, 0), Error);
   EXPECT_THROW(ellipsoid_mesh(1, {1, 0, 1}), Error);
+  EXPECT_THROW(quad_ellipsoid_mesh(-1, {1, 1, 1}), Error);
+  EXPECT_THROW(quad_ellipsoid_mesh(1, {1, -1, 1}), Error);
   EXPECT_THROW(tube_mesh(0, 1, 500), Error);
   EXPECT_EQ(message_of<Error>([] { tube_mesh(1, 0.1, 5); }).find("mesh.vertices: 5 are too few for a tube"), 0U);
 }

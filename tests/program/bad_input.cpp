@@ -192,7 +192,8 @@ TEST_F(BadInputTest, AllThatIsWrongWithAMeshIsSaidAtOnce) {
 }
 
 TEST_F(BadInputTest, OptionsThatCannotAct) {
-  expect_deck_refused("chambers:\n  gas: {pressure: [[0, 1]]}\n", {"bad.yaml:2", "chambers.gas", "chain: inflate"});
+  expect_deck_refused("symmetry:\n  x: {normal: [1, 0, 0]}\n", {"bad.yaml:2", "symmetry.x", "chain: inflate"});
+  expect_deck_refused("chambers:\n  gas: {pressure: [[0, 1]]}\n", {"chambers.gas.law", "expected a closed mesh"});
   expect_deck_refused("prism: {ksp_type: cg}\n", {"bad.yaml:1", "prism.ksp_type", "chain: inflate"}, one_rank);
   expect_deck_refused("mesh:\n  radius: 1\n", {"bad.yaml:2", "mesh.radius", "icosphere, tube, disc"}, one_rank);
   expect_deck_refused("time: {max_step: 1}\n", {"bad.yaml:1", "time.max_step", "time.tolerance"}, one_rank);

@@ -1,0 +1,90 @@
+#include "world/gas_of_object.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <limits>
+
+namespace pellicle {
+inline namespace world {
+
+std::vector<History::Column> gas_columns(const Chambers& chambers) {
+  std::vector<History::Column> columns{{"gas_volume", "m^3"},  {"gas_volume_ratio", ""},
+                                       {"gas_pressure", "Pa"}, {"gas_absolute_pressure", "Pa"},
+                                       {"gas_amount", "mol"},  {"gas_temperature", "K"}};
+  for (int chamber = 0; chamber < (chambers.count() > 1 ? chambers.count() : 0); ++chamber) {
+    columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
+    columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
+  }
+  return columns;
+}
+
+std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure) {
+  // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
+  const Eigen::VectorXd volumes = chambers.volumes(state.position);
+  GasState all;
+  double initial_volume = 0;
+  std::vector<double> of_chambers;
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    GasState gas = chambers.state(chamber, volumes[chamber], state.time);
+    gas.pressure = chambers.prescribes_volume(chamber) ? pressure[chamber] : gas.pressure;
+    const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
+    all.volume += gas.volume;
+    all.amount += gas.amount;
+    all.pressure += share * gas.pressure;
+    all.absolute_pressure += share * gas.absolute_pressure;
+    all.temperature += share * gas.temperature;
+    initial_volume += chambers.initial_volume(chamber);
+    if (chambers.count() > 1) {
+      of_chambers.push_back(gas.volume);
+      of_chambers.push_back(gas.pressure);
+    }
+  }
+  std::vector<double> values{all.volume,   initial_volume != 0 ? all.volume / initial_volume : 0,
+                             all.pressure, all.absolute_pressure,
+                             all.amount,   all.temperature};
+  values.insert(values.end(), of_chambers.begin(), of_chambers.end());
+  return values;
+}
+
+std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
+                 double loss_mass) {
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const auto chamber_of = [&](std::size_t e) { return chambers.of_triangle(static_cast<PetscInt>(per_element * e)); };
+  PetscInt least = none;
+  std::size_t found = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+    if (fields.burn_time[e] >= 0 && surface.element_id[e] < least && chamber_of(e) >= 0 &&
+        chambers.needs_closed_wall(chamber_of(e))) {
+      least = surface.element_id[e];
+      found = e;
+    }
+  }
+  PetscInt first = least;
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, surface.comm());
+  if (first == none) {
+    return "";
+  }
+  std::array<double, 5> place{};  // centre, chamber, whether it has torn: of the rank that has it
+  if (least == first) {
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    bool has_burnt = false;
+    for (std::size_t t = per_element * found; t < per_element * (found + 1); ++t) {
+      for (const PetscInt point : surface.triangles[t]) {
+        x += position.vector(point) / static_cast<double>(3 * per_element);
+        has_burnt =
+            has_burnt || fields.mass.data()[point] < loss_mass * surface.initial_mass[static_cast<std::size_t>(point)];
+      }
+    }
+    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found)), has_burnt ? 0.0 : 1.0};
+  }
+  MPI_Allreduce(MPI_IN_PLACE, place.data(), 5, MPI_DOUBLE, MPI_SUM, surface.comm());
+  char text[160];
+  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has %s", static_cast<int>(first),
+                place[0], place[1], place[2], place[4] > 0 ? "torn" : "burnt through");
+  return "chamber " + chambers.name(static_cast<int>(place[3])) + text;
+}
+
+}  // namespace world
+}  // namespace pellicle

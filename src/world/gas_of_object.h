@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gas/chambers.h"
+#include "io/history.h"
+#include "world/burning_fields.h"
+#include "world/object_state.h"
+
+namespace pellicle {
+inline namespace world {
+
+// What history and end of a run say of the gas in an object, be it a sheet or a balloon.
+
+/// The columns of its history.
+std::vector<History::Column> gas_columns(const Chambers& chambers);
+
+/// Their values. Collective.
+/// @param pressure of each chamber, of which those of prescribed volume are looked at [Pa]
+std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure);
+
+/// Where a chamber that needs a closed surface has a hole: chamber, element, place, in words and the same on all ranks.
+/// Empty: nowhere. Collective.
+/// @param loss_mass m^loss as a share of m^init
+std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
+                 double loss_mass);
+
+}  // namespace world
+}  // namespace pellicle
