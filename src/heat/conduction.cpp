@@ -40,6 +40,7 @@ Conduction::Conduction(const Surface& surface, const HeatOptions& options,
     : surface_(surface),
       umbrella_(options.operator_name == HeatOperator::umbrella),
       assembled_(options.mat_type == HeatMatrix::aij),
+      conducts_(options.diffusivity > 0),
       tolerance_(options.ksp_rtol),
       solver_prefix_(options.solver_prefix),
       diffusivity_(static_cast<std::size_t>(surface.particles.local()), options.diffusivity),
@@ -182,6 +183,9 @@ double Conduction::limit_of_remainder(const Field& temperature) const {
 }
 
 StageResult Conduction::advance(Field& temperature, const ConductionInput& input) {
+  if (!conducts_) {
+    return {};
+  }
   update_operator(input);
   const double limit = limit_of_remainder(temperature);
   const PetscInt owned = surface_.particles.owned;

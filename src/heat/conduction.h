@@ -56,6 +56,7 @@ class Conduction {
   const Surface& surface_;
   bool umbrella_;
   bool assembled_;
+  bool conducts_;  ///< else all temperatures stay
   double tolerance_;
   std::string solver_prefix_;
   std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]

@@ -171,7 +171,7 @@ Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     for (std::size_t spring = 0; spring < static_cast<std::size_t>(springs.owned()); ++spring, ++item) {
-      if (living.springs[static_cast<std::size_t>(colour)][spring]) {
+      if (sheet.acts(colour) && living.springs[static_cast<std::size_t>(colour)][spring]) {
         const vtkIdType line[] = {number(springs.ends[spring][0]), number(springs.ends[spring][1])};
         lines->InsertNextCell(2, line);
         colour_of_line->InsertNextValue(static_cast<int>(colour));

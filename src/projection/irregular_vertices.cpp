@@ -24,8 +24,11 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
     return;
   }
   std::vector<PetscInt> most(static_cast<std::size_t>(sheet.particles.owned), 0);
-  for (const SpringSet& springs : sheet.springs) {
-    const SpringIncidence incidence(springs, sheet.particles.local());
+  for (const Colour colour : all_colours) {
+    if (!sheet.acts(colour)) {
+      continue;
+    }
+    const SpringIncidence incidence(sheet.of(colour), sheet.particles.local());
     for (std::size_t i = 0; i < most.size(); ++i) {
       most[i] = std::max(most[i], incidence.offsets[i + 1] - incidence.offsets[i]);
     }

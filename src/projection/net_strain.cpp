@@ -11,22 +11,36 @@ inline namespace projection {
 NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                      const Living& living) {
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  using Place = Eigen::Map<const Eigen::Vector3d>;
   using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
   NetStrain strain;
   Key key{none, none, none};
-  std::array<double, 2> sum_and_count{};
+  // Of the owned springs, then of all: sums of squares and numbers of each colour, sum of all.
+  std::array<double, 9> sums{};
+  const double* places = x.data();
   for (const Colour colour : all_colours) {
+    if (!sheet.acts(colour)) {
+      continue;
+    }
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
+    const std::vector<bool>& lives = living.springs[index];
     const bool is_of_net = std::find(net_colours.begin(), net_colours.end(), colour) != net_colours.end();
+    double squares = 0;
+    double sum = 0;
+    PetscInt count = 0;
     for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
-      if (!living.springs[index][s]) {
+      if (!lives[s]) {
         continue;
       }
       const auto [a, b] = springs.ends[s];
-      const double value = std::abs((x.vector(a) - x.vector(b)).norm() / target_length[index][s] - 1);
-      sum_and_count[0] += value;
-      sum_and_count[1] += 1;
+      const Place place_a(places + 3 * a);
+      const Place place_b(places + 3 * b);
+      const double value = std::abs((place_a - place_b).norm() / target_length[index][s] - 1);
+      squares += value * value;
+      sum += value;
+      ++count;
+      strain.largest_of[index] = std::max(strain.largest_of[index], value);
       if (is_of_net && value >= strain.largest) {
         const auto [first, last] = std::minmax(sheet.persistent_id[static_cast<std::size_t>(a)],
                                                sheet.persistent_id[static_cast<std::size_t>(b)]);
@@ -34,13 +48,20 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
         if (value > strain.largest || own < key) {
           strain.largest = value;
           key = own;
-          strain.place = (x.vector(a) + x.vector(b)) / 2;
+          strain.place = (place_a + place_b) / 2;
         }
       }
     }
+    sums[index] = squares;
+    sums[4 + index] = static_cast<double>(count);
+    sums[8] += sum;
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum_and_count.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
-  strain.mean = sum_and_count[1] > 0 ? sum_and_count[0] / sum_and_count[1] : 0;
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 9, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  MPI_Allreduce(MPI_IN_PLACE, strain.largest_of.data(), 4, MPI_DOUBLE, MPI_MAX, sheet.comm());
+  strain.mean = sums[8] / std::max(1.0, sums[4] + sums[5] + sums[6] + sums[7]);
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    strain.rms_of[colour] = std::sqrt(sums[colour] / std::max(1.0, sums[4 + colour]));
+  }
 
   const double own_largest = strain.largest;
   MPI_Allreduce(MPI_IN_PLACE, &strain.largest, 1, MPI_DOUBLE, MPI_MAX, sheet.comm());

@@ -12,7 +12,7 @@
 namespace pellicle {
 inline namespace projection {
 
-/// The colours of the net of a sheet: the springs along its cells, of both layers or of one.
+/// The colours of the net of a sheet: the springs along its cells, of both layers; of one the blue ones alone act.
 inline constexpr std::array<Colour, 2> net_colours{Colour::green, Colour::blue};
 
 /// How far springs are from their target lengths l: their strain is d/l - 1 at the length d.
@@ -21,7 +21,9 @@ struct NetStrain {
   Colour colour = Colour::blue;                     ///< of the spring that has it
   std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of its ends; -1: no spring of the net lives
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of its middle [m]
-  double mean = 0;                                  ///< of |d/l - 1| over the living springs of all colours
+  double mean = 0;                                  ///< of |d/l - 1| over the living springs of all colours that act
+  std::array<double, 4> largest_of{};               ///< of each colour; 0 where none lives or acts
+  std::array<double, 4> rms_of{};                   ///< likewise
 };
 
 /// Of equal strains the springs of the least ids counts. Collective.

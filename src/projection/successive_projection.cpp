@@ -33,9 +33,14 @@ double excess(double error, double target, double strain) {
 
 SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                                            std::array<std::vector<double>, 4> spring_weight)
-    : sheet_(sheet), options_(options), order_(colours_of(options.order)) {
+    : sheet_(sheet), options_(options) {
   require_shift_at_irregular_vertices(sheet, options);
-  for (const Colour colour : all_colours) {
+  for (const Colour colour : colours_of(options.order)) {
+    if (sheet.acts(colour)) {
+      colours_.push_back(colour);
+    }
+  }
+  for (const Colour colour : colours_) {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     System& system = systems_[index];
@@ -107,10 +112,11 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
 /// ||l^init|| of the living springs [m]. Collective.
 double SuccessiveProjection::length_norm(const Living& living) const {
   double sum = 0;
-  for (std::size_t colour = 0; colour < 4; ++colour) {
-    const SpringSet& springs = sheet_.springs[colour];
+  for (const Colour colour : colours_) {
+    const SpringSet& springs = sheet_.of(colour);
+    const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
-      if (living.springs[colour][s]) {
+      if (lives[s]) {
         sum += springs.initial_length[s] * springs.initial_length[s];
       }
     }
@@ -142,7 +148,8 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   check(VecGetArrayWrite(system.right_hand_side, &values));
   for (std::size_t s = 0; s < system.weight.size(); ++s) {
     const double error = constraint.error[static_cast<Eigen::Index>(s)];
-    values[s] = limit ? excess(error, input.target_length[index][s], aim * *limit) : system.weight[s] * error;
+    values[s] = limit ? excess(error, input.target_length[index][s], sheet_.layers == 1 ? 0 : aim * *limit)
+                      : system.weight[s] * error;
   }
   check(VecRestoreArrayWrite(system.right_hand_side, &values));
   StageResult result = system.lines != nullptr ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda)
@@ -174,7 +181,7 @@ void SuccessiveProjection::add_pull(const System& system, const SpringSet& sprin
 
 ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInput& input) const {
   ProjectionError error;
-  for (const Colour colour : all_colours) {
+  for (const Colour colour : colours_) {
     const auto index = static_cast<std::size_t>(colour);
     error.colour[index] =
         squared_error(sheet_.of(colour), x.data(), input.target_length[index], input.living.springs[index]);
@@ -193,6 +200,9 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
   NetStrain strain = net_strain(sheet_, x, input.target_length, input.living);
   for (int step = 0; step < options_.strain_steps && strain.largest > limit; ++step) {
     for (const Colour colour : net_colours) {
+      if (!sheet_.acts(colour)) {
+        continue;
+      }
       const StageResult solved = project_colour(x, colour, input, limit);
       result.iterations += solved.iterations;
       iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
@@ -237,13 +247,15 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
     }
   };
   monitor(0, std::nullopt);
-  result.error = errors(x, input).total;
+  if (options_.threshold > 0) {
+    result.error = errors(x, input).total;
+  }
   if (result.error < options_.threshold) {
     after_step();  // A sheet that keeps its lengths may still have run into a body.
   }
   // Negated, so that an error that is not a number is worked on, and fails, too.
   for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
-    for (const Colour colour : order_) {
+    for (const Colour colour : colours_) {
       const StageResult solved = project_colour(x, colour, input);
       result.iterations += solved.iterations;
       iterations_[static_cast<std::size_t>(colour)] += solved.iterations;

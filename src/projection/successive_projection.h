@@ -37,7 +37,8 @@ struct ProjectionInput {
 };
 
 /// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
-/// lengths, by one Newton step each, until ||C|| is below the threshold or all steps are used.
+/// lengths, of a sheet of one layer the blue one alone, by one Newton step each, until ||C|| is below the threshold or
+/// all steps are used.
 ///
 /// With a strain limit the springs of the net (blue and green) that are then strained by more than most of it are
 /// brought back, in as many further steps as the options allow: Newton's method for J delta = C(d) - C(l (1 +- 0.8
@@ -89,7 +90,7 @@ class SuccessiveProjection {
   const Sheet& sheet_;
   ProjectOptions options_;
   std::array<System, 4> systems_;
-  std::array<Colour, 4> order_;
+  std::vector<Colour> colours_;            ///< that act, in the order of projection
   std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
   std::vector<double> move_inverse_mass_;  ///< W of the displacement
   Eigen::Matrix3Xd displacement_;

@@ -11,9 +11,16 @@ inline namespace surface {
 /// plus the thickness along the cell's normal. Local numbers: owned corners, owned lattice points, ghosts. Persistent
 /// ids: the vertex number in the file, or first_lattice_id + the cell number in the file.
 struct Sheet : Surface {
+  /// 2: the shell; 1: a net whose lattice points lie in the layer of the corners, have no springs that act, and are at
+  /// the mean of their cells' corners (surface/one_layer.h). Its other springs only tell what hangs together and what
+  /// conducts.
+  int layers = 2;
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
   PetscInt global_corners = 0;    ///< corners of all ranks
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
+
+  /// Whether the springs of a colour keep lengths.
+  bool acts(Colour colour) const { return layers == 2 || colour == Colour::blue; }
 };
 
 }  // namespace surface

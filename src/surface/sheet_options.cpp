@@ -6,9 +6,17 @@ namespace pellicle {
 inline namespace surface {
 
 void describe(OptionTable& table, SheetOptions& options) {
+  table.add("sheet.layers", options.layers)
+      .range(1, 2)
+      .help(
+          "2: the body-centred-square shell; 1: a net of the blue springs alone, cloth without any resistance to "
+          "bending "
+          "and shear, whose lattice points are the centres of the cells and leave their mass to the corners")
+      .source("burning paper, section 3.2");
   table.add("sheet.thickness", options.thickness)
       .unit("m")
       .at_least(0)
+      .acts_with({"sheet.layers: 2", [&options] { return options.layers == 2; }})
       .help(
           "distance of the lattice points from the layer of the corner points; a quarter of a cell gives fine "
           "crumples, a half folds")

@@ -19,6 +19,7 @@ inline const std::vector<std::string>& names_of(Partitioner) {
 
 /// How a mesh becomes a distributed shell.
 struct SheetOptions {
+  int layers = 2;               ///< see Sheet::layers
   double thickness = 2.5e-3;    ///< offset of the lattice points along the normal [m]
   double areal_density = 0.08;  ///< [kg/m^2]
   bool is_one_surface = false;  ///< lattice points lie between their corners, not `thickness` above

@@ -48,7 +48,7 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
       place += position(k) / 4;
     }
     MeshRows::Point& lattice = mesh.data(cell);
-    const double offset = options.is_one_surface ? 0 : options.thickness;
+    const double offset = options.is_one_surface || options.layers == 1 ? 0 : options.thickness;
     lattice.mass = options.areal_density * area.norm() / 2;
     Eigen::Map<Eigen::Vector3d>(lattice.position.data()) = place + offset * area.normalized();
   }
@@ -69,8 +69,9 @@ void add_corner_masses(Distribution& mesh) {
 }
 
 /// @param rows those of a sheet
-LoadedSheet assembled(const Distribution& rows, const SheetIds& ids) {
+LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const SheetOptions& options) {
   AssembledShell shell = assemble_shell(rows);
+  shell.sheet.layers = options.layers;
   shell.sheet.first_lattice_id = ids.first_lattice_id;
   shell.sheet.id_end = ids.id_end;
   std::vector<PetscInt> cells;
@@ -93,13 +94,13 @@ Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
   const SheetIds ids = number_lattice(distribution);
   place_lattice(distribution, options);
   add_corner_masses(distribution);
-  return assembled(distribution, ids).sheet;
+  return assembled(distribution, ids, options).sheet;
 }
 
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options) {
   Distribution distribution(comm, std::move(rows), shell_layers, Numbering::by_id, options);
   place_lattice(distribution, options);
-  return assembled(distribution, ids);
+  return assembled(distribution, ids, options);
 }
 
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "surface/one_layer.h"
 #include "surface/shell.h"
 
 namespace pellicle {
@@ -55,6 +56,9 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       bodies_(options.bodies),
       chambers_(sheet, options.gas, options.chambers),
       start_(sheet.particles, 3) {
+  if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
+    throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
+  }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
   } else {
@@ -223,7 +227,9 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   Field::Values v = state.velocity.values();
   start_.values() = x;
   held_ = pins_.pinned();
-  const std::vector<double> mass(state.mass.data(), state.mass.data() + sheet_.particles.local());
+  const std::vector<double> mass =
+      sheet_.layers == 1 ? corner_masses(sheet_, state.mass)
+                         : std::vector<double>(state.mass.data(), state.mass.data() + sheet_.particles.local());
   {
     const auto timer = clock_.time("external force");  // eq. 8 and 9
     if (air_) {
@@ -232,7 +238,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     v.colwise() += h * options_.force.gravity;
     v *= std::exp(-options_.force.damping * h);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      if (state.mass.data()[i] == 0) {
+      if (mass[static_cast<std::size_t>(i)] == 0) {
         held_[static_cast<std::size_t>(i)] = true;
         v.col(i).setZero();
       }
@@ -274,6 +280,10 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     }
   }
   bodies_.correct_velocities(state.velocity, state.position, contact);
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state.position);
+    follow_corners(sheet_, state.velocity);
+  }
   result.contacts = contacts;
   return result;
 }

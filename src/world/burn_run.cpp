@@ -94,6 +94,9 @@ ParticleFields derive(const Sheet& sheet, const State& state) {
   fields.mass_ratio_of_layers = mass_ratio_of_layers(sheet, state.mass);
   Field sum(sheet.particles, 2);  // of squared strains, and how many
   for (const Colour colour : all_colours) {
+    if (!sheet.acts(colour)) {
+      continue;
+    }
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
       if (!state.living.springs[static_cast<std::size_t>(colour)][static_cast<std::size_t>(s)]) {

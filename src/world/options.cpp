@@ -178,7 +178,8 @@ void describe(OptionTable& table, Options& options) {
             "compares the fields; 0: an ordinary run");
   });
   // A balloon has one layer of particles. What has gas in it is not numbered anew: what has died stays where it is.
-  for (const char* key : {"sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
+  table.find_key("sheet.layers")->acts_with(one_of("dynamics", options.dynamics, {Dynamics::projection}));
+  for (const char* key : {"sheet.layers", "sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
                           "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {
     table.find_key(key)->acts_with(burns);
   }

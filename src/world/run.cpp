@@ -25,6 +25,9 @@ namespace {
 std::string spring_line(const Sheet& sheet) {
   std::string line = "springs:";
   for (const Colour colour : all_colours) {
+    if (!sheet.acts(colour)) {
+      continue;
+    }
     line += std::string(" ") + colour_names[static_cast<std::size_t>(colour)] + " " +
             std::to_string(sheet.of(colour).layout.global);
   }

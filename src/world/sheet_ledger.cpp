@@ -85,37 +85,15 @@ void SheetLedger::save(Hdf5File& checkpoint) const {
 
 void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& chambers, const BurnStep& step, double h,
                       int retries) {
-  // Sums over the owned springs, then over the ranks.
-  enum Sum {
-    contacts,
-    strain,
-    springs = strain + 4,  // that live
-    count = springs + 4
-  };
-  std::array<double, count> sums{};
-  std::array<double, 4> maxima{};  // strain of each colour
-  sums[contacts] = static_cast<double>(step.contacts);
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    const std::vector<double> all = strains(sheet.of(colour), state, colour);
-    for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
-      const double value = std::abs(all[static_cast<std::size_t>(s)]);
-      sums[strain + index] += value * value;
-      sums[springs + index] += state.living.springs[index][static_cast<std::size_t>(s)] ? 1 : 0;
-      maxima[index] = std::max(maxima[index], value);
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, sheet.comm());
-  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 4, MPI_DOUBLE, MPI_MAX, sheet.comm());
-
-  std::vector<double> own{step.constraint_error, sums[contacts], static_cast<double>(step.heat_iterations),
-                          static_cast<double>(step.dynamics_iterations)};
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    own.push_back(maxima[index]);
-    own.push_back(std::sqrt(sums[strain + index] / std::max(1.0, sums[springs + index])));
-  }
+  PetscInt contacts = step.contacts;
+  MPI_Allreduce(MPI_IN_PLACE, &contacts, 1, MPIU_INT, MPI_SUM, sheet.comm());
   const NetStrain net = net_strain(sheet, state.position, state.target_length, state.living);
+  std::vector<double> own{step.constraint_error, static_cast<double>(contacts),
+                          static_cast<double>(step.heat_iterations), static_cast<double>(step.dynamics_iterations)};
+  for (std::size_t colour = 0; colour < 4; ++colour) {
+    own.push_back(net.largest_of[colour]);
+    own.push_back(net.rms_of[colour]);
+  }
   own.insert(own.end(),
              {net.largest, static_cast<double>(net.ids[0]), static_cast<double>(net.ids[1]), net.place[0], net.place[1],
               net.place[2], net.mean, static_cast<double>(step.newton_iterations), step.force_residual});

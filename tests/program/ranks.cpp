@@ -55,6 +55,15 @@ TEST_F(RanksTest, StorageOfTheMatricesDoesNotMatter) {
   }
 }
 
+TEST_F(RanksTest, OneLayerThatBurnsAway) {
+  const Arguments one_layer = Arguments{"-sheet_layers", "1"} + burning_away;
+  const DrawnFrame one = run(1, burning_scene, one_layer);
+  EXPECT_LT(range_of(one.points.at("mass_ratio")).first, 0.7);
+  for (const int ranks : {2, 3}) {
+    expect_same_remains(one, run(ranks, burning_scene, one_layer), 1e-5, std::to_string(ranks) + " ranks");
+  }
+}
+
 TEST_F(RanksTest, RanksWithoutCells) {
   // Three cells, the last of them over the ball's top; the spot heats the first.
   const Arguments strip{"-mesh_cells", "3,1", "-mesh_size", "0.6,0.2", "-sheet_perturbation", "0"};

@@ -1,0 +1,40 @@
+#include "surface/one_layer.h"
+
+#include <algorithm>
+#include <array>
+
+namespace pellicle {
+inline namespace surface {
+
+std::vector<double> corner_masses(const Sheet& sheet, const Field& mass) {
+  Field sum(sheet.particles, 1);
+  sum.values() = mass.values();
+  const auto has_left = [&mass](PetscInt corner) { return mass.data()[corner] == 0; };
+  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+    const std::array<PetscInt, 4>& corners = sheet.cells[cell];
+    const auto left = std::count_if(corners.begin(), corners.end(), has_left);
+    for (const PetscInt corner : corners) {
+      if (!has_left(corner)) {
+        sum.data()[corner] += mass.data()[sheet.lattice[cell]] / static_cast<double>(4 - left);
+      }
+    }
+  }
+  // Local cells are all that an owned corner belongs to; a ghost misses some.
+  sum.update_ghosts();
+  std::vector<double> result(sum.data(), sum.data() + sheet.particles.local());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = sheet.is_lattice[i] ? 0 : result[i];
+  }
+  return result;
+}
+
+void follow_corners(const Sheet& sheet, Field& values) {
+  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+    const auto& [a, b, c, d] = sheet.cells[cell];
+    values.vector(sheet.lattice[cell]) =
+        (values.vector(a) + values.vector(b) + values.vector(c) + values.vector(d)) / 4;
+  }
+}
+
+}  // namespace surface
+}  // namespace pellicle

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "parallel/field.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace surface {
+
+// A sheet of one layer (Sheet::layers): its corners move, and the lattice points are the centres of their cells.
+
+/// What moves of each local particle [kg]: a corner together with its shares of the lattice points round it, each of
+/// which falls to those corners of its cell that have not left; 0 of lattice points. Collective.
+/// @param mass ghosts up to date, (1 x local) [kg]
+std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
+
+/// Gives the lattice points the mean of their cells' corners. Not collective.
+/// @param values (3 x local), ghosts up to date before and after
+void follow_corners(const Sheet& sheet, Field& values);
+
+}  // namespace surface
+}  // namespace pellicle

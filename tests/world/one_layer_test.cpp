@@ -1,0 +1,88 @@
+// A sheet of one layer: a net of blue springs.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.h"
+#include "projection/net_strain.h"
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/solver_options.h"
+#include "world/burn.h"
+
+namespace pellicle::one_layer_test {
+namespace {
+
+struct Net {
+  explicit Net(Options given)
+      : options(std::move(given)),
+        sheet(make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 6, 0.1), options.sheet)),
+        clock(Burn::stage_names()),
+        burn(sheet, options, clock),
+        state(burn.initial_state()) {}
+
+  void advance(int steps) {
+    for (int step = 0; step < steps; ++step) {
+      const BurnStep result = burn.advance(state, 2e-3);
+      ASSERT_TRUE(result.converged) << "step " << step + 1 << ": " << result.reason;
+    }
+  }
+
+  Options options;
+  Sheet sheet;
+  StageClock clock;
+  Burn burn;
+  State state;
+};
+
+Options net_options() {
+  Options options;
+  options.sheet.layers = 1;
+  options.force.damping = 0;
+  options.project.ksp_rtol = 1e-10;
+  return options;
+}
+
+TEST(OneLayerNet, FallsFreely) {
+  Net net(net_options());
+  net.advance(50);
+  for (PetscInt i = 0; i < net.sheet.particles.local(); ++i) {
+    EXPECT_LE((net.state.velocity.vector(i) - Eigen::Vector3d(0, 0, -0.981)).norm(), 1e-9);
+  }
+}
+
+TEST(OneLayerNet, DoesNotResistShear) {
+  // The lower side is held, the upper one is led along it: the cells become rhombs of the same sides.
+  Options options = net_options();
+  options.force.gravity.setZero();
+  options.pins["below"].box = {-1, -0.01, -1, 2, 0.01, 1};
+  options.pins["above"].box = {-1, 0.59, -1, 2, 0.61, 1};
+  const double angle = 0.5;
+  for (int k = 0; k <= 50; ++k) {
+    const double a = angle * k / 50;
+    options.pins["above"].path.push_back({0.002 * k, 0.6 * std::sin(a), 0.6 * (std::cos(a) - 1), 0});
+  }
+  Net net(options);
+  net.advance(50);
+  const NetStrain strain = net_strain(net.sheet, net.state.position, net.state.target_length, net.state.living);
+  EXPECT_LE(strain.largest, 0.01);
+  EXPECT_EQ(strain.largest_of[static_cast<std::size_t>(Colour::yellow)], 0) << "does not act";
+  for (std::size_t cell = 0; cell < net.sheet.cells.size(); ++cell) {
+    const auto& [a, b, c, d] = net.sheet.cells[cell];
+    const Field& x = net.state.position;
+    const double diagonal = (x.vector(a) - x.vector(c)).norm();
+    EXPECT_NEAR(diagonal, 0.2 * std::cos(M_PI / 4 - angle / 2), 5e-3);
+    EXPECT_LE((x.vector(net.sheet.lattice[cell]) - (x.vector(a) + x.vector(b) + x.vector(c) + x.vector(d)) / 4).norm(),
+              1e-14);
+  }
+}
+
+TEST(OneLayerNet, HasNoHookeSprings) {
+  Options options = net_options();
+  options.dynamics = Dynamics::spring;
+  EXPECT_THROW(Net{options}, Error);
+}
+
+}  // namespace
+}  // namespace pellicle::one_layer_test
