@@ -118,7 +118,14 @@ void describe(OptionTable& table, ElasticOptions& options) {
       .range(1e-12, 1)
       .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add("elastic.mat_type", options.mat_type)
-      .help("tangent of Newton's method: shell: matrix-free; baij, aij, sbaij: assembled");
+      .help(
+          "matrix from which the preconditioner is made, and which is kept while it serves; shell: none, and pbjacobi. "
+          "The products of Newton's tangent need no matrix");
+  table.add("elastic.patch_size", options.patch_size)
+      .at_least(4)
+      .help(
+          "the default preconditioner, pc_type mg, takes out the rigid motions of patches of about so many particles; "
+          "pc_type pbjacobi: the blocks of the diagonal alone");
   table.add_solver_prefix("elastic_");
 }
 

@@ -53,7 +53,8 @@ struct ElasticOptions {
   std::string solver_prefix = "elastic_";
   int newton_iterations = 30;      ///< at most
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
-  Choice<TangentMatrix> mat_type = TangentMatrix::shell;
+  Choice<TangentMatrix> mat_type = TangentMatrix::baij;
+  int patch_size = 64;  ///< of the preconditioner, see RigidPatches
 };
 
 void describe(OptionTable& table, ElasticOptions& options);

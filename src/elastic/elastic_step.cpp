@@ -90,14 +90,21 @@ ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, doub
   MPI_Allreduce(MPI_IN_PLACE, &squares[0], 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
   MPI_Allreduce(&place, &squares[1], 1, MPI_DOUBLE, MPI_MAX, sheet.comm());
   rounding_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(squares[0]) * squares[1];
-  tangent_ = std::make_unique<Tangent>(sheet.particles, potentials_, projectors_of(pinned), options.mat_type,
-                                       options.solver_prefix);
+  const std::vector<Eigen::Matrix3d> projectors = projectors_of(pinned);
+  tangent_ = std::make_unique<Tangent>(sheet.particles, potentials_, projectors, TangentMatrix::shell, "");
+  if (options.mat_type != TangentMatrix::shell) {
+    assembled_ =
+        std::make_unique<Tangent>(sheet.particles, potentials_, projectors, options.mat_type, options.solver_prefix);
+  }
   KspDefaults defaults;
-  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : PCPBJACOBI;
+  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : PCMG;
   defaults.rtol = 1e-2;
   defaults.max_iterations = 10000;
   defaults.fields = {"x", "y", "z"};
-  solver_ = make_ksp(tangent_->matrix(), tangent_->matrix(), options.solver_prefix, defaults);
+  Mat preconditioning = (assembled_ != nullptr ? assembled_ : tangent_)->matrix();
+  solver_ = make_ksp(tangent_->matrix(), preconditioning, options.solver_prefix, defaults);
+  patches_ = RigidPatches::of(solver_, preconditioning, {sheet.particles, sheet.rest, sheet.triangles, projectors},
+                              options.patch_size);
   check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
 }
 
@@ -178,6 +185,18 @@ std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::v
   return {std::sqrt(squares[0]), std::sqrt(*std::max_element(squares.begin() + 1, squares.end()))};
 }
 
+void ElasticStep::renew_preconditioner(const Field& positions) {
+  const bool is_due = lag_.due(solver_);
+  if (is_due) {
+    assembled_->update(positions, Curvature::positive);
+    lag_.renewed();
+    if (patches_) {
+      patches_->renew();
+    }
+  }
+  check(KSPSetReusePreconditioner(solver_, is_due ? PETSC_FALSE : PETSC_TRUE));
+}
+
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
   begin_step(positions, input);
   ElasticResult result;
@@ -204,6 +223,9 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
       return result;
     }
     tangent_->update(positions, Curvature::positive);
+    if (assembled_ != nullptr) {
+      renew_preconditioner(positions);
+    }
     double* values = nullptr;
     check(VecGetArrayWrite(residual_, &values));
     Eigen::Map<Eigen::Matrix3Xd>(values, 3, gradient_.cols()) = gradient_;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "base/stage_result.h"
@@ -10,6 +11,8 @@
 #include "elastic/spring_potential.h"
 #include "parallel/field.h"
 #include "solvers/ksp.h"
+#include "solvers/preconditioner_lag.h"
+#include "solvers/rigid_patches.h"
 #include "solvers/tangent.h"
 
 namespace pellicle {
@@ -82,6 +85,7 @@ class ElasticStep {
  private:
   void begin_step(const Field& positions, const ElasticInput& input);
   double value(const Field& x) const;
+  void renew_preconditioner(const Field& positions);
   /// Fills gradient_ and @returns its norm, and the largest norm of a part of it. Collective.
   std::array<double, 2> compute_gradient(const Field& x, const std::vector<bool>& held);
 
@@ -96,9 +100,12 @@ class ElasticStep {
   BendingPotential bending_;
   InertiaPotential inertia_;
   std::vector<Potential*> potentials_;
-  std::unique_ptr<Tangent> tangent_;
+  std::unique_ptr<Tangent> tangent_;    ///< matrix-free
+  std::unique_ptr<Tangent> assembled_;  ///< an earlier one, from which the preconditioner is made
+  PreconditionerLag lag_;
   double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
   KspHandle solver_;
+  std::optional<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;

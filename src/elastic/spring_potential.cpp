@@ -11,7 +11,7 @@ inline namespace elastic {
 
 SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
   const PetscInt owned = sheet.particles.owned;
-  for (const Colour colour : all_colours) {
+  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
     const SpringSet& set = sheet.of(colour);
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto [a, b] = set.ends[s];
@@ -31,7 +31,8 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
 void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
                           const std::array<std::vector<double>, 4>& length) {
   auto spring = springs_.begin();
-  for (std::size_t colour = 0; colour < 4; ++colour) {
+  for (const Colour colour_of_spring : {Colour::red, Colour::green, Colour::blue}) {
+    const auto colour = static_cast<std::size_t>(colour_of_spring);
     for (const std::size_t s : number_[colour]) {
       spring->stiffness = stiffness[colour][s];
       spring->length = length[colour][s];

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "equilibrium/step_potential.h"
-#include "prism/rigid_patches.h"
 #include "solvers/bordered_system.h"
 #include "solvers/newton.h"
+#include "solvers/rigid_patches.h"
 
 namespace pellicle {
 inline namespace equilibrium {

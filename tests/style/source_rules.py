@@ -13,7 +13,7 @@ MAY_INCLUDE = {
     "base": set(),
     "geometry": set(),
     "parallel": {"base"},
-    "solvers": {"base", "parallel"},
+    "solvers": {"base", "geometry", "parallel"},
     "meshing": {"base", "geometry"},
     "surface": FLOOR | {"meshing"},
     "state": FLOOR,

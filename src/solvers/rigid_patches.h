@@ -3,16 +3,26 @@
 #include <petscksp.h>
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "base/handle.h"
-#include "surface/membrane.h"
+#include "parallel/layout.h"
+#include "solvers/preconditioner_lag.h"
 
 namespace pellicle {
-inline namespace prism {
+inline namespace solvers {
 
-/// The coarse level of a two-level preconditioner (PCMG) for the wall of a balloon.
+/// Vertices and what joins them, as far as the patches need to know; all must outlive the call that has it.
+struct PatchedNet {
+  const Layout& vertices;
+  const Eigen::Matrix3Xd& rest;                           ///< of the local ones [m]
+  const std::vector<std::array<PetscInt, 3>>& triangles;  ///< local vertices of each
+  const std::vector<Eigen::Matrix3d>& projectors;         ///< on the directions in which each local vertex may move
+};
+
+/// The coarse level of a two-level preconditioner (PCMG) for the tangent of a wall or a sheet.
 ///
 /// METIS gathers the vertices of each rank in patches, and each patch moves as a rigid body. The wall resists such
 /// motions only where patches meet, which is why point-wise preconditioners hardly see them; with the coarse level the
@@ -22,16 +32,14 @@ class RigidPatches {
  public:
   /// Gives the solver's PCMG its levels, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
   /// Collective.
-  /// @param projectors on the directions in which each local vertex may move
   /// @param patch_size about so many vertices a patch
   /// @returns none if the solver has another preconditioner. Solver and tangent must outlive the patches.
   /// @throws Error unless the tangent is BAIJ or AIJ
-  static std::optional<RigidPatches> of(KSP solver, Mat tangent, const Membrane& membrane,
-                                        const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
+  static std::optional<RigidPatches> of(KSP solver, Mat tangent, const PatchedNet& net, int patch_size);
 
   /// Whether solves with the present coarse level have taken so many more iterations than the shortest of them that a
   /// new one would have been cheaper, or there is none yet. To be asked once after each solve.
-  bool due();
+  bool due() { return lag_.due(solver_); }
 
   /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
   void renew();
@@ -46,9 +54,8 @@ class RigidPatches {
   MatHandle interpolation_;  ///< (3 vertices x at most 6 patches)
   MatHandle coarse_;         ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
-  PetscInt fewest_iterations_ = 0;  ///< of the solves with the present coarse level
-  PetscInt wasted_iterations_ = 0;  ///< of its solves beyond the fewest
+  PreconditionerLag lag_;
 };
 
-}  // namespace prism
+}  // namespace solvers
 }  // namespace pellicle

@@ -1,4 +1,4 @@
-#include "prism/rigid_patches.h"
+#include "solvers/rigid_patches.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,18 +9,15 @@
 #include "parallel/partition.h"
 
 namespace pellicle {
-inline namespace prism {
+inline namespace solvers {
 
 namespace {
 
-/// Iterations that cost about as much as a new coarse level.
-constexpr PetscInt worth_renewing = 50;
-
 /// Owned vertices joined by the edges of the elements.
-CellGraph vertex_graph(const Membrane& membrane) {
-  const PetscInt owned = membrane.particles.owned;
+CellGraph vertex_graph(const PatchedNet& net) {
+  const PetscInt owned = net.vertices.owned;
   std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(owned));
-  for (const auto& triangle : membrane.triangles) {
+  for (const auto& triangle : net.triangles) {
     for (const PetscInt a : triangle) {
       for (const PetscInt b : triangle) {
         if (a < owned && b < owned && a != b) {
@@ -57,30 +54,30 @@ Eigen::MatrixXd independent_motions(const Eigen::Matrix<double, 6, 6>& gram) {
 
 /// What the rigid motions of the patches, shifts and turns, do to the vertices of this rank: (3 owned x at most 6
 /// patches), AIJ. Collective.
-MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
-  const PetscInt owned = membrane.particles.owned;
+MatHandle motions_of_patches(const PatchedNet& net, int patch_size) {
+  const PetscInt owned = net.vertices.owned;
   const int patches = (static_cast<int>(owned) + patch_size - 1) / patch_size;
   std::vector<int> patch;
-  together(membrane.comm(), [&] { patch = partition_with_metis(vertex_graph(membrane), patches); });
+  together(net.vertices.comm, [&] { patch = partition_with_metis(vertex_graph(net), patches); });
   const auto patch_of = [&patch](PetscInt i) { return static_cast<std::size_t>(patch[static_cast<std::size_t>(i)]); };
   Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, patches);
   Eigen::VectorXd count = Eigen::VectorXd::Zero(patches);
   for (PetscInt i = 0; i < owned; ++i) {
-    centre.col(patch[static_cast<std::size_t>(i)]) += membrane.rest.col(i);
+    centre.col(patch[static_cast<std::size_t>(i)]) += net.rest.col(i);
     count[patch[static_cast<std::size_t>(i)]] += 1;
   }
   centre.array().rowwise() /= count.transpose().array().max(1);
   Eigen::VectorXd radius = Eigen::VectorXd::Zero(patches);  // so that turns and shifts are of like size
   for (PetscInt i = 0; i < owned; ++i) {
     const int p = patch[static_cast<std::size_t>(i)];
-    radius[p] = std::max(radius[p], (membrane.rest.col(i) - centre.col(p)).norm());
+    radius[p] = std::max(radius[p], (net.rest.col(i) - centre.col(p)).norm());
   }
   const auto motion_of = [&](PetscInt i) {
     const int p = patch[static_cast<std::size_t>(i)];
     Eigen::Matrix<double, 3, 6> motion;
     motion << Eigen::Matrix3d::Identity(),
-        -cross_matrix(membrane.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
-    return Eigen::Matrix<double, 3, 6>(projectors[static_cast<std::size_t>(i)] * motion);
+        -cross_matrix(net.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
+    return Eigen::Matrix<double, 3, 6>(net.projectors[static_cast<std::size_t>(i)] * motion);
   };
 
   std::vector<Eigen::Matrix<double, 6, 6>> gram(static_cast<std::size_t>(patches), Eigen::Matrix<double, 6, 6>::Zero());
@@ -95,8 +92,8 @@ MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::
   }
 
   MatHandle interpolation;
-  check(MatCreateAIJ(membrane.comm(), 3 * owned, first_columns.back(), PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr, 0,
-                     nullptr, interpolation.create()));
+  check(MatCreateAIJ(net.vertices.comm, 3 * owned, first_columns.back(), PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr,
+                     0, nullptr, interpolation.create()));
   check(MatSetOption(interpolation, MAT_IGNORE_ZERO_ENTRIES, PETSC_TRUE));
   PetscInt first_column = 0;
   check(MatGetOwnershipRangeColumn(interpolation, &first_column, nullptr));
@@ -105,7 +102,7 @@ MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::
     PetscInt rows[3];
     PetscInt columns[6];
     for (int k = 0; k < 3; ++k) {
-      rows[k] = 3 * (membrane.particles.first + i) + k;
+      rows[k] = 3 * (net.vertices.first + i) + k;
     }
     for (int k = 0; k < 6; ++k) {
       columns[k] = first_column + first_columns[patch_of(i)] + k;
@@ -120,8 +117,7 @@ MatHandle motions_of_patches(const Membrane& membrane, const std::vector<Eigen::
 
 }  // namespace
 
-std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Membrane& membrane,
-                                             const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
+std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const PatchedNet& net, int patch_size) {
   PC pc = nullptr;
   PetscBool is_multigrid = PETSC_FALSE;
   check(KSPGetPC(solver, &pc));
@@ -144,12 +140,13 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Memb
   check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(tangent), &is_whole, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ,
                                   MATMPIBAIJ, ""));
   if (is_whole == PETSC_FALSE) {
-    throw Error("-prism_pc_type mg: needs all entries of the matrix, expected prism.mat_type baij or aij");
+    throw Error("-" + std::string(prefix) +
+                "pc_type mg: needs all entries of the matrix, expected mat_type baij or aij");
   }
   RigidPatches patches;
   patches.solver_ = solver;
   patches.tangent_ = tangent;
-  patches.interpolation_ = motions_of_patches(membrane, projectors, patch_size);
+  patches.interpolation_ = motions_of_patches(net, patch_size);
   KSP smoother = nullptr;
   PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
@@ -163,22 +160,8 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Memb
   return patches;
 }
 
-bool RigidPatches::due() {
-  PetscInt iterations = 0;
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-  check(KSPGetIterationNumber(solver_, &iterations));
-  check(KSPGetConvergedReason(solver_, &reason));
-  if (coarse_ != nullptr && reason > 0) {
-    fewest_iterations_ = std::min(fewest_iterations_, iterations);
-    wasted_iterations_ += iterations - fewest_iterations_;
-    return wasted_iterations_ >= worth_renewing;
-  }
-  return true;
-}
-
 void RigidPatches::renew() {
-  fewest_iterations_ = PETSC_MAX_INT;
-  wasted_iterations_ = 0;
+  lag_.renewed();
   const MatReuse reuse = coarse_ == nullptr ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX;
   Mat rows = tangent_;
   PetscBool is_aij = PETSC_FALSE;
@@ -194,7 +177,8 @@ void RigidPatches::renew() {
 void RigidPatches::forget_pattern() {
   rows_ = {};
   coarse_ = {};
+  lag_.forget();
 }
 
-}  // namespace prism
+}  // namespace solvers
 }  // namespace pellicle
