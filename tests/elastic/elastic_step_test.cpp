@@ -136,7 +136,7 @@ TEST(ElasticStepTest, a_hanging_strip_stretches_by_half_its_weight) {
 TEST(ElasticStepTest, a_sheared_strip_slides_by_its_length_over_the_shear_stiffness) {
   SheetMaterial material;
   material.shear_stiffness = 200;
-  material.bending_stiffness = 1;  // it is not to buckle
+  material.bending_stiffness = 1;                                          // it is not to buckle
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(4, 40, 0.05));  // 0.2 m long between its clamps, 2 m wide
   Motion motion(sheet, material, tight(), left_edge);
   for (int n = 0; n < 40; ++n) {
