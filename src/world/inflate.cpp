@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "combustion/combustion.h"
 #include "equilibrium/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/textures.h"

@@ -18,6 +18,7 @@
 #include "state/mesh_tables.h"
 #include "surface/shell.h"
 #include "world/load_mesh.h"
+#include "world/object.h"
 
 namespace pellicle {
 inline namespace world {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/object_tables.h"
 #include "base/options.h"
 
 namespace pellicle {
