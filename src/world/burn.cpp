@@ -195,20 +195,35 @@ DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& ma
 
 /// Adds what the gas does in a step to velocities, and to positions that these have moved: h W g p, with the volume's
 /// gradient g there, the inverse masses W of what is not held, and the pressure p at the volume to which p itself leads
-/// (implicit Euler along g), so that stiff gas in a small chamber asks for no shorter steps. Collective.
-void Burn::push_by_gas(State& state, double h) {
+/// (implicit Euler along g), so that stiff gas in a small chamber asks for no shorter steps. Of a sheet of one layer
+/// the corners feel what acts on the centres of their cells. Collective.
+/// @param mass of the local particles, of those that move [kg]
+void Burn::push_by_gas(State& state, const std::vector<double>& mass, double h) {
   if (chambers_.count() == 0) {
     return;
   }
   chambers_.set_living(state.living.triangles);
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state.position);
+  }
   const Eigen::VectorXd volumes = chambers_.volumes(state.position);
   Field push(sheet_.particles, 3);  // h W g p [m/s]
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    const Eigen::Matrix3Xd gradient = chambers_.volume_gradient(chamber, state.position);
+    Field by_particle(sheet_.particles, 3);
+    by_particle.values().leftCols(sheet_.particles.owned) = chambers_.volume_gradient(chamber, state.position);
+    if (sheet_.layers == 1) {
+      by_particle.update_ghosts();
+      for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+        for (const PetscInt corner : sheet_.cells[cell]) {
+          by_particle.vector(corner) += by_particle.vector(sheet_.lattice[cell]) / 4;
+        }
+      }
+    }
+    const auto gradient = by_particle.values().leftCols(sheet_.particles.owned);
     Eigen::Matrix3Xd moved = Eigen::Matrix3Xd::Zero(3, gradient.cols());  // h W g
     for (Eigen::Index i = 0; i < gradient.cols(); ++i) {
       if (!held_[static_cast<std::size_t>(i)]) {
-        moved.col(i) = h / state.mass.data()[i] * gradient.col(i);
+        moved.col(i) = h / mass[static_cast<std::size_t>(i)] * gradient.col(i);
       }
     }
     double compliance = h * moved.cwiseProduct(gradient).sum();
@@ -248,7 +263,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     }
     x += h * v;
     pins_.impose(state.position, state.time + h);
-    push_by_gas(state, h);
+    push_by_gas(state, mass, h);
   }
   const Eigen::MatrixXd unconstrained = x;
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};

@@ -96,6 +96,15 @@ TEST_F(SheetGasTest, EveryLawIsReachedWhereThePaperCanFollow) {
   EXPECT_NEAR(history().at("gas_pressure").back() * history().at("gas_volume_ratio").back(), 300, 1e-6);
 }
 
+TEST_F(SheetGasTest, ASheetOfOneLayerResistsNothing) {
+  for (const int ranks : {1, 2}) {
+    run(ranks, "chambers: {air: {law: adiabatic, amount_ratio: [[0, 1], [0.2, 0.9]]}}\n",
+        {"-sheet_layers", "1", "-mesh_level", "3", "-time_step", "10 ms", "-sheet_perturbation", "0.05"});
+    EXPECT_NEAR(history().at("gas_volume_ratio").back(), std::pow(0.9, 1 / 1.4), 1e-3);
+    EXPECT_NEAR(history().at("gas_pressure").back(), 0, 1e-3 * 101325);
+  }
+}
+
 TEST_F(SheetGasTest, TheRunEndsWithTheHoleOnAnyRanks) {
   const std::regex line("ended at .*: (chamber air is open: element [0-9]+ at \\(.*\\) m has burnt through)\n");
   std::string end;
