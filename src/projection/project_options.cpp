@@ -36,6 +36,12 @@ std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order) {
 }
 
 void describe(OptionTable& table, ProjectOptions& options) {
+  table.add("project.method", options.method)
+      .help(
+          "successive: the colours one after the other, the paper's; joint: all springs in one system, softened by the "
+          "shift, whose iterations begin where the last step's ended: no colour wins, and forces go through the sheet "
+          "within a step, which one that hangs needs")
+      .source("burning paper, section 7.1");
   table.add("project.max_steps", options.max_steps)
       .at_least(1)
       .help("projection steps in a time step; each projects the four colours in turn")
@@ -99,6 +105,8 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .help("print ||C|| of each colour and of all after each projection step, and write them to projection.csv")
       .source("burning paper, Fig. 8");
   table.add_solver_prefix("project_", {"red_", "green_", "blue_", "yellow_"});
+  table.add_under(one_of("project.method", options.method, {ProjectMethod::joint}),
+                  [&] { table.add_solver_prefix("project_joint_"); });
 }
 
 }  // namespace projection

@@ -28,6 +28,13 @@ inline const std::vector<std::string>& names_of(GramPins) {
   return names;
 }
 
+/// Whether the colours are projected one after the other, or all springs at once.
+enum class ProjectMethod { successive, joint };
+inline const std::vector<std::string>& names_of(ProjectMethod) {
+  static const std::vector<std::string> names{"successive", "joint"};
+  return names;
+}
+
 enum class GramFormat { lines, aij, sell, shell };
 inline const std::vector<std::string>& names_of(GramFormat) {
   static const std::vector<std::string> names{"lines", "aij", "sell", "shell"};
@@ -44,6 +51,7 @@ std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order);
 struct ProjectOptions {
   /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "project_";
+  Choice<ProjectMethod> method = ProjectMethod::successive;
   int max_steps = 7;        ///< full projection steps, each of the four colours in turn
   double threshold = 1e-7;  ///< of ||C|| over all springs [m]
   double error_limit = 1;   ///< of ||C|| / ||l||, beyond which the projection has failed

@@ -19,6 +19,9 @@ double global_sum(MPI_Comm comm, double value) {
   return value;
 }
 
+// Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
+constexpr double inverse_mass_at_edges = 2;
+
 // Of springs beyond the strain limit.
 constexpr double aim = 0.8;           ///< share of the limit to which they are brought back
 constexpr double limit_shift = 1e-5;  ///< of their systems, in place of the options' if that is larger
@@ -72,6 +75,9 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
       std::transform(system.weight.begin(), system.weight.end(), spring_weight[index].begin(), system.weight.begin(),
                      std::multiplies<>());
     }
+  }
+  if (options.method == ProjectMethod::joint) {
+    joint_ = std::make_unique<JointGram>(sheet, colours_, options.solver_prefix + "joint_", options.ksp_rtol);
   }
 }
 
@@ -136,8 +142,6 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   System& system = systems_[index];
   Linearisation& constraint = system.linearisation;
   linearise(springs, x.data(), input.target_length[index], input.living.springs[index], constraint);
-  // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
-  constexpr double inverse_mass_at_edges = 2;
   const double shift = limit ? std::min(options_.shift, limit_shift) : options_.shift;
   system.gram->update(constraint.gradient, gram_inverse_mass_, shift,
                       options_.masses == GramMasses::actual ? std::optional(inverse_mass_at_edges) : std::nullopt);
@@ -158,25 +162,62 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
     return result;
   }
   system.gram->apply_transpose(constraint.gradient, system.lambda, displacement_);
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    x.vector(i) -= move_inverse_mass_[static_cast<std::size_t>(i)] * displacement_.col(i);
-  }
-  x.update_ghosts();
+  move(x);
   if (input.pull != nullptr) {
-    add_pull(system, springs, (*input.pull)[index]);
+    const double* lambda = nullptr;
+    check(VecGetArrayRead(system.lambda, &lambda));
+    add_pull(colour, lambda, (*input.pull)[index]);
+    check(VecRestoreArrayRead(system.lambda, &lambda));
   }
   return result;
 }
 
-void SuccessiveProjection::add_pull(const System& system, const SpringSet& springs, std::vector<double>& pull) const {
-  const double* lambda = nullptr;
-  check(VecGetArrayRead(system.lambda, &lambda));
+/// Moves the particles by `displacement_` times their inverse masses. Collective.
+void SuccessiveProjection::move(Field& x) {
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    x.vector(i) -= move_inverse_mass_[static_cast<std::size_t>(i)] * displacement_.col(i);
+  }
+  x.update_ghosts();
+}
+
+/// All colours in one solve. Collective.
+StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInput& input) {
+  std::array<const Eigen::Matrix3Xd*, 4> gradients{};
+  std::vector<double> errors;
+  for (const Colour colour : colours_) {
+    const auto index = static_cast<std::size_t>(colour);
+    System& system = systems_[index];
+    linearise(sheet_.of(colour), x.data(), input.target_length[index], input.living.springs[index],
+              system.linearisation);
+    gradients[index] = &system.linearisation.gradient;
+    for (std::size_t s = 0; s < system.weight.size(); ++s) {
+      errors.push_back(system.weight[s] * system.linearisation.error[static_cast<Eigen::Index>(s)]);
+    }
+  }
+  joint_->update(gradients, gram_inverse_mass_, options_.shift,
+                 options_.masses == GramMasses::actual ? inverse_mass_at_edges : 1);
+  const StageResult result = joint_->solve(errors);
+  if (!result.converged) {
+    return result;
+  }
+  joint_->apply_transpose(displacement_);
+  move(x);
+  for (const Colour colour : colours_) {
+    if (input.pull != nullptr) {
+      add_pull(colour, joint_->lambda(colour), (*input.pull)[static_cast<std::size_t>(colour)]);
+    }
+  }
+  return result;
+}
+
+void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::vector<double>& pull) const {
+  const SpringSet& springs = sheet_.of(colour);
+  const System& system = systems_[static_cast<std::size_t>(colour)];
   for (std::size_t s = 0; s < pull.size(); ++s) {
     const auto& [a, b] = springs.ends[s];
     pull[s] += (move_inverse_mass_[static_cast<std::size_t>(a)] + move_inverse_mass_[static_cast<std::size_t>(b)]) *
                system.linearisation.gradient.col(static_cast<Eigen::Index>(s)).norm() * lambda[s];
   }
-  check(VecRestoreArrayRead(system.lambda, &lambda));
 }
 
 ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInput& input) const {
@@ -255,7 +296,17 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   }
   // Negated, so that an error that is not a number is worked on, and fails, too.
   for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
-    for (const Colour colour : colours_) {
+    if (joint_ != nullptr) {
+      const StageResult solved = project_jointly(x, input);
+      result.iterations += solved.iterations;
+      if (!solved.converged) {
+        result.converged = false;
+        result.reason = solved.reason;
+        return result;
+      }
+      monitor(step, std::nullopt);
+    }
+    for (const Colour colour : joint_ == nullptr ? colours_ : std::vector<Colour>()) {
       const StageResult solved = project_colour(x, colour, input);
       result.iterations += solved.iterations;
       iterations_[static_cast<std::size_t>(colour)] += solved.iterations;

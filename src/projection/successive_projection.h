@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "projection/gram.h"
+#include "projection/joint_gram.h"
 #include "projection/line_elimination.h"
 #include "projection/project_options.h"
 #include "solvers/ksp.h"
@@ -39,6 +40,9 @@ struct ProjectionInput {
 /// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
 /// lengths, of a sheet of one layer the blue one alone, by one Newton step each, until ||C|| is below the threshold or
 /// all steps are used.
+///
+/// With the joint method each step is one Newton step of all colours together (JointGram), which begins with the
+/// multipliers of the last one.
 ///
 /// With a strain limit the springs of the net (blue and green) that are then strained by more than most of it are
 /// brought back, in as many further steps as the options allow: Newton's method for J delta = C(d) - C(l (1 +- 0.8
@@ -84,12 +88,16 @@ class SuccessiveProjection {
   /// @param limit if given, only what is strained beyond a share of it is corrected
   StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input,
                              std::optional<double> limit = std::nullopt);
+  StageResult project_jointly(Field& x, const ProjectionInput& input);
   StageResult limit_strain(Field& x, const ProjectionInput& input);
-  void add_pull(const System& system, const SpringSet& springs, std::vector<double>& pull) const;
+  void move(Field& x);
+  /// @param lambda of the owned springs of a colour
+  void add_pull(Colour colour, const double* lambda, std::vector<double>& pull) const;
 
   const Sheet& sheet_;
   ProjectOptions options_;
   std::array<System, 4> systems_;
+  std::unique_ptr<JointGram> joint_;       ///< of all springs, if the options ask for it
   std::vector<Colour> colours_;            ///< that act, in the order of projection
   std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
   std::vector<double> move_inverse_mass_;  ///< W of the displacement

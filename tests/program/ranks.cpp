@@ -64,6 +64,18 @@ TEST_F(RanksTest, OneLayerThatBurnsAway) {
   }
 }
 
+TEST_F(RanksTest, JointProjection) {
+  const Arguments joint{"-project_method",    "joint", "-project_shift",    "1e-3",
+                        "-project_max_steps", "1",     "-project_ksp_rtol", "1e-9"};
+  const DrawnFrame one = run(1, burning_scene, joint);
+  expect_burning_and_touch(one);
+  expect_same_fields(one, run(3, burning_scene, joint), 1e-5, "3 ranks");
+  const CommandResult verified = succeed(
+      2,
+      Arguments{(folder() / "scene.yaml").string(), "-verify_restart", "5", "-output_directory", "verified"} + joint);
+  EXPECT_NE(verified.output.find("fields are the same"), std::string::npos) << verified;
+}
+
 TEST_F(RanksTest, RanksWithoutCells) {
   // Three cells, the last of them over the ball's top; the spot heats the first.
   const Arguments strip{"-mesh_cells", "3,1", "-mesh_size", "0.6,0.2", "-sheet_perturbation", "0"};

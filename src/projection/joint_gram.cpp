@@ -1,0 +1,153 @@
+#include "projection/joint_gram.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "solvers/ksp.h"
+
+namespace pellicle {
+inline namespace projection {
+
+JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std::string& prefix, double rtol)
+    : sheet_(sheet), colours_(std::move(colours)), sum_(sheet.particles, 3) {
+  std::size_t unknowns = 0;
+  for (const Colour colour : colours_) {
+    offset_[static_cast<std::size_t>(colour)] = unknowns;
+    unknowns += static_cast<std::size_t>(sheet.of(colour).owned());
+  }
+  diagonal_.assign(unknowns, 1);
+  shift_.assign(unknowns, 0);
+  lambda_values_.assign(unknowns, 0);
+  const auto count = static_cast<PetscInt>(unknowns);
+  check(MatCreateShell(sheet.comm(), count, count, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
+  const auto product = [](Mat matrix, Vec in, Vec out) {
+    return as_petsc_callback([&] {
+      JointGram* self = nullptr;
+      const double* from = nullptr;
+      double* to = nullptr;
+      check(MatShellGetContext(matrix, &self));
+      check(VecGetArrayRead(in, &from));
+      check(VecGetArrayWrite(out, &to));
+      self->multiply(from, to);
+      check(VecRestoreArrayWrite(out, &to));
+      check(VecRestoreArrayRead(in, &from));
+    });
+  };
+  const auto diagonal = [](Mat matrix, Vec out) {
+    return as_petsc_callback([&] {
+      JointGram* self = nullptr;
+      double* values = nullptr;
+      check(MatShellGetContext(matrix, &self));
+      check(VecGetArrayWrite(out, &values));
+      std::copy(self->diagonal_.begin(), self->diagonal_.end(), values);
+      check(VecRestoreArrayWrite(out, &values));
+    });
+  };
+  PetscErrorCode (*product_function)(Mat, Vec, Vec) = product;
+  PetscErrorCode (*diagonal_function)(Mat, Vec) = diagonal;
+  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product_function)));
+  check(MatShellSetOperation(matrix_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product_function)));
+  check(MatShellSetOperation(matrix_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal_function)));
+  set_definite(matrix_);
+  set_matrix_options(matrix_, prefix);
+  KspDefaults defaults{KSPCG, PCJACOBI, rtol, 10000};
+  defaults.fields = {"lambda"};
+  ksp_ = make_ksp(matrix_, matrix_, prefix, defaults);
+  check(KSPSetInitialGuessNonzero(ksp_, PETSC_TRUE));
+  check(MatCreateVecs(matrix_, lambda_.create(), right_hand_side_.create()));
+  check(VecSet(lambda_, 0));
+}
+
+void JointGram::update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, const std::vector<double>& inverse_mass,
+                       double shift, double shift_inverse_mass) {
+  gradient_ = gradient;
+  inverse_mass_ = &inverse_mass;
+  double largest = 0;  // |gradient|^2
+  std::size_t row = 0;
+  for (const Colour colour : colours_) {
+    const SpringSet& springs = sheet_.of(colour);
+    const Eigen::Matrix3Xd& gradients = *gradient_[static_cast<std::size_t>(colour)];
+    for (PetscInt s = 0; s < springs.owned(); ++s, ++row) {
+      const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+      const double square = gradients.col(s).squaredNorm();
+      largest = std::max(largest, square);
+      diagonal_[row] = (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) * square;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  const double scale = largest > 0 ? 2 * shift_inverse_mass * largest : 1;
+  for (std::size_t k = 0; k < diagonal_.size(); ++k) {
+    shift_[k] = diagonal_[k] > 0 ? shift * scale : scale;
+    diagonal_[k] += shift_[k];
+  }
+  check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));  // Tells PETSc that values have changed.
+  check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+}
+
+/// sum_ = J^T lambda, ghosts added to their owners.
+void JointGram::add_transpose(const double* lambda) {
+  sum_.values().setZero();
+  double* sums = sum_.data();
+  for (const Colour colour : colours_) {
+    const SpringSet& springs = sheet_.of(colour);
+    const double* g = gradient_[static_cast<std::size_t>(colour)]->data();
+    for (PetscInt s = 0; s < springs.owned(); ++s, g += 3) {
+      const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+      const double value = *lambda++;
+      double* at_a = sums + 3 * a;
+      double* at_b = sums + 3 * b;
+      for (int k = 0; k < 3; ++k) {
+        at_a[k] += value * g[k];
+        at_b[k] -= value * g[k];
+      }
+    }
+  }
+  sum_.add_ghosts();
+}
+
+void JointGram::multiply(const double* in, double* out) {
+  add_transpose(in);
+  double* sums = sum_.data();
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    sum_.vector(i) *= (*inverse_mass_)[static_cast<std::size_t>(i)];
+  }
+  sum_.update_ghosts();
+  std::size_t row = 0;
+  for (const Colour colour : colours_) {
+    const SpringSet& springs = sheet_.of(colour);
+    const double* g = gradient_[static_cast<std::size_t>(colour)]->data();
+    for (PetscInt s = 0; s < springs.owned(); ++s, g += 3, ++row) {
+      const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+      const double* at_a = sums + 3 * a;
+      const double* at_b = sums + 3 * b;
+      out[row] =
+          shift_[row] * in[row] + g[0] * (at_a[0] - at_b[0]) + g[1] * (at_a[1] - at_b[1]) + g[2] * (at_a[2] - at_b[2]);
+    }
+  }
+  check(PetscLogFlops(20.0 * static_cast<double>(row)));
+}
+
+StageResult JointGram::solve(const std::vector<double>& right_hand_side) {
+  double* values = nullptr;
+  check(VecGetArrayWrite(right_hand_side_, &values));
+  std::copy(right_hand_side.begin(), right_hand_side.end(), values);
+  check(VecRestoreArrayWrite(right_hand_side_, &values));
+  const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_);
+  const double* lambda = nullptr;
+  check(VecGetArrayRead(lambda_, &lambda));
+  std::copy_n(lambda, lambda_values_.size(), lambda_values_.begin());
+  check(VecRestoreArrayRead(lambda_, &lambda));
+  if (!result.converged) {
+    check(VecSet(lambda_, 0));  // not a guess to start from
+  }
+  return result;
+}
+
+void JointGram::apply_transpose(Eigen::Matrix3Xd& result) {
+  add_transpose(lambda_values_.data());
+  result = sum_.values();
+}
+
+}  // namespace projection
+}  // namespace pellicle

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/handle.h"
+#include "base/stage_result.h"
+#include "parallel/field.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace projection {
+
+/// J W J^T + shift of the springs of several colours together, matrix-free: W holds the inverse masses of the
+/// particles. Unknowns are the owned springs, colour after colour.
+class JointGram {
+ public:
+  /// The sheet must outlive it. Collective.
+  /// @param colours whose springs count @param prefix of the options of its matrix and solver
+  /// @param rtol relative tolerance of the solver, by default
+  JointGram(const Sheet& sheet, std::vector<Colour> colours, const std::string& prefix, double rtol);
+  JointGram(const JointGram&) = delete;
+  JointGram& operator=(const JointGram&) = delete;
+
+  /// New values. A spring that is dead, without length or without a particle that may move does nothing. Collective.
+  /// @param gradient by colour, of the local springs; they must stay unchanged while it is used
+  /// @param inverse_mass of the local particles, likewise
+  /// @param shift relative to the largest diagonal entry that a spring between particles of `shift_inverse_mass` has
+  void update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, const std::vector<double>& inverse_mass,
+              double shift, double shift_inverse_mass);
+
+  /// Solves for lambda from the one that was found last. Collective.
+  /// @param right_hand_side of the owned springs, colour after colour
+  StageResult solve(const std::vector<double>& right_hand_side);
+
+  /// Lambda of the owned springs of a colour.
+  const double* lambda(Colour colour) const {
+    return lambda_values_.data() + offset_[static_cast<std::size_t>(colour)];
+  }
+  /// J^T lambda of the local particles, complete on the owned ones. Collective.
+  void apply_transpose(Eigen::Matrix3Xd& result);
+
+ private:
+  void multiply(const double* in, double* out);
+  void add_transpose(const double* lambda);
+
+  const Sheet& sheet_;
+  std::vector<Colour> colours_;
+  std::array<std::size_t, 4> offset_{};  ///< of each colour's springs among the unknowns
+  std::array<const Eigen::Matrix3Xd*, 4> gradient_{};
+  const std::vector<double>* inverse_mass_ = nullptr;
+  std::vector<double> diagonal_;
+  std::vector<double> shift_;  ///< of each unknown
+  Field sum_;                  ///< on the particles
+  std::vector<double> lambda_values_;
+  MatHandle matrix_;
+  VecHandle lambda_;
+  VecHandle right_hand_side_;
+  KspHandle ksp_;
+};
+
+}  // namespace projection
+}  // namespace pellicle
