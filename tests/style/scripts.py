@@ -10,6 +10,7 @@ BAD_ARGUMENTS = {
     "postproc/compare.py": [["nowhere", "."], ["nowhere", "nowhere", "--tolerance", "-1"]],
     "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"]],
     "postproc/stands_out.py": [["nowhere"], [".", "--rows", "0"]],
+    "tools/bench": [["--peers", "nowhere"], ["--workloads", "w9"], ["--ranks", "0"]],
     "tools/check": [],
     "tools/demo": [["nowhere.yaml"], ["README.md"], ["a.yaml", "b.yaml"], ["--frames"]],
     "tools/fuzz": [["soon"], ["2", "nowhere"]],
