@@ -77,18 +77,13 @@ std::array<std::vector<PetscInt>, 4> Tearing::torn(const TearingInput& input) {
 void Tearing::find_stress(const TearingInput& input) {
   Field::Values sums = particle_sums_.values();
   sums.setZero();
-  const auto inverse_mass = [&](PetscInt particle) {
-    return input.pinned[static_cast<std::size_t>(particle)] ? 0 : 1 / input.mass.data()[particle];
-  };
   for (std::size_t colour = 0; colour < sheet_.springs.size(); ++colour) {
     const SpringSet& set = sheet_.springs[colour];
     for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
       const auto [a, b] = set.ends[s];
-      const double inverse_masses = input.living.springs[colour][s] ? inverse_mass(a) + inverse_mass(b) : 0;
-      if (inverse_masses > 0) {
-        const double force = input.pull[colour][s] / (input.h * input.h * inverse_masses);
+      if (input.living.springs[colour][s]) {
         const Eigen::Vector3d d = direction(input.position, set.ends[s]);
-        const Eigen::Matrix3d half = force * set.initial_length[s] / 2 * d * d.transpose();
+        const Eigen::Matrix3d half = input.force[colour][s] * set.initial_length[s] / 2 * d * d.transpose();
         sums.col(a).head<9>() += half.reshaped();
         sums.col(b).head<9>() += half.reshaped();
       }

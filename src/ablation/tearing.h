@@ -18,24 +18,18 @@ double share_of_strength(double mass_ratio, double min_mass, double char_strengt
 /// What tearing needs to know of a step.
 struct TearingInput {
   const Living& living;
-  /// How much shorter each owned spring's own constraint made it in the step, by colour; negative where longer [m].
-  const std::array<std::vector<double>, 4>& pull;
-  const Field& position;            ///< [m], ghosts up to date
-  const Field& mass;                ///< [kg], ghosts up to date; positive at the ends of living springs
-  const std::vector<bool>& pinned;  ///< local particles that nothing moves
-  double h = 0;                     ///< length of the step [s]
-  double min_mass = 0;              ///< m^min as a fraction of the initial mass
+  const std::array<std::vector<double>, 4>& force;  ///< of each owned spring by colour, positive where it pulls [N]
+  const Field& position;                            ///< [m], ghosts up to date
+  const Field& mass;                                ///< [kg], ghosts up to date; positive at the ends of living springs
+  const std::vector<bool>& pinned;                  ///< local particles that nothing moves
+  double min_mass = 0;                              ///< m^min as a fraction of the initial mass
 };
 
 /// Tearing by stress, which the burning paper leaves out (section 8.2): the sheet tears where its tension exceeds the
 /// strength of what is left of it.
 ///
-/// The multipliers of the projection say what each spring carries,
-///
-///     F = pull / (h^2 (1/m_a + 1/m_b)),
-///
-/// with 1/m = 0 for a pinned end. Springs of several colours share a load, and colours that cannot all keep their
-/// lengths push and pull against each other, so a single spring says little. The stress of a cell does [N/m]:
+/// Springs of several colours share a load, and colours that cannot all keep their lengths push and pull against each
+/// other, so the force F of a single spring says little. The stress of a cell does [N/m]:
 ///
 ///     sigma = 1/A sum F l^init d d^T
 ///
@@ -50,9 +44,10 @@ struct TearingInput {
 /// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Of the springs that meet at a particle only the one that
 /// exceeds its strength by the largest factor tears in a step: what the others then carry shows in the next.
 ///
-/// The stress of a load is exact, whatever the step. That of lengths which contradict each other, such as those of a
-/// shrinking sheet between clamps, has no limit in a sheet that cannot stretch: it is that of the springs which an
-/// unfinished projection amounts to, in proportion to (edge/h)^2.
+/// The stress of an elastic sheet is that of its material. That of a projected one is exact for a load, whatever the
+/// step; of lengths which contradict each other, such as those of a shrinking sheet between clamps, it has no limit in
+/// a sheet that cannot stretch: it is that of the springs which an unfinished projection amounts to, in proportion to
+/// (edge/h)^2.
 class Tearing {
  public:
   /// The sheet must outlive this object. Collective.

@@ -79,6 +79,10 @@ class ElasticStep {
   /// `error` of the result is what is left of all forces, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
 
+  /// Of the owned springs by colour at some positions, as the last step had them, positive where they pull [N]. Not
+  /// collective.
+  std::array<std::vector<double>, 4> spring_forces(const Field& positions) const { return springs_.forces(positions); }
+
   /// Energy of springs and bending at some positions, as the last step had them without viscosity. Collective.
   double elastic_energy(const Field& positions) const;
 

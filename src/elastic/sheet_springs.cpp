@@ -148,9 +148,6 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
       }
       const auto& triangles = set.triangles[s];
       double area = area_of(triangles[0]) + area_of(triangles[1]);
-      if (colour == Colour::green && !(lives(triangles[0]) && lives(triangles[1]))) {
-        area = 0;
-      }
       for (std::size_t t = 0; colour == Colour::blue && t < 2; ++t) {
         if (!lives(triangles[t])) {
           continue;
@@ -159,7 +156,7 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         for (const PetscInt turn : {1, 3}) {  // the sides beside it
           const PetscInt k = (triangles[t] + turn) % 4;
           const PetscInt beside = 4 * static_cast<PetscInt>(cell) + k;
-          const bool is_crossed = lives(beyond_[cell][static_cast<std::size_t>(k)]);
+          const bool is_crossed = beyond_[cell][static_cast<std::size_t>(k)] >= 0;
           area += is_crossed ? 0 : area_of(beside) / 2;
         }
       }

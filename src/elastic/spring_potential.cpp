@@ -41,6 +41,24 @@ void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
   }
 }
 
+std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const {
+  std::array<std::vector<double>, 4> result;
+  for (const Colour colour : all_colours) {
+    result[static_cast<std::size_t>(colour)].assign(static_cast<std::size_t>(sheet_->of(colour).owned()), 0);
+  }
+  auto spring = springs_.begin();
+  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
+    std::vector<double>& of_colour = result[static_cast<std::size_t>(colour)];
+    for (const std::size_t s : number_[static_cast<std::size_t>(colour)]) {
+      const auto& [a, b, stiffness, length] = *spring++;
+      if (s < of_colour.size()) {
+        of_colour[s] = stiffness * ((x.vector(a) - x.vector(b)).norm() - length);
+      }
+    }
+  }
+  return result;
+}
+
 double SpringPotential::value(const Field& x) const {
   double sum = 0;
   for (const std::size_t s : owned_) {

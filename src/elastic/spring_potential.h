@@ -22,6 +22,9 @@ class SpringPotential : public Potential {
   /// @param length without force, likewise [m]
   void set(const std::array<std::vector<double>, 4>& stiffness, const std::array<std::vector<double>, 4>& length);
 
+  /// Of the owned springs by colour, positive where they pull [N].
+  std::array<std::vector<double>, 4> forces(const Field& x) const;
+
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;

@@ -34,6 +34,20 @@ double excess(double error, double target, double strain) {
 
 }  // namespace
 
+void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, const ProjectionInput& input, double h) {
+  const auto inverse_mass = [&input](PetscInt particle) {
+    const auto i = static_cast<std::size_t>(particle);
+    return input.pinned[i] ? 0 : 1 / input.mass[i];
+  };
+  for (std::size_t colour = 0; colour < pull.size(); ++colour) {
+    for (std::size_t s = 0; s < pull[colour].size(); ++s) {
+      const auto [a, b] = sheet.springs[colour].ends[s];
+      const double inverse_masses = input.living.springs[colour][s] ? inverse_mass(a) + inverse_mass(b) : 0;
+      pull[colour][s] = inverse_masses > 0 ? pull[colour][s] / (h * h * inverse_masses) : 0;
+    }
+  }
+}
+
 SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOptions& options,
                                            std::array<std::vector<double>, 4> spring_weight)
     : sheet_(sheet), options_(options) {

@@ -37,6 +37,11 @@ struct ProjectionInput {
   std::array<std::vector<double>, 4>* pull = nullptr;
 };
 
+/// Makes of the lengths by which a projection has made springs shorter (ProjectionInput::pull) the forces that would
+/// have done so in a step: F = pull / (h^2 (1/m_a + 1/m_b)), with 1/m = 0 for a pinned end. Not collective.
+/// @param pull of the owned springs by colour [m], becomes force [N]
+void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, const ProjectionInput& input, double h);
+
 /// Successive fast projection (burning paper, section 7.1): the four colours in turn are projected onto their target
 /// lengths, of a sheet of one layer the blue one alone, by one Newton step each, until ||C|| is below the threshold or
 /// all steps are used.

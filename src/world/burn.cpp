@@ -74,9 +74,10 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   }
   const AblationOptions& ablation = options.ablation;
   if (ablation.strength) {
-    if (options.dynamics != Dynamics::projection) {
-      throw Error("ablation.strength: tension follows from the projection, expected dynamics projection, not " +
-                  options.dynamics.name());
+    if (options.dynamics == Dynamics::spring) {
+      throw Error(
+          "ablation.strength: tension follows from the projection or the material, expected dynamics elastic or "
+          "projection, not spring");
     }
     tearing_.emplace(
         sheet, ablation,
@@ -163,8 +164,8 @@ bool Burn::tear(State& state, double h) {
     return false;
   }
   const auto timer = clock_.time("ablation");
-  const TearingInput input{
-      state.living, pull_, state.position, state.mass, pins_.pinned(), h, options_.combustion.min_mass};
+  const TearingInput input{state.living, force_,         state.position,
+                           state.mass,   pins_.pinned(), options_.combustion.min_mass};
   return burning_.tear(state, tearing_->torn(input), state.time + h);
 }
 
@@ -190,6 +191,9 @@ DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& ma
   const ElasticResult moved =
       elastic_->advance(state.position, {state.target_length, volume_ratios(sheet_, state.mass, options_.combustion),
                                          stiffness_factors(state.mass), mass, held_, state.living, start_, h});
+  if (tearing_) {
+    force_ = elastic_->spring_forces(state.position);
+  }
   return {moved, 0, moved.newton_iterations, moved.error};
 }
 
@@ -273,12 +277,15 @@ DynamicsResult Burn::dynamics(State& state, double h) {
                               held_,
                               state.living,
                               [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); },
-                              tearing_ ? &pull_ : nullptr};
+                              tearing_ ? &force_ : nullptr};
   DynamicsResult result;
   {
     const auto timer = clock_.time("projection");  // eq. 12
     if (options_.dynamics == Dynamics::projection) {
       result = {projection_->advance(state.position, input)};
+      if (tearing_) {
+        to_forces(force_, sheet_, input, h);
+      }
     } else {
       result = elastic_ != nullptr ? advance_elastic(state, mass, h)
                                    : DynamicsResult{springs_->advance(

@@ -117,7 +117,7 @@ class Burn {
   std::optional<AirDrag> air_;  ///< if there is air
   Chambers chambers_;
   std::optional<Tearing> tearing_;
-  std::array<std::vector<double>, 4> pull_;  ///< of the owned springs in the last step, see Tearing
+  std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]
   std::unique_ptr<SuccessiveProjection> projection_;
   std::unique_ptr<SpringBaseline> springs_;  ///< in place of the projection, if asked for
   std::unique_ptr<ElasticStep> elastic_;     ///< likewise

@@ -79,9 +79,9 @@ void describe_burning(OptionTable& table, Options& options) {
   describe(table, options.heat);
   describe(table, options.combustion);
   describe(table, options.ablation);
-  const Condition projection = one_of("dynamics", options.dynamics, {Dynamics::projection});
+  const Condition has_tension = one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic});
   for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
-    table.find_key(std::string("ablation.") + name)->acts_with(projection);
+    table.find_key(std::string("ablation.") + name)->acts_with(has_tension);
   }
 }
 

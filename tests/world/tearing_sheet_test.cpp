@@ -71,10 +71,12 @@ class Strip {
       }
     }
     const std::vector<double> mass(mass_.data(), mass_.data() + sheet_.particles.local());
-    const StageResult result = projection_.advance(x_, {target_, mass, pinned_, living_, {}, &pull_});
+    const ProjectionInput input{target_, mass, pinned_, living_, {}, &force_};
+    const StageResult result = projection_.advance(x_, input);
+    to_forces(force_, sheet_, input, h);
     ASSERT_TRUE(result.converged) << result.reason;
     velocity_ = 0.95 * (x_.values() - start) / h;
-    if (ablation_.tear(living_, tearing_.torn({living_, pull_, x_, mass_, pinned_, h, 0.3}))) {
+    if (ablation_.tear(living_, tearing_.torn({living_, force_, x_, mass_, pinned_, 0.3}))) {
       update_pieces(pieces_, sheet_, living_, 1);
       for (const PetscInt i : ablation_.bare_particles(living_, mass_)) {
         lost_ += mass_.data()[i];
@@ -87,16 +89,10 @@ class Strip {
   /// Largest tension per width of the last step [N/m]. Collective.
   double largest_tension() const {
     double largest = 0;
-    const auto inverse_mass = [this](PetscInt i) {
-      return pinned_[static_cast<std::size_t>(i)] ? 0 : 1 / mass_.data()[i];
-    };
     for (std::size_t colour = 0; colour < 4; ++colour) {
-      for (std::size_t s = 0; s < pull_[colour].size(); ++s) {
-        const auto [a, b] = sheet_.springs[colour].ends[s];
-        const double inverse_masses = inverse_mass(a) + inverse_mass(b);
-        if (living_.springs[colour][s] && inverse_masses > 0) {
-          largest =
-              std::max(largest, pull_[colour][s] / (h * h * inverse_masses) / sheet_.springs[colour].initial_length[s]);
+      for (std::size_t s = 0; s < force_[colour].size(); ++s) {
+        if (living_.springs[colour][s]) {
+          largest = std::max(largest, force_[colour][s] / sheet_.springs[colour].initial_length[s]);
         }
       }
     }
@@ -165,7 +161,7 @@ class Strip {
   std::vector<bool> is_last_;
   std::vector<bool> pinned_;
   std::array<std::vector<double>, 4> target_;
-  std::array<std::vector<double>, 4> pull_;
+  std::array<std::vector<double>, 4> force_;
   double lost_ = 0;
 };
 
