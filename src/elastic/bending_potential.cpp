@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -14,6 +15,10 @@ namespace {
 
 Eigen::Map<const Eigen::Matrix3Xd> positions_of(const Field& x) { return {x.data(), 3, x.values().cols()}; }
 
+/// Share of the undeformed area vector below which that of a sharp fold gives no good normal.
+constexpr double sharp = 0.1;
+constexpr double length_of_flat = 1 + sharp * sharp;  // squared: an unfolded sheet has a normal of length 1
+
 }  // namespace
 
 BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped)
@@ -21,20 +26,76 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
       stencils_(sheet, weave, clamped),
       target_(stencils_.stencils().size(), Curvature3::Zero()),
       stiffness_(stencils_.stencils().size(), Curvature3::Zero()),
-      normal_(3, static_cast<Eigen::Index>(stencils_.stencils().size())) {}
+      reference_(stencils_.stencils().size()) {
+  make_rows();
+}
 
-BendingPotential::Bent BendingPotential::bend(std::size_t number, const Positions& x) const {
-  const Stencil& stencil = stencils_.stencils()[number];
-  Bent bent;
-  bent.arms.setZero();
-  for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-    bent.arms += x.col(stencils_.points()[p]) * stencils_.weights()[p].matrix().transpose();
+void BendingPotential::make_rows() {
+  const auto owned = static_cast<std::size_t>(sheet_->particles.owned);
+  std::vector<std::vector<PetscInt>> rows(owned);
+  for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    if (stencil.is_clamped) {
+      clamped_.push_back(s);
+      continue;
+    }
+    const auto first = stencils_.points().begin() + static_cast<std::ptrdiff_t>(stencil.first);
+    const auto last = stencils_.points().begin() + static_cast<std::ptrdiff_t>(stencil.last);
+    for (auto p = first; p != last; ++p) {
+      if (const auto i = static_cast<std::size_t>(*p); i < owned) {
+        rows[i].insert(rows[i].end(), first, last);
+      }
+    }
   }
-  const Eigen::Vector3d area = stencils_.area_vector(stencil, x);
-  bent.doubled_area = area.norm();
-  bent.normal = bent.doubled_area > 0 ? Eigen::Vector3d(area / bent.doubled_area) : Eigen::Vector3d::Zero();
-  bent.excess = (bent.arms.transpose() * bent.normal).array() - target_[number];
-  return bent;
+  offsets_.assign(1, 0);
+  for (auto& row : rows) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    columns_.insert(columns_.end(), row.begin(), row.end());
+    offsets_.push_back(static_cast<PetscInt>(columns_.size()));
+  }
+  entries_.assign(columns_.size(), 0);
+  for (const Stencil& stencil : stencils_.stencils()) {
+    if (stencil.is_clamped) {
+      continue;
+    }
+    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+      const auto i = static_cast<std::size_t>(stencils_.points()[p]);
+      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
+        PetscInt place = -1;
+        if (i < owned) {
+          const auto begin = columns_.begin() + offsets_[i];
+          const auto end = columns_.begin() + offsets_[i + 1];
+          place = static_cast<PetscInt>(std::lower_bound(begin, end, stencils_.points()[q]) - columns_.begin());
+        }
+        places_.push_back(place);
+      }
+    }
+  }
+}
+
+void BendingPotential::update_rows() {
+  const auto is_same = [](const Curvature3& a, const Curvature3& b) { return (a == b).all(); };
+  if (std::equal(rows_of_.begin(), rows_of_.end(), stiffness_.begin(), stiffness_.end(), is_same)) {
+    return;
+  }
+  rows_of_ = stiffness_;
+  std::fill(entries_.begin(), entries_.end(), 0);
+  auto place = places_.begin();
+  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    if (stencil.is_clamped) {
+      continue;
+    }
+    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+      const Curvature3 weighted = stiffness_[s] * stencils_.weights()[p];
+      for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
+        if (*place >= 0) {
+          entries_[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
+        }
+      }
+    }
+  }
 }
 
 void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
@@ -44,9 +105,9 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
                                 input.stiffness[1]);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
+    target_[s].setZero();
+    stiffness_[s].setZero();
     if (stencil.area == 0) {
-      stiffness_[s].setZero();
-      target_[s].setZero();
       continue;
     }
     std::array<double, 2> shrinkage{};  // of corners and lattice points
@@ -67,18 +128,62 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
     const double curl = input.layer_distance > 0 ? (shrinkage[0] - shrinkage[1]) / input.layer_distance : 0;
     target_[s] = mean * stencil.rest + mean * mean * curl * Curvature3(1, 0, 1);
     stiffness_[s] = damped * factor * stencil.area / (mean * mean) * by_direction;
+    reference_[s] = mean * mean * stencils_.area_vector(stencil, sheet_->rest).norm();
     if (input.damping_over_step > 0) {
-      const Curvature3 before = bend(s, positions_of(start)).excess + target_[s];
-      target_[s] = (target_[s] + input.damping_over_step * before) / damped;
+      const Positions x = positions_of(start);
+      const Eigen::Vector3d before = second_derivatives(stencil, x).transpose() * normal_at(s, x).direction;
+      target_[s] = (target_[s] + input.damping_over_step * before.array()) / damped;
     }
   }
+  update_rows();
+}
+
+BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const Positions& x) const {
+  const Stencil& stencil = stencils_.stencils()[number];
+  const Eigen::Vector3d area = stencils_.area_vector(stencil, x);
+  Normal normal;
+  if (stencil.is_clamped) {
+    normal.direction = area.normalized();
+    return normal;
+  }
+  const double kept = sharp * reference_[number];
+  normal.length = std::sqrt((area.squaredNorm() + kept * kept) / length_of_flat);
+  normal.direction = area / normal.length;
+  return normal;
+}
+
+Eigen::Matrix3d BendingPotential::second_derivatives(const Stencil& stencil, const Positions& x) const {
+  Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
+  for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+    result += x.col(stencils_.points()[p]) * stencils_.weights()[p].matrix().transpose();
+  }
+  return result;
+}
+
+bool BendingPotential::needs_normal(std::size_t stencil) const {
+  return stencils_.stencils()[stencil].is_clamped || !target_[stencil].isZero(0);
+}
+
+Eigen::Matrix3d BendingPotential::residual(std::size_t number, const Positions& x, Normal& normal) const {
+  const Stencil& stencil = stencils_.stencils()[number];
+  Eigen::Matrix3d result = second_derivatives(stencil, x);
+  if (needs_normal(number)) {
+    normal = normal_at(number, x);
+    if (stencil.is_clamped) {
+      result = normal.direction * (normal.direction.transpose() * result).eval();
+    }
+    result -= normal.direction * target_[number].matrix().transpose();
+  }
+  return result;
 }
 
 double BendingPotential::value(const Field& x) const {
   double sum = 0;
+  Normal normal;
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     if (stencils_.stencils()[s].centre < sheet_->particles.owned && stencils_.stencils()[s].area > 0) {
-      sum += (stiffness_[s] * bend(s, positions_of(x)).excess.square()).sum() / 2;
+      const Eigen::Array3d squares = residual(s, positions_of(x), normal).colwise().squaredNorm().transpose();
+      sum += (stiffness_[s] * squares).sum() / 2;
     }
   }
   check(PetscLogFlops(200.0 * static_cast<double>(stiffness_.size())));
@@ -88,26 +193,24 @@ double BendingPotential::value(const Field& x) const {
 void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   const PetscInt owned = sheet_->particles.owned;
   const Positions positions = positions_of(x);
+  Normal normal;
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.area == 0) {
       continue;
     }
-    const Bent bent = bend(s, positions);
-    if (bent.doubled_area == 0) {
-      continue;
-    }
-    const Eigen::Vector3d moment = (stiffness_[s] * bent.excess).matrix();
+    const Eigen::Matrix3d moments = residual(s, positions, normal) * stiffness_[s].matrix().asDiagonal();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
-        gradient.col(i) += stencils_.weights()[p].matrix().dot(moment) * bent.normal;
+        gradient.col(i) += moments * stencils_.weights()[p].matrix();
       }
     }
-    if (stencil.is_clamped) {
+    if (stencil.is_clamped || !needs_normal(s)) {
       continue;
     }
-    const Eigen::Vector3d by_normal = bent.arms * moment;
-    const Eigen::Vector3d by_area = (by_normal - bent.normal.dot(by_normal) * bent.normal) / bent.doubled_area;
+    const Eigen::Vector3d by_normal = -moments * target_[s].matrix();
+    const Eigen::Vector3d by_area =
+        (by_normal - normal.direction.dot(by_normal) / length_of_flat * normal.direction) / normal.length;
     for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
       const auto& [a, b, c] = stencils_.triangles()[t];
       const Eigen::Vector3d to_b = positions.col(b) - positions.col(a);
@@ -125,12 +228,18 @@ void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) 
       }
     }
   }
-  check(PetscLogFlops(500.0 * static_cast<double>(stiffness_.size())));
+  check(PetscLogFlops(300.0 * static_cast<double>(stiffness_.size())));
 }
 
 std::vector<VertexPair> BendingPotential::pattern() const {
   std::vector<VertexPair> pairs;
-  for (const Stencil& stencil : stencils_.stencils()) {
+  for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
+    for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
+      pairs.push_back({i, sheet_->particles.to_global(columns_[static_cast<std::size_t>(k)])});
+    }
+  }
+  for (const std::size_t s : clamped_) {
+    const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         pairs.push_back({stencils_.points()[p], sheet_->particles.to_global(stencils_.points()[q])});
@@ -140,23 +249,18 @@ std::vector<VertexPair> BendingPotential::pattern() const {
   return pairs;
 }
 
-void BendingPotential::update_hessian(const Field& x, Curvature /*curvature*/) {
-  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
-    normal_.col(static_cast<Eigen::Index>(s)) =
-        stencils_.area_vector(stencils_.stencils()[s], positions_of(x)).normalized();
-  }
-}
-
 void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   std::size_t pair = 0;
-  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
+  for (const double entry : entries_) {
+    blocks.add(pair++, entry * Eigen::Matrix3d::Identity());
+  }
+  for (const std::size_t s : clamped_) {
     const Stencil& stencil = stencils_.stencils()[s];
-    const auto n = normal_.col(static_cast<Eigen::Index>(s));
-    const Eigen::Matrix3d projector = n * n.transpose();
+    const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       const Curvature3 weighted = stiffness_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        blocks.add(pair++, (weighted * stencils_.weights()[q]).sum() * projector);
+        blocks.add(pair++, (weighted * stencils_.weights()[q]).sum() * n * n.transpose());
       }
     }
   }
@@ -165,12 +269,16 @@ void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
 void BendingPotential::add_product(const double* w, double* result) const {
   using Vector = Eigen::Map<Eigen::Vector3d>;
   using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    if (stencil.area == 0) {
-      continue;
+  for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
+      sum += entries_[static_cast<std::size_t>(k)] * ConstVector(w + 3 * columns_[static_cast<std::size_t>(k)]);
     }
-    const Eigen::Vector3d n = normal_.col(static_cast<Eigen::Index>(s));
+    Vector(result + 3 * i) += sum;
+  }
+  for (const std::size_t s : clamped_) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     Curvature3 bent = Curvature3::Zero();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       bent += n.dot(ConstVector(w + 3 * stencils_.points()[p])) * stencils_.weights()[p];
@@ -180,7 +288,7 @@ void BendingPotential::add_product(const double* w, double* result) const {
       Vector(result + 3 * stencils_.points()[p]) += (bent * stencils_.weights()[p]).sum() * n;
     }
   }
-  check(PetscLogFlops(180.0 * static_cast<double>(stiffness_.size())));
+  check(PetscLogFlops(6.0 * static_cast<double>(entries_.size())));
 }
 
 }  // namespace elastic

@@ -8,19 +8,25 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// Bending energy of a sheet, U = sum over the stencils of A (D_1 b_11^2 + 2 sqrt(D_1 D_2) b_12^2 + D_2 b_22^2) / 2
-/// with b = B - B*, B the curvature that BendingStencils measures and B* the one without moment. Where a sheet bends
-/// without stretching one of the principal curvatures is nearly 0, and Poisson's ratio plays no part beyond that in D.
-/// Nothing here communicates.
+/// Bending energy of a sheet,
+///
+///     U = sum over the stencils of A (D_1 |r_11|^2 + 2 sqrt(D_1 D_2) |r_12|^2 + D_2 |r_22|^2) / 2,  r = B - B* n,
+///
+/// with the second derivatives B of the positions that BendingStencils measures, the normal n, and the curvature B*
+/// without moment. A sheet that bends without stretching has B along n, and r is its curvature less B*; where B* is 0
+/// the energy is quadratic in the positions and needs no normal, which a sharp fold does not have (Bergou and others,
+/// A quadratic bending model for inextensible surfaces, 2006). One of the principal curvatures is nearly 0 then, and
+/// Poisson's ratio plays no part beyond that in D. At a clamp the normal is fixed, and r is what lies along it. Nothing
+/// here communicates.
 ///
 /// Both curvatures, exact and positive, are the Hessian without the change of the normals: positive semi-definite, and
-/// exact where the sheet is at rest.
+/// exact where B* or r is 0.
 class BendingPotential : public Potential {
  public:
-  /// The sheet must outlive it.
+  /// The sheet must outlive it. @param clamped see BendingStencils
   BendingPotential(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
 
-  /// What the sheet is like without moments; the owned part of the particles and the ghosts that stencils reach.
+  /// What the sheet is like without moments; of the owned particles and the ghosts that stencils reach.
   struct Input {
     const std::vector<double>& shrinkage;  ///< length over undeformed length of each local particle
     double layer_distance = 0;             ///< over which corners and lattice points shrink apart; 0: no curl [m]
@@ -35,7 +41,7 @@ class BendingPotential : public Potential {
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& x, Curvature curvature) override;
+  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   void add_product(const double* w, double* result) const override;
@@ -47,20 +53,34 @@ class BendingPotential : public Potential {
   using Stencil = BendingStencils::Stencil;
   using Positions = Eigen::Map<const Eigen::Matrix3Xd>;
 
-  /// A stencil at some positions.
-  struct Bent {
-    Eigen::Matrix3d arms;  ///< sum_i w_ki x_i by columns: B without the normal
-    Eigen::Vector3d normal;
-    double doubled_area = 0;  ///< of the area vector
-    Curvature3 excess;        ///< B - B*
+  /// The normal at a stencil, shorter than 1 where the sheet is folded sharply, and how it follows from the area
+  /// vector.
+  struct Normal {
+    Eigen::Vector3d direction;
+    double length = 1;  ///< of the area vector, kept from 0 [m^2]
   };
-  Bent bend(std::size_t stencil, const Positions& x) const;
+  Normal normal_at(std::size_t stencil, const Positions& x) const;
+  /// B by columns.
+  Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Positions& x) const;
+  /// r by columns. @param normal is set where it matters
+  Eigen::Matrix3d residual(std::size_t stencil, const Positions& x, Normal& normal) const;
+  bool needs_normal(std::size_t stencil) const;
+  void make_rows();
+  void update_rows();
 
   const Sheet* sheet_;
   BendingStencils stencils_;
   std::vector<Curvature3> target_;     ///< B* of each stencil
-  std::vector<Curvature3> stiffness_;  ///< area times stiffness of b_11, b_12, b_22; 0: not used [N m^3]
-  Eigen::Matrix3Xd normal_;            ///< of the Hessian
+  std::vector<Curvature3> stiffness_;  ///< area times stiffness of r_11, r_12, r_22; 0: not used [N m^3]
+  std::vector<double> reference_;      ///< length of each stencil's undeformed area vector [m^2]
+
+  // The Hessian of the stencils that are not clamped, a number for each pair of particles, in rows of the owned ones.
+  std::vector<PetscInt> offsets_;
+  std::vector<PetscInt> columns_;     ///< local particles
+  std::vector<double> entries_;       ///< [N/m]
+  std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: of a ghost's row
+  std::vector<std::size_t> clamped_;  ///< stencils
+  std::vector<Curvature3> rows_of_;   ///< the stiffness that `entries_` have
 };
 
 }  // namespace elastic
