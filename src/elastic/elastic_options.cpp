@@ -119,13 +119,13 @@ void describe(OptionTable& table, ElasticOptions& options) {
       .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add("elastic.mat_type", options.mat_type)
       .help(
-          "matrix from which the preconditioner is made, and which is kept while it serves; shell: none, and pbjacobi. "
-          "The products of Newton's tangent need no matrix");
+          "matrix from which the preconditioner is made, once a step and again when it no longer serves; shell: none, "
+          "and the preconditioner pbjacobi; stiff sheets are faster with aij and pc_type mg, or cholesky. The products "
+          "of "
+          "Newton's tangent need no matrix");
   table.add("elastic.patch_size", options.patch_size)
       .at_least(4)
-      .help(
-          "the default preconditioner, pc_type mg, takes out the rigid motions of patches of about so many particles; "
-          "pc_type pbjacobi: the blocks of the diagonal alone");
+      .help("pc_type mg, the default with a matrix, takes out the rigid motions of patches of about so many particles");
   table.add_solver_prefix("elastic_");
 }
 

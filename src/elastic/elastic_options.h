@@ -53,7 +53,7 @@ struct ElasticOptions {
   std::string solver_prefix = "elastic_";
   int newton_iterations = 30;      ///< at most
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
-  Choice<TangentMatrix> mat_type = TangentMatrix::baij;
+  Choice<TangentMatrix> mat_type = TangentMatrix::shell;
   int patch_size = 64;  ///< of the preconditioner, see RigidPatches
 };
 

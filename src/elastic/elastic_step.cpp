@@ -109,6 +109,7 @@ ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, doub
 }
 
 void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {
+  lag_.forget();  // A step depends on its start alone, and so a retried one, or one after a restart.
   const double damping = damping_ / input.h;
   const Layout& particles = sheet_.particles;
   std::array<std::vector<double>, 4> stiffness = material_.stiffness(input.living);

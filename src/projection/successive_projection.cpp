@@ -34,6 +34,24 @@ double excess(double error, double target, double strain) {
 
 }  // namespace
 
+ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
+                                  const std::array<std::vector<double>, 4>& target_length, const Living& living) {
+  ProjectionError error;
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    if (sheet.layers == 1 && colour != Colour::blue) {
+      continue;
+    }
+    error.colour[index] = squared_error(sheet.of(colour), x.data(), target_length[index], living.springs[index]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, error.colour.data(), 4, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
+  for (double& value : error.colour) {
+    value = std::sqrt(value);
+  }
+  return error;
+}
+
 void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, const ProjectionInput& input, double h) {
   const auto inverse_mass = [&input](PetscInt particle) {
     const auto i = static_cast<std::size_t>(particle);
@@ -232,21 +250,6 @@ void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::ve
     pull[s] += (move_inverse_mass_[static_cast<std::size_t>(a)] + move_inverse_mass_[static_cast<std::size_t>(b)]) *
                system.linearisation.gradient.col(static_cast<Eigen::Index>(s)).norm() * lambda[s];
   }
-}
-
-ProjectionError SuccessiveProjection::errors(const Field& x, const ProjectionInput& input) const {
-  ProjectionError error;
-  for (const Colour colour : colours_) {
-    const auto index = static_cast<std::size_t>(colour);
-    error.colour[index] =
-        squared_error(sheet_.of(colour), x.data(), input.target_length[index], input.living.springs[index]);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, error.colour.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
-  for (double& value : error.colour) {
-    value = std::sqrt(value);
-  }
-  return error;
 }
 
 StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& input) {

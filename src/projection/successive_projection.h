@@ -25,6 +25,11 @@ struct ProjectionError {
   double total = 0;
 };
 
+/// ||C|| of each colour and of all. Collective.
+/// @param x positions, ghosts up to date [m] @param target_length of the local springs of each colour [m]
+ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
+                                  const std::array<std::vector<double>, 4>& target_length, const Living& living);
+
 /// What a projection reads besides the positions that it moves.
 struct ProjectionInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
@@ -68,7 +73,9 @@ class SuccessiveProjection {
   StageResult project(Field& x, Colour colour, const ProjectionInput& input);
 
   /// ||C|| of each colour and of all. Collective.
-  ProjectionError errors(const Field& x, const ProjectionInput& input) const;
+  ProjectionError errors(const Field& x, const ProjectionInput& input) const {
+    return constraint_errors(sheet_, x, input.target_length, input.living);
+  }
 
   /// The errors of the last `advance`, if the option asks for them.
   const std::vector<ProjectionError>& monitored() const { return monitored_; }

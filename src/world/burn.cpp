@@ -61,13 +61,12 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
+  } else if (options.dynamics == Dynamics::spring) {
+    springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   } else {
     projection_ = std::make_unique<SuccessiveProjection>(
         sheet, options.project,
         at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
-  }
-  if (options.dynamics == Dynamics::spring) {
-    springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   }
   if (options.force.air.density > 0) {
     air_.emplace(sheet, options.force.air);
@@ -157,7 +156,13 @@ void Burn::combustion(State& state, double h) {
   set_lengths(state);
 }
 
-bool Burn::ablation(State& state, double h) { return burning_.ablation(state, state, h); }
+bool Burn::ablation(State& state, double h) {
+  const bool has_died = burning_.ablation(state, state, h);
+  if (has_died) {
+    set_lengths(state);  // Of a material they follow from what is left, too.
+  }
+  return has_died;
+}
 
 bool Burn::tear(State& state, double h) {
   if (!tearing_) {
@@ -166,7 +171,11 @@ bool Burn::tear(State& state, double h) {
   const auto timer = clock_.time("ablation");
   const TearingInput input{state.living, force_,         state.position,
                            state.mass,   pins_.pinned(), options_.combustion.min_mass};
-  return burning_.tear(state, tearing_->torn(input), state.time + h);
+  const bool has_torn = burning_.tear(state, tearing_->torn(input), state.time + h);
+  if (has_torn) {
+    set_lengths(state);
+  }
+  return has_torn;
 }
 
 void Burn::set_lengths(State& state) const {
@@ -291,7 +300,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
                                    : DynamicsResult{springs_->advance(
                                          state.position, {state.target_length, mass, held_, state.living, start_, h})};
       input.after_step(state.position);
-      result.error = elastic_ != nullptr ? 0 : projection_->errors(state.position, input).total;
+      result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
     }
   }
   const auto timer = clock_.time("velocity");  // eq. 13 and 15

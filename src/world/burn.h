@@ -118,12 +118,13 @@ class Burn {
   Chambers chambers_;
   std::optional<Tearing> tearing_;
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]
+  // One of these, as `dynamics` says.
+  std::unique_ptr<ElasticStep> elastic_;
   std::unique_ptr<SuccessiveProjection> projection_;
-  std::unique_ptr<SpringBaseline> springs_;  ///< in place of the projection, if asked for
-  std::unique_ptr<ElasticStep> elastic_;     ///< likewise
-  std::vector<ProjectionError> no_errors_;   ///< of what is not projected
-  Field start_;                              ///< positions at the beginning of the step
-  std::vector<bool> held_;                   ///< local particles that are pinned or have left
+  std::unique_ptr<SpringBaseline> springs_;
+  std::vector<ProjectionError> no_errors_;  ///< of what is not projected
+  Field start_;                             ///< positions at the beginning of the step
+  std::vector<bool> held_;                  ///< local particles that are pinned or have left
 };
 
 }  // namespace world

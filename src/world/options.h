@@ -72,7 +72,7 @@ inline const std::vector<std::string>& names_of(Dynamics) {
 /// Everything that a deck can say of a run of one object, or of an object and of the run that it is in.
 struct Options {
   Choice<ChainKind> chain = ChainKind::burn;
-  Choice<Dynamics> dynamics = Dynamics::projection;
+  Choice<Dynamics> dynamics = Dynamics::elastic;
   MeshOptions mesh;
   bool mesh_only = false;  ///< write the mesh and end
   SheetOptions sheet;

@@ -57,7 +57,7 @@ bool fall(MPI_Comm comm) {
   options.force.damping = 0;
   const Air air;
 
-  const Sheet sheet = make_sheet(comm, rectangle_mesh({20, 15}, {0.2, 0.15}), options.sheet);
+  const Sheet sheet = make_sheet(comm, rectangle_mesh({20, 15}, {0.2, 0.15}), shell_options(options));
   std::vector<std::string> stages = Burn::stage_names();
   stages.emplace_back("wind");
   StageClock clock(stages);

@@ -20,6 +20,7 @@ namespace {
 
 Options strip_options(const std::string& directory) {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.sheet.thickness = 0.05;
   options.heat.initial_temperature = 0;  // so that mass may be changed without a word to the heat ledger
   options.ablation.loss_mass = 0.5;

@@ -28,6 +28,7 @@ constexpr int steps = 8;
 /// A strip that is led by a corner while a hot ball burns a hole into it and parts it.
 Options burning_options(const TestFolder& folder) {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.sheet.thickness = edge / 2;
   options.sheet.perturbation = 0.02;
   options.sheet.areal_density = 1;

@@ -22,6 +22,7 @@ constexpr double step_length = 2e-3;
 /// A sheet hung by two corners, a hot ball that sets it alight, a body that it falls on; tight inner tolerances.
 Options burning_options(double width, double height) {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.sheet.thickness = 0.05;
   options.sheet.perturbation = 0.01;
   options.force.gravity = {0, 0, -1};
@@ -153,7 +154,7 @@ TEST(Burn, bodies_hold_the_sheet_whatever_keeps_its_lengths) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
   }
-  for (const char* dynamics : {"projection", "spring"}) {
+  for (const char* dynamics : {"projection", "spring", "elastic"}) {
     Options options = burning_options(0.8, 0.6);
     options.pins.clear();
     options.bodies.clear();
@@ -193,7 +194,7 @@ TEST(Burn, pinned_particles_are_where_their_pins_are_at_the_end_of_the_step) {
   options.pins["rail"].vertices = {62};
   options.pins["rail"].velocity = {0, 0.5, -0.25};
   const std::vector<Eigen::Vector3d> path{{0, 0, 0.001}, {0.002, 0, 0.0005}, {0.004, 0, 0}};
-  for (const char* dynamics : {"projection", "spring"}) {
+  for (const char* dynamics : {"projection", "spring", "elastic"}) {
     options.dynamics = dynamics;
     Chain chain(PETSC_COMM_WORLD, grid_mesh(8, 6, edge), options);
     Eigen::Vector3d before(0, 0, 0);

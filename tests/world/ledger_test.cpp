@@ -31,6 +31,7 @@ const double never = HUGE_VAL;
 /// cools, and a floor comes up from below.
 Options burning_options() {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.sheet.thickness = edge / 2;
   options.sheet.perturbation = 0.02;
   options.force.gravity = {0.3, 0, -2};

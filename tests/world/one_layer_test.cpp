@@ -38,6 +38,7 @@ struct Net {
 
 Options net_options() {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.sheet.layers = 1;
   options.force.damping = 0;
   options.project.ksp_rtol = 1e-10;

@@ -160,7 +160,7 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
   ball.temperature = 2000;
   ball.rate = 1000;
   ball.start_time = 1.9 * h;
-  for (const char* dynamics : {"projection", "spring"}) {
+  for (const char* dynamics : {"projection", "spring", "elastic"}) {
     options.dynamics = dynamics;
     const Written written = expect_no_trace(
         [&options](const std::string& out, const std::vector<double>& attempts) {
@@ -201,7 +201,7 @@ TEST(Rollback, AnAttemptOfABalloonLeavesNoTrace) {
   options.prism.stiffness_damping = 1e-3;
   for (const char* rule : {"global", "plane_stress"}) {
     options.wall.thickness_rule = rule;
-    const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+    const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), shell_options(options));
     expect_no_trace_in_a_balloon(membrane, options);
   }
 }
@@ -221,7 +221,7 @@ TEST(Rollback, AnAttemptOfABurningBalloonLeavesNoTrace) {
   ball.radius = 0.07;
   ball.temperature = 2000;
   ball.rate = 500;
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), shell_options(options));
   expect_no_trace_in_a_balloon(membrane, options);
 }
 
@@ -229,7 +229,7 @@ TEST(Rollback, AnAttemptAtAPrescribedVolumeLeavesNoTrace) {
   Options options;
   options.chambers["gas"].law = "volume";
   options.chambers["gas"].volume_ratio = {{0, 1}, {0.05, 3}};
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), shell_options(options));
   expect_no_trace_in_a_balloon(membrane, options);
 }
 

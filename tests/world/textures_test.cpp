@@ -50,6 +50,7 @@ struct Chain {
 
 Options options_at_rest() {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.sheet.thickness = edge / 2;
   options.force.gravity.setZero();
   options.heat.diffusivity = 0;

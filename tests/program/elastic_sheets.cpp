@@ -1,0 +1,75 @@
+// Sheets as a material, against formulas.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/support/csv.h"
+#include "tests/support/frames.h"
+#include "tests/support/program.h"
+
+namespace pellicle {
+namespace {
+
+class ElasticSheets : public ProgramTest {
+ protected:
+  /// How far the tip of input/cantilever.yaml has dropped when it is at rest [m].
+  double drop(const std::string& stiffness, const std::string& cells, const std::string& step) const {
+    succeed(1, {deck_path("cantilever"), "-sheet_bending_stiffness", stiffness, "-mesh_cells", cells, "-time_step",
+                step, "-output_interval_time", "10", "-output_directory", "out"});
+    const DrawnFrame frame = last_frame(folder() / "out" / "cantilever.pvd");
+    double lowest = 0;
+    for (const auto& [id, place] : frame.points.at("position")) {
+      lowest = std::min(lowest, place[2]);
+    }
+    return -lowest;
+  }
+};
+
+/// Tip drops of the heavy elastica of 1 m, 9.81 N/m^2, by bending stiffness.
+const std::pair<const char*, double> elastica[] = {{"10", 0.1212}, {"1", 0.6954}, {"0.1", 0.9369}};
+
+TEST_F(ElasticSheets, ACantileverDropsAsTheElastica) {
+  for (const auto& [stiffness, exact] : elastica) {
+    EXPECT_NEAR(drop(stiffness, "20,4", "4e-3"), exact, 0.03) << stiffness;
+  }
+}
+
+class LongElasticSheets : public ElasticSheets {};
+
+TEST_F(LongElasticSheets, ACantileverDropsAlikeOnEveryMeshAndWithEveryStep) {
+  for (const auto& [stiffness, exact] : elastica) {
+    for (const char* cells : {"40,8", "80,16"}) {
+      for (const char* step : {"4e-3", "2e-3", "1e-3"}) {
+        const double found = drop(stiffness, cells, step);
+        std::printf("D %s N m, %s cells, step %s s: %.4f m, elastica %.4f m\n", stiffness, cells, step, found, exact);
+        EXPECT_NEAR(found, exact, 0.03) << stiffness << ", " << cells << ", " << step;
+      }
+    }
+  }
+}
+
+TEST_F(ElasticSheets, ACantileverSwingsWithItsFirstFrequency) {
+  // About its small static drop, without damping but that of implicit Euler.
+  succeed(1, {deck_path("cantilever"), "-force_gravity", "0,0,-0.01", "-force_damping", "0", "-sheet_damping", "0",
+              "-mesh_cells", "20,4", "-time_step", "2e-3", "-time_end", "2", "-output_interval_time", "10",
+              "-output_directory", "out"});
+  const auto history = read_csv(folder() / "out" / "history.csv");
+  const std::vector<double> time = history.at("time");
+  const std::vector<double> momentum = history.at("momentum_z");
+  std::vector<double> turns;  // at half periods
+  for (std::size_t k = 2; k < time.size(); ++k) {
+    if (momentum[k - 1] * momentum[k] < 0) {
+      turns.push_back(time[k - 1] + (time[k] - time[k - 1]) * momentum[k - 1] / (momentum[k - 1] - momentum[k]));
+    }
+  }
+  ASSERT_GE(turns.size(), 2u);
+  const double period = 2 * std::acos(-1.0) / (1.8751 * 1.8751);  // D = 1 N m, 1 kg/m^2, 1 m
+  EXPECT_NEAR(turns[1], period, 0.03 * period);
+}
+
+}  // namespace
+}  // namespace pellicle
