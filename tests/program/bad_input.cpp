@@ -83,7 +83,8 @@ TEST_F(BadInputTest, CommandLine) {
 }
 
 TEST_F(BadInputTest, ValuesOfSolverOptions) {
-  const Arguments deck{write("good.yaml", "mesh: {cells: [4, 4]}\n")};
+  const Arguments deck{write("good.yaml", "mesh: {cells: [4, 4]}\ndynamics: projection\n")};
+  expect_refused(deck + Arguments{"-elastic_ksp_type", "nonsense", "-dynamics", "elastic"}, {"-elastic_", "nonsense"});
   expect_refused(deck + Arguments{"-project_ksp_type", "nonsense"}, {"-project_", "nonsense"});
   expect_refused(deck + Arguments{"-heat_pc_type", "nonsense"}, {"-heat_", "nonsense"}, one_rank);
   expect_refused(deck + Arguments{"-project_red_ksp_max_it", "many"}, {"-project_red_", "many"}, one_rank);
@@ -120,7 +121,7 @@ TEST_F(BadInputTest, Ablation) {
                       {"bad.yaml:3", "ablation.strength", "-3 N/m", "more than 0"}, one_rank);
   expect_deck_refused("ablation: {strength: 100 N/m, strength_texture: absent.png}\n", {"absent.png"});
   expect_deck_refused("ablation: {strength: 100 N/m}\ndynamics: spring\n",
-                      {"bad.yaml:1", "ablation.strength", "dynamics: projection"});
+                      {"bad.yaml:1", "ablation.strength", "dynamics: projection, elastic"});
 }
 
 TEST_F(BadInputTest, FilesOfADeck) {

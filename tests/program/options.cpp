@@ -12,6 +12,7 @@ namespace {
 
 const std::string small_deck =
     "mesh: {cells: [4, 4]}\n"
+    "dynamics: projection\n"
     "sheet: {perturbation: 0.1}\n"
     "time: {step: 1 ms, max_steps: 1}\n"
     "output: {directory: out, name: small}\n";

@@ -17,6 +17,7 @@ mesh: {shape: quad_ellipsoid, level: 2, semi_axes: [0.1 m, 0.1 m, 0.12 m]}
 sheet: {thickness: 6 mm, areal_density: 0.1, perturbation: 0.01}
 force: {gravity: [0, 0, 0]}
 heat: {ksp_rtol: 1e-12}
+dynamics: projection
 project: {ksp_rtol: 1e-10}
 time: {step: 20 ms, end: 0.8 s}
 output: {name: lantern, interval_time: 0.2 s}

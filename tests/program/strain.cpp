@@ -78,6 +78,7 @@ TEST_F(StrainTest, AStepThatCannotKeepTheLimitFailsByName) {
 mesh: {cells: [8, 4], size: [1 m, 0.5 m]}
 pins: {left: {box: [-0.51, -1, -1, -0.49, 1, 1]}, right: {box: [0.49, -1, -1, 0.51, 1, 1], velocity: [5 m/s, 0, 0]}}
 time: {max_retries: 1, max_steps: 3}
+dynamics: projection
 project: {strain_limit: 0.01}
 )")});
   EXPECT_EQ(result.exit_code, 1) << result;

@@ -18,6 +18,7 @@ time: {step: 2 ms, end: 32 ms}
 force: {gravity: [0, 0, -1 m/s^2], damping: 2}
 bodies:
   ball: {shape: sphere, centre: [0.1, 0, -0.21], radius: 0.2 m, velocity: [0, 0, 1 m/s], friction: 0.3}
+dynamics: projection
 project: {ksp_rtol: 1e-12, max_steps: 3}
 heat: {ksp_rtol: 1e-12}
 objects:
