@@ -201,11 +201,11 @@ TEST_F(OutputInParaViewTest, OpensARun) {
 
 TEST_F(OutputInParaViewTest, ComparesRuns) {
   const auto run = [this](int ranks, const std::string& out, const Arguments& options) {
-    succeed(ranks, Arguments{deck_path("hot_ball"), "-mesh_cells", "12,10", "-time_max_steps", "4",
-                             "-output_interval_time", "0", "-output_interval_steps", "2", "-output_directory", out,
-                             "-output_springs", "-heat_sources_ball_centre", "-0.3,0,0", "-elastic_newton_tolerance",
-                             "1e-10"} +
-                       options);
+    succeed(ranks,
+            Arguments{deck_path("hot_ball"), "-mesh_cells", "12,10", "-time_max_steps", "4", "-output_interval_time",
+                      "0", "-output_interval_steps", "2", "-output_directory", out, "-output_springs",
+                      "-heat_sources_ball_centre", "-0.3,0,0", "-elastic_newton_tolerance", "1e-10"} +
+                options);
   };
   run(1, "one", {});
   run(2, "two", {});

@@ -270,6 +270,7 @@ void add_bodies(const YAML::Node& list, const std::string& shape, std::map<std::
 
 Options options_of(const YAML::Node& params) {
   Options options;
+  options.dynamics = Dynamics::projection;
   options.project = direct_solves();
   options.force.gravity = vector_of(params["gravity"]);
   options.force.damping = params["damping"].as<double>();

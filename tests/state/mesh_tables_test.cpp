@@ -77,11 +77,10 @@ TEST_F(MeshTables, OnOtherRanksAPartitionIsFound) {
 TEST_F(MeshTables, ASheetComesBackWithItsMassesAndPlaces) {
   SheetOptions options;
   options.thickness = 0.03;
+  options.areal_density = 7;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh, options);
   const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
   write(PETSC_COMM_WORLD, rows_of(sheet, all, {}, {}));
-  options.thickness = 1;  // is not asked again
-  options.areal_density = 7;
   expect_equal(
       make_sheet(PETSC_COMM_WORLD, read(PETSC_COMM_WORLD), {sheet.first_lattice_id, sheet.id_end}, options).sheet,
       sheet);
