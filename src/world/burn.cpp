@@ -158,8 +158,8 @@ void Burn::combustion(State& state, double h) {
 
 bool Burn::ablation(State& state, double h) {
   const bool has_died = burning_.ablation(state, state, h);
-  if (has_died) {
-    set_lengths(state);  // Of a material they follow from what is left, too.
+  if (has_died && elastic_ != nullptr) {
+    set_lengths(state);  // They follow from what is left, too.
   }
   return has_died;
 }
@@ -172,7 +172,7 @@ bool Burn::tear(State& state, double h) {
   const TearingInput input{state.living, force_,         state.position,
                            state.mass,   pins_.pinned(), options_.combustion.min_mass};
   const bool has_torn = burning_.tear(state, tearing_->torn(input), state.time + h);
-  if (has_torn) {
+  if (has_torn && elastic_ != nullptr) {
     set_lengths(state);
   }
   return has_torn;
