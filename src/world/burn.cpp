@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
+#include "world/gas_push.h"
 
 namespace pellicle {
 inline namespace world {
@@ -206,48 +207,31 @@ DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& ma
   return {moved, 0, moved.newton_iterations, moved.error};
 }
 
-/// Adds what the gas does in a step to velocities, and to positions that these have moved: h W g p, with the volume's
-/// gradient g there, the inverse masses W of what is not held, and the pressure p at the volume to which p itself leads
-/// (implicit Euler along g), so that stiff gas in a small chamber asks for no shorter steps. Of a sheet of one layer
-/// the corners feel what acts on the centres of their cells. Collective.
-/// @param mass of the local particles, of those that move [kg]
-void Burn::push_by_gas(State& state, const std::vector<double>& mass, double h) {
-  if (chambers_.count() == 0) {
-    return;
-  }
-  chambers_.set_living(state.living.triangles);
-  if (sheet_.layers == 1) {
-    follow_corners(sheet_, state.position);
-  }
-  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
-  Field push(sheet_.particles, 3);  // h W g p [m/s]
-  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    Field by_particle(sheet_.particles, 3);
-    by_particle.values().leftCols(sheet_.particles.owned) = chambers_.volume_gradient(chamber, state.position);
-    if (sheet_.layers == 1) {
-      by_particle.update_ghosts();
-      for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
-        for (const PetscInt corner : sheet_.cells[cell]) {
-          by_particle.vector(corner) += by_particle.vector(sheet_.lattice[cell]) / 4;
-        }
-      }
+/// Moves the positions so that springs and bodies are content with them.
+DynamicsResult Burn::hold_together(State& state, const std::vector<double>& mass, const ContactStep& contact) {
+  const auto timer = clock_.time("projection");  // eq. 12
+  PetscInt contacts = 0;
+  const ProjectionInput input{state.target_length,
+                              mass,
+                              held_,
+                              state.living,
+                              [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); },
+                              tearing_ ? &force_ : nullptr};
+  DynamicsResult result;
+  if (options_.dynamics == Dynamics::projection) {
+    result = {projection_->advance(state.position, input)};
+    if (tearing_) {
+      to_forces(force_, sheet_, input, contact.h);
     }
-    const auto gradient = by_particle.values().leftCols(sheet_.particles.owned);
-    Eigen::Matrix3Xd moved = Eigen::Matrix3Xd::Zero(3, gradient.cols());  // h W g
-    for (Eigen::Index i = 0; i < gradient.cols(); ++i) {
-      if (!held_[static_cast<std::size_t>(i)]) {
-        moved.col(i) = h / mass[static_cast<std::size_t>(i)] * gradient.col(i);
-      }
-    }
-    double compliance = h * moved.cwiseProduct(gradient).sum();
-    MPI_Allreduce(MPI_IN_PLACE, &compliance, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-    double& pressure = state.pressure[static_cast<std::size_t>(chamber)];
-    pressure = chambers_.moved_state(chamber, volumes[chamber], compliance, state.time + h).pressure;
-    push.values().leftCols(gradient.cols()) += pressure * moved;
+  } else {
+    result = elastic_ != nullptr ? advance_elastic(state, mass, contact.h)
+                                 : DynamicsResult{springs_->advance(state.position, {state.target_length, mass, held_,
+                                                                                     state.living, start_, contact.h})};
+    input.after_step(state.position);
+    result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   }
-  push.update_ghosts();
-  state.velocity.values() += push.values();
-  state.position.values() += h * push.values();
+  result.contacts = contacts;
+  return result;
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {
@@ -276,33 +260,33 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     }
     x += h * v;
     pins_.impose(state.position, state.time + h);
-    push_by_gas(state, mass, h);
   }
-  const Eigen::MatrixXd unconstrained = x;
-  const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
-  PetscInt contacts = 0;
-  const ProjectionInput input{state.target_length,
-                              mass,
-                              held_,
-                              state.living,
-                              [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); },
-                              tearing_ ? &force_ : nullptr};
-  DynamicsResult result;
-  {
-    const auto timer = clock_.time("projection");  // eq. 12
-    if (options_.dynamics == Dynamics::projection) {
-      result = {projection_->advance(state.position, input)};
-      if (tearing_) {
-        to_forces(force_, sheet_, input, h);
-      }
-    } else {
-      result = elastic_ != nullptr ? advance_elastic(state, mass, h)
-                                   : DynamicsResult{springs_->advance(
-                                         state.position, {state.target_length, mass, held_, state.living, start_, h})};
-      input.after_step(state.position);
-      result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
+  std::optional<GasPush> gas;
+  if (chambers_.count() > 0) {
+    chambers_.set_living(state.living.triangles);
+    if (sheet_.layers == 1) {
+      follow_corners(sheet_, state.position);
     }
+    gas.emplace(chambers_, sheet_, state.position, mass, held_, state.time + h, h);
   }
+  const Eigen::MatrixXd free_position = x;
+  const Eigen::MatrixXd free_velocity = v;
+  Eigen::MatrixXd unconstrained = x;
+  const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
+  DynamicsResult result;
+  int iterations = 0;
+  do {
+    if (gas) {
+      v = free_velocity + gas->velocity().values();
+      x = free_position + h * gas->velocity().values();
+      unconstrained = x;
+      state.pressure = gas->pressure();
+    }
+    result = hold_together(state, mass, contact);
+    iterations += result.iterations;
+    // A projected sheet has no stiffness that would answer a pressure in proportion.
+  } while (gas && result.converged && options_.dynamics != Dynamics::projection && !gas->agrees(state.position));
+  result.iterations = iterations;
   const auto timer = clock_.time("velocity");  // eq. 13 and 15
   v += (x - unconstrained) / h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -315,7 +299,6 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     follow_corners(sheet_, state.position);
     follow_corners(sheet_, state.velocity);
   }
-  result.contacts = contacts;
   return result;
 }
 

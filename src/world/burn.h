@@ -105,7 +105,7 @@ class Burn {
   std::vector<double> stiffness_factors(const Field& mass) const;
   void set_lengths(State& state) const;
   DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
-  void push_by_gas(State& state, const std::vector<double>& mass, double h);
+  DynamicsResult hold_together(State& state, const std::vector<double>& mass, const ContactStep& contact);
 
   const Sheet& sheet_;
   const Options& options_;

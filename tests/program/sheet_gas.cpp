@@ -133,6 +133,25 @@ TEST_F(SheetGasTest, AStepFromACheckpointIsTheSameToTheLastBit) {
   run(1, "chambers: {air: {law: volume, volume_ratio: [[0, 1], [0.5, 0.8]]}}\n", {"-verify_restart", "4"});
 }
 
+TEST_F(SheetGasTest, AnElasticBallBearsThePressureOfItsGas) {
+  const std::string ball = write("ball.yaml", R"(
+mesh: {shape: quad_ellipsoid, level: 3, semi_axes: [0.1 m, 0.1 m, 0.1 m]}
+sheet: {areal_density: 0.1, tensile_stiffness: 2000 N/m, perturbation: 0.001, damping: 5 ms}
+force: {gravity: [0, 0, 0], damping: 10}
+time: {step: 5 ms, end: 0.5 s}
+chambers: {air: {law: isothermal, amount_ratio: [[0, 1], [0.2 s, 1.05]]}}
+output: {directory: ball, name: ball}
+)");
+  succeed(2, {ball});
+  const auto found = history_of(folder() / "ball");
+  const double ratio = found.at("gas_volume_ratio").back();
+  const double pressure = found.at("gas_pressure").back();
+  EXPECT_NEAR((pressure + 101325) * ratio, 1.05 * 101325, 1e-3 * 101325) << "the law";
+  // Stretched alike in all directions: tension (C11 + C12) e = p R / 2, with C11 = 3 G, C12 = G, G = 3/8 of 2000 N/m.
+  const double strain = std::cbrt(ratio) - 1;
+  EXPECT_NEAR(pressure * 0.1 * std::cbrt(ratio) / 2, 3000 * strain, 0.03 * 3000 * strain);
+}
+
 TEST_F(SheetGasTest, PressureActsOnWhatIsLeftAndNothingIsNumberedAnew) {
   const std::string printed = run(2, fire,
                                   {"-chambers_air_law", "pressure", "-chambers_air_amount_ratio", "",

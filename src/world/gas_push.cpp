@@ -1,0 +1,98 @@
+#include "world/gas_push.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// Share of a chamber's volume to which the end of a step and the law agree.
+constexpr double tolerance = 1e-3;
+constexpr int most_solves = 8;
+
+/// Of the free sheet's compliance, for the second solve: how far springs may hold the sheet back is not known yet.
+constexpr double first_guess = 0.25;
+constexpr double least_share = 1e-6;
+
+}  // namespace
+
+GasPush::GasPush(const Chambers& chambers, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+                 const std::vector<bool>& held, double time, double h)
+    : chambers_(chambers),
+      time_(time),
+      intercept_(chambers.volumes(free)),
+      compliance_(chambers.count()),
+      pressure_(static_cast<std::size_t>(chambers.count())),
+      expected_(pressure_.size()),
+      velocity_(sheet.particles, 3) {
+  const PetscInt owned = sheet.particles.owned;
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    Field& move = moves_.emplace_back(sheet.particles, 3);
+    move.values().leftCols(owned) = chambers.volume_gradient(chamber, free);
+    if (sheet.layers == 1) {
+      move.update_ghosts();
+      for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+        for (const PetscInt corner : sheet.cells[cell]) {
+          move.vector(corner) += move.vector(sheet.lattice[cell]) / 4;
+        }
+      }
+    }
+    double sum = 0;
+    for (PetscInt i = 0; i < owned; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const Eigen::Vector3d gradient = move.vector(i);
+      move.vector(i) *= held[k] ? 0 : h / mass[k];
+      sum += h * gradient.dot(move.vector(i));
+    }
+    move.update_ghosts();
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    compliance_[chamber] = sum;
+  }
+  free_compliance_ = compliance_;
+  choose_pressures();
+}
+
+void GasPush::choose_pressures() {
+  velocity_.values().setZero();
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    const auto c = static_cast<std::size_t>(chamber);
+    const GasState gas = chambers_.moved_state(chamber, intercept_[chamber], compliance_[chamber], time_);
+    pressure_[c] = gas.pressure;
+    expected_[c] = gas.volume;
+    velocity_.values() += gas.pressure * moves_[c].values();
+  }
+}
+
+bool GasPush::agrees(const Field& end) {
+  const Eigen::VectorXd volumes = chambers_.volumes(end);
+  ++solves_;
+  bool all_agree = true;
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    const auto c = static_cast<std::size_t>(chamber);
+    if (chambers_.needs_closed_wall(chamber) && !chambers_.has_hole(chamber)) {
+      all_agree = all_agree && std::abs(volumes[chamber] - expected_[c]) <= tolerance * std::abs(expected_[c]);
+    }
+  }
+  if (all_agree || solves_ == most_solves) {
+    return true;
+  }
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
+    const auto c = static_cast<std::size_t>(chamber);
+    double share = first_guess;
+    if (!last_pressure_.empty() && pressure_[c] != last_pressure_[c]) {
+      const double secant = (volumes[chamber] - last_volume_[chamber]) / (pressure_[c] - last_pressure_[c]);
+      share = std::clamp(secant / free_compliance_[chamber], least_share, 1.0);
+    }
+    compliance_[chamber] = share * free_compliance_[chamber];
+    intercept_[chamber] = volumes[chamber] - compliance_[chamber] * pressure_[c];
+  }
+  last_pressure_ = pressure_;
+  last_volume_ = volumes;
+  choose_pressures();
+  return false;
+}
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "gas/chambers.h"
+#include "parallel/field.h"
+#include "surface/sheet.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// What the gas in a sheet does in a step: h W g p is added to its velocities before what holds the sheet together
+/// acts, with the volume's gradient g, the inverse masses W of what is not held, and the pressure p.
+///
+/// The pressure is that of the law at the volume at the end of the step. How far p moves that volume is known for a
+/// sheet without springs (h^2 g.W g); for the sheet as it is it follows from solving the step with two pressures, and a
+/// secant through them gives the next (`agrees`). So stiff gas in a small chamber asks for no shorter steps, and taut
+/// material bears the pressure that is in the history. Of a sheet of one layer the corners feel what acts on the centres of their
+/// cells.
+class GasPush {
+ public:
+  /// Chambers and sheet must outlive it. Collective.
+  /// @param free positions to which velocities alone lead, ghosts up to date [m]
+  /// @param mass of the local particles, of those that move [kg] @param held local particles that nothing moves
+  /// @param time at the end of the step [s] @param h its length [s]
+  GasPush(const Chambers& chambers, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+          const std::vector<bool>& held, double time, double h);
+
+  /// What to add to the velocities of the local particles, (3 x local) [m/s].
+  const Field& velocity() const { return velocity_; }
+  /// Of each chamber [Pa].
+  const std::vector<double>& pressure() const { return pressure_; }
+
+  /// Whether the step that has led to these positions agrees with the laws. If not, and other pressures are worth a
+  /// try, has them ready. Collective.
+  bool agrees(const Field& end);
+
+ private:
+  void choose_pressures();
+
+  const Chambers& chambers_;
+  double time_;  ///< at the end of the step [s]
+  int solves_ = 0;
+  std::vector<Field> moves_;           ///< h W g of each chamber, (3 x local) [m/(s Pa)]
+  Eigen::VectorXd intercept_;          ///< volume at the end of the step without pressure, as far as known [m^3]
+  Eigen::VectorXd compliance_;         ///< by how much a pressure moves it, likewise [m^3/Pa]
+  Eigen::VectorXd free_compliance_;    ///< without springs
+  std::vector<double> pressure_;       ///< [Pa]
+  std::vector<double> expected_;       ///< volume at which the law gives it [m^3]
+  std::vector<double> last_pressure_;  ///< of the solve before
+  Eigen::VectorXd last_volume_;        ///< to which it has led
+  Field velocity_;
+};
+
+}  // namespace world
+}  // namespace pellicle
