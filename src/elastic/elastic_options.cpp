@@ -90,6 +90,9 @@ Stiffness stiffness_of(const SheetMaterial& options) {
             : "sheet.physical_thickness: expected sheet.young_modulus with it; the distance of the layers, from "
               "which curl follows, is sheet.thickness");
   }
+  if (options.warp.isZero()) {
+    throw Error("sheet.warp: [0, 0, 0] has no direction, expected a vector other than zero");
+  }
   double tensile = default_tensile_stiffness;
   double bending = default_bending_stiffness;
   std::optional<double> shear;

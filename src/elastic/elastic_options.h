@@ -43,8 +43,7 @@ struct Stiffness {
 };
 
 /// All stiffnesses that the options give or imply.
-/// @throws Error when a modulus is given without a thickness or the other way round, or together with all that follows
-/// from them
+/// @throws Error when a modulus is given without a thickness or the other way round, or the warp has no direction
 Stiffness stiffness_of(const SheetMaterial& options);
 
 /// How the implicit step of the elastic sheet is solved.

@@ -160,6 +160,12 @@ double ElasticStep::value(const Field& x) const {
   return sum;
 }
 
+double ElasticStep::largest_excess() const {
+  double excess = material_.largest_excess();
+  MPI_Allreduce(MPI_IN_PLACE, &excess, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  return excess;
+}
+
 double ElasticStep::elastic_energy(const Field& positions) const {
   double sum = springs_.value(positions) + bending_.value(positions);
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());

@@ -79,6 +79,9 @@ class ElasticStep {
   /// `error` of the result is what is left of all forces, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
 
+  /// See SheetSprings::largest_excess; of all ranks. Collective.
+  double largest_excess() const;
+
   /// Of the owned springs by colour at some positions, as the last step had them, positive where they pull [N]. Not
   /// collective.
   std::array<std::vector<double>, 4> spring_forces(const Field& positions) const { return springs_.forces(positions); }

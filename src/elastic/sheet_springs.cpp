@@ -121,7 +121,11 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
       const double along = std::pow(arm.dot(warp), 2) / (squared_length * warp.squaredNorm());
       const double normal = net.normal[0] * along + net.normal[1] * (1 - along);
       const double aspect = squared_length / cell_area;
-      per_area[s] = std::max(0.0, normal - net.shear * aspect * aspect) / squared_length;
+      const double of_diagonals = net.shear * aspect * aspect;
+      per_area[s] = std::max(0.0, normal - of_diagonals) / squared_length;
+      if (!is_ghost && normal > 0) {
+        largest_excess_ = std::max(largest_excess_, of_diagonals / normal);
+      }
     }
   }
 }

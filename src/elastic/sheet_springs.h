@@ -48,6 +48,10 @@ class SheetSprings {
   /// The sheet must outlive it.
   SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors);
 
+  /// Largest ratio of the stiffness along a side to that asked for: 1, or more where cells are so much longer than wide
+  /// that the diagonals alone are stiffer. Of this rank's springs.
+  double largest_excess() const { return largest_excess_; }
+
   /// Of the local springs by colour [N/m]. Not collective.
   const std::array<std::vector<double>, 4>& stiffness(const Living& living);
 
@@ -57,6 +61,7 @@ class SheetSprings {
   const Sheet* sheet_;
   std::vector<double> triangle_area_;  ///< of a drawn triangle of each local cell [m^2]
   CellSides beyond_;
+  double largest_excess_ = 1;
   std::vector<bool> living_before_;
   std::array<std::vector<double>, 4> stiffness_;
 };

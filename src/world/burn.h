@@ -90,6 +90,8 @@ class Burn {
   StageResult end_step(State& state, double h);
 
   const Chambers& chambers() const { return chambers_; }
+  /// See ElasticStep; 1 of what is not elastic. Collective.
+  double largest_excess() const { return elastic_ != nullptr ? elastic_->largest_excess() : 1; }
 
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names();

@@ -166,6 +166,13 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
+  constexpr double worth_a_word = 1.05;
+  if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
+    char times[32];
+    std::snprintf(times, sizeof times, "%.2g", excess);
+    output_.console.tell(output_.heading() + "some cells are so long that the sheet is " + times +
+                         " times as stiff along them as asked for; expected sides that differ by 1.7 at most");
+  }
 }
 
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)

@@ -15,8 +15,8 @@ inline namespace world {
 /// The pressure is that of the law at the volume at the end of the step. How far p moves that volume is known for a
 /// sheet without springs (h^2 g.W g); for the sheet as it is it follows from solving the step with two pressures, and a
 /// secant through them gives the next (`agrees`). So stiff gas in a small chamber asks for no shorter steps, and taut
-/// material bears the pressure that is in the history. Of a sheet of one layer the corners feel what acts on the centres of their
-/// cells.
+/// material bears the pressure that is in the history. Of a sheet of one layer the corners feel what acts on the
+/// centres of their cells.
 class GasPush {
  public:
   /// Chambers and sheet must outlive it. Collective.
