@@ -89,7 +89,7 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
     std::vector<double>& per_area = per_area_[static_cast<std::size_t>(colour)];
     per_area.assign(set.ends.size(), 0);
     stiffness_[static_cast<std::size_t>(colour)].resize(set.ends.size());
-    for (std::size_t s = 0; s < set.ends.size() && colour != Colour::yellow; ++s) {
+    for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto& ends = set.ends[s];
       const Eigen::Vector3d arm = sheet.rest.col(ends[0]) - sheet.rest.col(ends[1]);
       const double squared_length = arm.squaredNorm();
@@ -99,6 +99,10 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
         continue;
       }
       const NetStiffness net(stiffness, factor_at(factors.tensile, ends), factor_at(factors.shear, ends));
+      if (colour == Colour::yellow) {
+        per_area[s] = net.shear / squared_length;
+        continue;
+      }
       double cell_area = 0;  // the mean
       int triangles = 0;
       for (std::size_t k = 0; k < 2; ++k) {
@@ -152,6 +156,12 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
       }
       const auto& triangles = set.triangles[s];
       double area = area_of(triangles[0]) + area_of(triangles[1]);
+      if (colour == Colour::yellow) {
+        area += area_of(triangles[2]) + area_of(triangles[3]);
+        if (std::all_of(triangles.begin(), triangles.end(), lives)) {
+          area = 0;
+        }
+      }
       for (std::size_t t = 0; colour == Colour::blue && t < 2; ++t) {
         if (!lives(triangles[t])) {
           continue;

@@ -11,7 +11,7 @@ inline namespace elastic {
 
 SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
   const PetscInt owned = sheet.particles.owned;
-  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
+  for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto [a, b] = set.ends[s];
@@ -31,7 +31,7 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
 void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
                           const std::array<std::vector<double>, 4>& length) {
   auto spring = springs_.begin();
-  for (const Colour colour_of_spring : {Colour::red, Colour::green, Colour::blue}) {
+  for (const Colour colour_of_spring : all_colours) {
     const auto colour = static_cast<std::size_t>(colour_of_spring);
     for (const std::size_t s : number_[colour]) {
       spring->stiffness = stiffness[colour][s];
@@ -47,7 +47,7 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
     result[static_cast<std::size_t>(colour)].assign(static_cast<std::size_t>(sheet_->of(colour).owned()), 0);
   }
   auto spring = springs_.begin();
-  for (const Colour colour : {Colour::red, Colour::green, Colour::blue}) {
+  for (const Colour colour : all_colours) {
     std::vector<double>& of_colour = result[static_cast<std::size_t>(colour)];
     for (const std::size_t s : number_[static_cast<std::size_t>(colour)]) {
       const auto& [a, b, stiffness, length] = *spring++;
@@ -134,6 +134,9 @@ void SpringPotential::add_product(const double* w, double* result) const {
   using Vector = Eigen::Map<Eigen::Vector3d>;
   using ConstVector = Eigen::Map<const Eigen::Vector3d>;
   for (std::size_t s = 0; s < springs_.size(); ++s) {
+    if (springs_[s].stiffness == 0) {
+      continue;
+    }
     const PetscInt a = springs_[s].a;
     const PetscInt b = springs_[s].b;
     const auto& [direction, across] = hessian_[s];

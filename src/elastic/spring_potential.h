@@ -9,7 +9,7 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// The red, green and blue springs of a sheet as Hooke's, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2. Nothing here
+/// The springs of a sheet as Hooke's, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2. Nothing here
 /// communicates.
 ///
 /// The positive curvature leaves out what a compressed spring adds across its direction, where it is negative.
