@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <map>
 
-#include "geometry/quad_area.h"
-
 namespace pellicle {
 inline namespace elastic {
 
@@ -18,7 +16,10 @@ constexpr double negligible = 1e-6;
 }  // namespace
 
 BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped)
-    : sheet_(&sheet), warp_(weave.warp), stencil_of_(static_cast<std::size_t>(sheet.particles.local()), -1) {
+    : sheet_(&sheet),
+      warp_(weave.warp),
+      cell_area_(cell_areas(sheet)),
+      stencil_of_(static_cast<std::size_t>(sheet.particles.local()), -1) {
   const auto particles = static_cast<std::size_t>(sheet.particles.local());
   std::vector<std::vector<PetscInt>> cells_at(particles);
   const CellSides beyond = sides_beyond(sheet);
@@ -26,9 +27,6 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
   std::fill_n(is_near.begin(), sheet.particles.owned, true);
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
     const auto& corners = sheet.cells[cell];
-    cell_area_.push_back(quad_area_vector(sheet.rest.col(corners[0]), sheet.rest.col(corners[1]),
-                                          sheet.rest.col(corners[2]), sheet.rest.col(corners[3]))
-                             .norm());
     for (std::size_t k = 0; k < 4; ++k) {
       cells_at[static_cast<std::size_t>(corners[k])].push_back(static_cast<PetscInt>(cell));
     }

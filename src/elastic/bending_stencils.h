@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "elastic/sheet_springs.h"
@@ -83,6 +82,7 @@ class BendingStencils {
 
   const Sheet* sheet_;
   Eigen::Matrix3Xd warp_;
+  std::vector<double> cell_area_;  ///< of the local cells [m^2]
   std::vector<Stencil> stencils_;
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
@@ -91,7 +91,6 @@ class BendingStencils {
   std::vector<PetscInt> triangle_number_;
   std::vector<std::vector<bool>> fitted_;  ///< points that took part in the last fit of each stencil
   std::vector<PetscInt> stencil_of_;       ///< of each local particle, -1: none
-  std::vector<double> cell_area_;
   std::vector<bool> living_before_;
 };
 

@@ -60,15 +60,22 @@ void InertiaPotential::add_hessian(const HessianBlocks& blocks) const {
 ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
                          const MaterialFactors& factors, const std::vector<bool>& pinned,
                          const std::vector<bool>& clamped, const ElasticOptions& options)
+    : ElasticStep(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors, clamped, options) {
+  damping_ = material.damping;
+  layer_distance_ = layer_distance;
+  make_solver(pinned);
+}
+
+ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
+                         const MaterialFactors& factors, const std::vector<bool>& clamped,
+                         const ElasticOptions& options)
     : sheet_(sheet),
       options_(options),
-      layer_distance_(layer_distance),
-      damping_(material.damping),
-      bending_stiffness_(stiffness_of(material).bending),
+      bending_stiffness_(stiffness.bending),
       bending_factor_(factors.bending),
-      material_(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors),
+      material_(sheet, stiffness, weave, factors),
       springs_(sheet),
-      bending_(sheet, weave_of(sheet, material.warp), clamped),
+      bending_(sheet, weave, clamped),
       inertia_(sheet.particles),
       potentials_{&springs_, &bending_, &inertia_},
       gradient_(3, sheet.particles.owned),
@@ -76,35 +83,38 @@ ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, doub
   if (bending_factor_.empty()) {
     bending_factor_.assign(static_cast<std::size_t>(sheet.particles.local()), 1);
   }
+}
+
+void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   // Rounding of positions leaves some epsilon times this: it does not shrink with the springs, whose stiffness does
   // not.
-  const auto& stiffness = material_.stiffness(Living(sheet));
+  const auto& stiffness = material_.stiffness(Living(sheet_));
   std::array<double, 2> squares{};  // of the stiffness, and of the largest place
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
-    for (std::size_t s = 0; s < static_cast<std::size_t>(sheet.of(colour).owned()); ++s) {
+    for (std::size_t s = 0; s < static_cast<std::size_t>(sheet_.of(colour).owned()); ++s) {
       squares[0] += stiffness[index][s] * stiffness[index][s];
     }
   }
-  const double place = sheet.rest.cols() > 0 ? sheet.rest.cwiseAbs().maxCoeff() : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &squares[0], 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
-  MPI_Allreduce(&place, &squares[1], 1, MPI_DOUBLE, MPI_MAX, sheet.comm());
+  const double place = sheet_.rest.cols() > 0 ? sheet_.rest.cwiseAbs().maxCoeff() : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &squares[0], 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  MPI_Allreduce(&place, &squares[1], 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
   rounding_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(squares[0]) * squares[1];
   const std::vector<Eigen::Matrix3d> projectors = projectors_of(pinned);
-  tangent_ = std::make_unique<Tangent>(sheet.particles, potentials_, projectors, TangentMatrix::shell, "");
-  if (options.mat_type != TangentMatrix::shell) {
+  tangent_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors, TangentMatrix::shell, "");
+  if (options_.mat_type != TangentMatrix::shell) {
     assembled_ =
-        std::make_unique<Tangent>(sheet.particles, potentials_, projectors, options.mat_type, options.solver_prefix);
+        std::make_unique<Tangent>(sheet_.particles, potentials_, projectors, options_.mat_type, options_.solver_prefix);
   }
   KspDefaults defaults;
-  defaults.preconditioner = options.mat_type == TangentMatrix::sbaij ? PCBJACOBI : PCMG;
+  defaults.preconditioner = options_.mat_type == TangentMatrix::sbaij ? PCBJACOBI : PCMG;
   defaults.rtol = 1e-2;
   defaults.max_iterations = 10000;
   defaults.fields = {"x", "y", "z"};
   Mat preconditioning = (assembled_ != nullptr ? assembled_ : tangent_)->matrix();
-  solver_ = make_ksp(tangent_->matrix(), preconditioning, options.solver_prefix, defaults);
-  patches_ = RigidPatches::of(solver_, preconditioning, {sheet.particles, sheet.rest, sheet.triangles, projectors},
-                              options.patch_size);
+  solver_ = make_ksp(tangent_->matrix(), preconditioning, options_.solver_prefix, defaults);
+  patches_ = RigidPatches::of(solver_, preconditioning, {sheet_.particles, sheet_.rest, sheet_.triangles, projectors},
+                              options_.patch_size);
   check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
 }
 

@@ -90,6 +90,9 @@ class ElasticStep {
   double elastic_energy(const Field& positions) const;
 
  private:
+  ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
+              const std::vector<bool>& clamped, const ElasticOptions& options);
+  void make_solver(const std::vector<bool>& pinned);
   void begin_step(const Field& positions, const ElasticInput& input);
   double value(const Field& x) const;
   void renew_preconditioner(const Field& positions);
@@ -98,8 +101,8 @@ class ElasticStep {
 
   const Sheet& sheet_;
   ElasticOptions options_;
-  double layer_distance_;
-  double damping_;
+  double layer_distance_ = 0;
+  double damping_ = 0;
   std::array<double, 2> bending_stiffness_;
   std::vector<double> bending_factor_;  ///< of the local particles
   SheetSprings material_;

@@ -60,6 +60,15 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction) {
   return weave;
 }
 
+std::vector<double> cell_areas(const Sheet& sheet) {
+  std::vector<double> areas;
+  for (const auto& [c0, c1, c2, c3] : sheet.cells) {
+    areas.push_back(
+        quad_area_vector(sheet.rest.col(c0), sheet.rest.col(c1), sheet.rest.col(c2), sheet.rest.col(c3)).norm());
+  }
+  return areas;
+}
+
 CellSides sides_beyond(const Sheet& sheet) {
   CellSides beyond(sheet.cells.size(), {-1, -1, -1, -1});
   std::map<std::pair<PetscInt, PetscInt>, PetscInt> first_at;
@@ -79,11 +88,7 @@ CellSides sides_beyond(const Sheet& sheet) {
 
 SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
                            const MaterialFactors& factors)
-    : sheet_(&sheet), beyond_(sides_beyond(sheet)) {
-  for (const auto& [c0, c1, c2, c3] : sheet.cells) {
-    triangle_area_.push_back(
-        quad_area_vector(sheet.rest.col(c0), sheet.rest.col(c1), sheet.rest.col(c2), sheet.rest.col(c3)).norm() / 4);
-  }
+    : sheet_(&sheet), cell_area_(cell_areas(sheet)), beyond_(sides_beyond(sheet)) {
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
     std::vector<double>& per_area = per_area_[static_cast<std::size_t>(colour)];
@@ -107,7 +112,7 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
       int triangles = 0;
       for (std::size_t k = 0; k < 2; ++k) {
         if (set.triangles[s][k] >= 0) {
-          cell_area += 4 * triangle_area_[static_cast<std::size_t>(set.triangles[s][k] / 4)];
+          cell_area += cell_area_[static_cast<std::size_t>(set.triangles[s][k] / 4)];
           ++triangles;
         }
       }
@@ -143,7 +148,7 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
     return triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)];
   };
   const auto area_of = [&](PetscInt triangle) {
-    return lives(triangle) ? triangle_area_[static_cast<std::size_t>(triangle / 4)] : 0;
+    return lives(triangle) ? cell_area_[static_cast<std::size_t>(triangle / 4)] / 4 : 0;
   };
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet_->of(colour);

@@ -21,6 +21,9 @@ struct MaterialFactors {
 using CellSides = std::vector<std::array<PetscInt, 4>>;
 CellSides sides_beyond(const Sheet& sheet);
 
+/// Undeformed areas of the local cells [m^2].
+std::vector<double> cell_areas(const Sheet& sheet);
+
 /// Directions of warp and weft at each local particle, in its tangent plane.
 struct Weave {
   Eigen::Matrix3Xd warp;
@@ -60,7 +63,7 @@ class SheetSprings {
   /// Of a spring: its stiffness for an area of one [N/m^3].
   std::array<std::vector<double>, 4> per_area_;
   const Sheet* sheet_;
-  std::vector<double> triangle_area_;  ///< of a drawn triangle of each local cell [m^2]
+  std::vector<double> cell_area_;  ///< of the local cells [m^2]
   CellSides beyond_;
   double largest_excess_ = 1;
   std::vector<bool> living_before_;

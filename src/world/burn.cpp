@@ -262,15 +262,17 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     pins_.impose(state.position, state.time + h);
   }
   std::optional<GasPush> gas;
+  Eigen::MatrixXd free_position;  // and velocity, before the gas pushes
+  Eigen::MatrixXd free_velocity;
   if (chambers_.count() > 0) {
     chambers_.set_living(state.living.triangles);
     if (sheet_.layers == 1) {
       follow_corners(sheet_, state.position);
     }
     gas.emplace(chambers_, sheet_, state.position, mass, held_, state.time + h, h);
+    free_position = x;
+    free_velocity = v;
   }
-  const Eigen::MatrixXd free_position = x;
-  const Eigen::MatrixXd free_velocity = v;
   Eigen::MatrixXd unconstrained = x;
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   DynamicsResult result;
