@@ -9,6 +9,7 @@
 #include "constraints/pins.h"
 #include "contact/bodies.h"
 #include "parallel/field.h"
+#include "solvers/vertex_potential.h"
 #include "surface/surface.h"
 
 namespace pellicle {
@@ -35,13 +36,6 @@ struct ContactOptions {
 };
 
 void describe(OptionTable& table, ContactOptions& options);
-
-/// Potential energy of what acts on one vertex, with derivatives by its position.
-struct PointPotential {
-  double value = 0;                                    ///< [J]
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< minus the force [N]
-  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< positive semi-definite [N/m]
-};
 
 /// Loads that act on single vertices, each with a potential:
 ///

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "solvers/backtracking.h"
+#include "solvers/vertex_potential.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -23,39 +24,6 @@ std::vector<Eigen::Matrix3d> projectors_of(const std::vector<bool>& pinned) {
 }
 
 }  // namespace
-
-void InertiaPotential::set(std::vector<double> stiffness, const Eigen::Matrix3Xd& target) {
-  stiffness_ = std::move(stiffness);
-  target_ = target;
-}
-
-double InertiaPotential::value(const Field& x) const {
-  double sum = 0;
-  for (PetscInt i = 0; i < particles_.owned; ++i) {
-    sum += stiffness_[static_cast<std::size_t>(i)] / 2 * (x.vector(i) - target_.col(i)).squaredNorm();
-  }
-  return sum;
-}
-
-void InertiaPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  for (PetscInt i = 0; i < particles_.owned; ++i) {
-    gradient.col(i) += stiffness_[static_cast<std::size_t>(i)] * (x.vector(i) - target_.col(i));
-  }
-}
-
-std::vector<VertexPair> InertiaPotential::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (PetscInt i = 0; i < particles_.owned; ++i) {
-    pairs.push_back({i, particles_.to_global(i)});
-  }
-  return pairs;
-}
-
-void InertiaPotential::add_hessian(const HessianBlocks& blocks) const {
-  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
-    blocks.add(i, stiffness_[i] * Eigen::Matrix3d::Identity());
-  }
-}
 
 ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
                          const MaterialFactors& factors, const std::vector<bool>& pinned,
@@ -76,8 +44,14 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
       material_(sheet, stiffness, weave, factors),
       springs_(sheet),
       bending_(sheet, weave, clamped),
-      inertia_(sheet.particles),
-      potentials_{&springs_, &bending_, &inertia_},
+      inertia_(make_vertex_potential(sheet.particles,
+                                     [this](PetscInt i, const Eigen::Vector3d& x) {
+                                       const double stiffness = mass_over_square_[static_cast<std::size_t>(i)];
+                                       const Eigen::Vector3d away = x - free_.col(i);
+                                       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
+                                                             stiffness * Eigen::Matrix3d::Identity()};
+                                     })),
+      potentials_{&springs_, &bending_, inertia_.get()},
       gradient_(3, sheet.particles.owned),
       before_(sheet.particles, 3) {
   if (bending_factor_.empty()) {
@@ -153,12 +127,12 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
   bending_.begin_step(input.living, input.start,
                       {input.shrinkage, layer_distance_, bending_stiffness_, bending_factor, damping});
 
-  std::vector<double> inertia(static_cast<std::size_t>(particles.owned));
-  for (std::size_t i = 0; i < inertia.size(); ++i) {
+  mass_over_square_.resize(static_cast<std::size_t>(particles.owned));
+  for (std::size_t i = 0; i < mass_over_square_.size(); ++i) {
     // A particle that has left has neither mass nor springs: any stiffness keeps it where it is.
-    inertia[i] = (input.mass[i] > 0 ? input.mass[i] : sheet_.initial_mass[i]) / (input.h * input.h);
+    mass_over_square_[i] = (input.mass[i] > 0 ? input.mass[i] : sheet_.initial_mass[i]) / (input.h * input.h);
   }
-  inertia_.set(std::move(inertia), positions.values().leftCols(particles.owned));
+  free_ = positions.values().leftCols(particles.owned);
 }
 
 double ElasticStep::value(const Field& x) const {

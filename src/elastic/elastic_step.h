@@ -35,28 +35,6 @@ struct ElasticResult : StageResult {
   int newton_iterations = 0;  ///< of which each has a linear solve
 };
 
-/// Inertia of particles that go on to where nothing but motion and outer forces would take them:
-/// sum_i m_i |x_i - x~_i|^2 / (2 h^2).
-class InertiaPotential : public Potential {
- public:
-  /// The layout must outlive it.
-  explicit InertiaPotential(const Layout& particles) : particles_(particles) {}
-
-  /// @param stiffness m_i / h^2 of the owned particles [N/m] @param target x~ (3 x owned)
-  void set(std::vector<double> stiffness, const Eigen::Matrix3Xd& target);
-
-  double value(const Field& x) const override;
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
-  std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
-  void add_hessian(const HessianBlocks& blocks) const override;
-
- private:
-  const Layout& particles_;
-  std::vector<double> stiffness_;
-  Eigen::Matrix3Xd target_;
-};
-
 /// Implicit Euler for a sheet as a material: from the unconstrained positions x~ (burning paper, eq. 9) it finds
 ///
 ///     x = argmin sum_i m_i |x_i - x~_i|^2 / (2 h^2) + U_springs(x) + U_bending(x),
@@ -73,6 +51,9 @@ class ElasticStep {
   /// direction
   ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance, const MaterialFactors& factors,
               const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options);
+
+  ElasticStep(const ElasticStep&) = delete;  // Its potentials point to it.
+  ElasticStep& operator=(const ElasticStep&) = delete;
 
   /// Collective.
   /// @param positions in: x~ [m], pinned particles in their places; out: at the end of the step. Ghosts up to date.
@@ -108,7 +89,9 @@ class ElasticStep {
   SheetSprings material_;
   SpringPotential springs_;
   BendingPotential bending_;
-  InertiaPotential inertia_;
+  std::vector<double> mass_over_square_;  ///< m_i / h^2 of the owned particles [N/m]
+  Eigen::Matrix3Xd free_;                 ///< x~ of the owned particles [m]
+  std::unique_ptr<Potential> inertia_;
   std::vector<Potential*> potentials_;
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
   std::unique_ptr<Tangent> assembled_;  ///< an earlier one, from which the preconditioner is made

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "equilibrium/vertex_potential.h"
+#include "solvers/vertex_potential.h"
 
 namespace pellicle {
 inline namespace equilibrium {

@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "combustion/combustion.h"
-#include "equilibrium/vertex_potential.h"
+#include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/textures.h"
 

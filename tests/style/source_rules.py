@@ -27,7 +27,7 @@ MAY_INCLUDE = {
     "gas": FLOOR,
     "air": FLOOR,
     "contact": FLOOR,
-    "constraints": FLOOR | {"contact"},
+    "constraints": FLOOR | {"contact", "solvers"},
     "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints"},
     "world": FLOOR | {"meshing", "solvers", "state", "io", "air", "heat", "combustion", "ablation", "projection",
                       "prism", "elastic", "gas", "contact", "constraints", "equilibrium"},

@@ -4,12 +4,18 @@
 #include <utility>
 #include <vector>
 
-#include "constraints/point_loads.h"
 #include "parallel/layout.h"
 #include "solvers/potential.h"
 
 namespace pellicle {
-inline namespace equilibrium {
+inline namespace solvers {
+
+/// Potential energy of what acts on one vertex, with derivatives by its position.
+struct PointPotential {
+  double value = 0;                                    ///< [J]
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< minus the force [N]
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< positive semi-definite [N/m]
+};
 
 /// A sum over single vertices, sum_i f(i, x_i). Nothing here communicates.
 /// @tparam Function of an owned vertex and its position [m], gives a PointPotential
@@ -65,5 +71,5 @@ std::unique_ptr<Potential> make_vertex_potential(const Layout& vertices, Functio
   return std::make_unique<VertexPotential<Function>>(vertices, std::move(function));
 }
 
-}  // namespace equilibrium
+}  // namespace solvers
 }  // namespace pellicle
