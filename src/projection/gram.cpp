@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "solvers/ksp.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -75,28 +76,7 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
     return;
   }
   check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
-  const auto product = [](Mat matrix, Vec in, Vec out) {
-    return as_petsc_callback([&] {
-      Gram* self = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      self->multiply(in, out);
-    });
-  };
-  const auto diagonal = [](Mat matrix, Vec out) {
-    return as_petsc_callback([&] {
-      Gram* self = nullptr;
-      double* values = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      check(VecGetArrayWrite(out, &values));
-      std::copy(self->diagonal_.begin(), self->diagonal_.end(), values);
-      check(VecRestoreArrayWrite(out, &values));
-    });
-  };
-  PetscErrorCode (*product_function)(Mat, Vec, Vec) = product;
-  PetscErrorCode (*diagonal_function)(Mat, Vec) = diagonal;
-  check(MatShellSetOperation(other_, MATOP_MULT, reinterpret_cast<void (*)()>(product_function)));
-  check(MatShellSetOperation(other_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product_function)));
-  check(MatShellSetOperation(other_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal_function)));
+  set_shell_operations<Gram, &Gram::multiply, &Gram::diagonal>(other_);
   set_definite(other_);
   set_matrix_options(other_, prefix);
   offer_preconditioner(other_, LineElimination::type, preconditioner_);

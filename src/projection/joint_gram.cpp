@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "solvers/ksp.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -21,34 +22,7 @@ JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std:
   lambda_values_.assign(unknowns, 0);
   const auto count = static_cast<PetscInt>(unknowns);
   check(MatCreateShell(sheet.comm(), count, count, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-  const auto product = [](Mat matrix, Vec in, Vec out) {
-    return as_petsc_callback([&] {
-      JointGram* self = nullptr;
-      const double* from = nullptr;
-      double* to = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      check(VecGetArrayRead(in, &from));
-      check(VecGetArrayWrite(out, &to));
-      self->multiply(from, to);
-      check(VecRestoreArrayWrite(out, &to));
-      check(VecRestoreArrayRead(in, &from));
-    });
-  };
-  const auto diagonal = [](Mat matrix, Vec out) {
-    return as_petsc_callback([&] {
-      JointGram* self = nullptr;
-      double* values = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      check(VecGetArrayWrite(out, &values));
-      std::copy(self->diagonal_.begin(), self->diagonal_.end(), values);
-      check(VecRestoreArrayWrite(out, &values));
-    });
-  };
-  PetscErrorCode (*product_function)(Mat, Vec, Vec) = product;
-  PetscErrorCode (*diagonal_function)(Mat, Vec) = diagonal;
-  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product_function)));
-  check(MatShellSetOperation(matrix_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product_function)));
-  check(MatShellSetOperation(matrix_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal_function)));
+  set_shell_operations<JointGram, &JointGram::multiply, &JointGram::diagonal>(matrix_);
   set_definite(matrix_);
   set_matrix_options(matrix_, prefix);
   KspDefaults defaults{KSPCG, PCJACOBI, rtol, 10000};
@@ -106,7 +80,11 @@ void JointGram::add_transpose(const double* lambda) {
   sum_.add_ghosts();
 }
 
-void JointGram::multiply(const double* in, double* out) {
+void JointGram::multiply(Vec in_vector, Vec out_vector) {
+  const double* in = nullptr;
+  double* out = nullptr;
+  check(VecGetArrayRead(in_vector, &in));
+  check(VecGetArrayWrite(out_vector, &out));
   add_transpose(in);
   double* sums = sum_.data();
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
@@ -125,6 +103,8 @@ void JointGram::multiply(const double* in, double* out) {
           shift_[row] * in[row] + g[0] * (at_a[0] - at_b[0]) + g[1] * (at_a[1] - at_b[1]) + g[2] * (at_a[2] - at_b[2]);
     }
   }
+  check(VecRestoreArrayWrite(out_vector, &out));
+  check(VecRestoreArrayRead(in_vector, &in));
   check(PetscLogFlops(20.0 * static_cast<double>(row)));
 }
 

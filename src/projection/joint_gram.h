@@ -43,7 +43,8 @@ class JointGram {
   void apply_transpose(Eigen::Matrix3Xd& result);
 
  private:
-  void multiply(const double* in, double* out);
+  void multiply(Vec in_vector, Vec out_vector);
+  const std::vector<double>& diagonal() const { return diagonal_; }
   void add_transpose(const double* lambda);
 
   const Sheet& sheet_;

@@ -12,6 +12,7 @@
 #include "meshing/generators.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
+#include "tests/support/initial_lengths.h"
 #include "tests/support/solver_options.h"
 
 namespace pellicle {
@@ -24,14 +25,6 @@ Sheet sheet_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   options.is_one_surface = true;
   options.areal_density = 1;
   return make_sheet(comm, mesh, options);
-}
-
-std::array<std::vector<double>, 4> initial_lengths(const Sheet& sheet) {
-  std::array<std::vector<double>, 4> lengths;
-  for (std::size_t colour = 0; colour < lengths.size(); ++colour) {
-    lengths[colour] = sheet.springs[colour].initial_length;
-  }
-  return lengths;
 }
 
 /// An elastic sheet in motion without heat.

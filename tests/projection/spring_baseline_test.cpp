@@ -11,6 +11,7 @@
 
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
+#include "tests/support/initial_lengths.h"
 
 namespace pellicle {
 namespace {
@@ -40,14 +41,6 @@ Sheet chain(PetscInt particles, double length, double mass) {
     }
   }
   return sheet;
-}
-
-std::array<std::vector<double>, 4> initial_lengths(const Sheet& sheet) {
-  std::array<std::vector<double>, 4> lengths;
-  for (std::size_t colour = 0; colour < lengths.size(); ++colour) {
-    lengths[colour] = sheet.springs[colour].initial_length;
-  }
-  return lengths;
 }
 
 /// A sheet in motion without heat: external force, springs, velocity update.
