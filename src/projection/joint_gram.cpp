@@ -30,7 +30,6 @@ JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std:
   ksp_ = make_ksp(matrix_, matrix_, prefix, defaults);
   check(KSPSetInitialGuessNonzero(ksp_, PETSC_TRUE));
   check(MatCreateVecs(matrix_, lambda_.create(), right_hand_side_.create()));
-  check(VecSet(lambda_, 0));
 }
 
 void JointGram::update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, const std::vector<double>& inverse_mass,
@@ -118,9 +117,6 @@ StageResult JointGram::solve(const std::vector<double>& right_hand_side) {
   check(VecGetArrayRead(lambda_, &lambda));
   std::copy_n(lambda, lambda_values_.size(), lambda_values_.begin());
   check(VecRestoreArrayRead(lambda_, &lambda));
-  if (!result.converged) {
-    check(VecSet(lambda_, 0));  // not a guess to start from
-  }
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/handle.h"
 #include "base/stage_result.h"
 #include "parallel/field.h"
@@ -31,7 +32,10 @@ class JointGram {
   void update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, const std::vector<double>& inverse_mass,
               double shift, double shift_inverse_mass);
 
-  /// Solves for lambda from the one that was found last. Collective.
+  /// Forgets the lambda that was found last, so that a step depends on its start alone. Collective.
+  void begin_step() { check(VecSet(lambda_, 0)); }
+
+  /// Solves for lambda from the one that was found last in the step. Collective.
   /// @param right_hand_side of the owned springs, colour after colour
   StageResult solve(const std::vector<double>& right_hand_side);
 

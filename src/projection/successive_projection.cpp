@@ -114,6 +114,9 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
 }
 
 void SuccessiveProjection::begin(const ProjectionInput& input) {
+  if (joint_ != nullptr) {
+    joint_->begin_step();
+  }
   set_inverse_masses(input);
   if (input.pull != nullptr) {
     for (std::size_t colour = 0; colour < 4; ++colour) {

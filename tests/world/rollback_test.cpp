@@ -160,8 +160,12 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
   ball.temperature = 2000;
   ball.rate = 1000;
   ball.start_time = 1.9 * h;
-  for (const char* dynamics : {"projection", "spring", "elastic"}) {
+  for (const auto& [dynamics, method] : {std::pair("projection", "successive"),
+                                         {"projection", "joint"},
+                                         {"spring", "successive"},
+                                         {"elastic", "successive"}}) {
     options.dynamics = dynamics;
+    options.project.method = method;
     const Written written = expect_no_trace(
         [&options](const std::string& out, const std::vector<double>& attempts) {
           options.output.directory = out;
@@ -169,7 +173,7 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
           std::ostringstream silent;
           Console console(PETSC_COMM_WORLD, 0, silent, false);
           RunFolder folder(options.output);
-          OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), options.sheet), options,
+          OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), shell_options(options)), options,
                                  folder.output, console);
           run_with_attempts(run, h, attempts);
         },
