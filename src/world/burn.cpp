@@ -287,8 +287,12 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     result = hold_together(state, mass, contact);
     iterations += result.iterations;
     // A projected sheet has no stiffness that would answer a pressure in proportion.
-  } while (gas && result.converged && options_.dynamics != Dynamics::projection && !gas->agrees(state.position));
+  } while (gas && result.converged && options_.dynamics != Dynamics::projection && !gas->is_done(state.position));
   result.iterations = iterations;
+  if (gas && result.converged && !gas->disagreement().empty()) {
+    result.converged = false;
+    result.reason = gas->disagreement();
+  }
   const auto timer = clock_.time("velocity");  // eq. 13 and 15
   v += (x - unconstrained) / h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {

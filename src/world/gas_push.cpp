@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace pellicle {
 inline namespace world {
@@ -9,8 +10,8 @@ inline namespace world {
 namespace {
 
 /// Share of a chamber's volume to which the end of a step and the law agree.
-constexpr double tolerance = 1e-3;
-constexpr int most_solves = 8;
+constexpr double tolerance = 1e-5;
+constexpr int most_solves = 12;
 
 /// Of the free sheet's compliance, for the second solve: how far springs may hold the sheet back is not known yet.
 constexpr double first_guess = 0.25;
@@ -65,17 +66,25 @@ void GasPush::choose_pressures() {
   }
 }
 
-bool GasPush::agrees(const Field& end) {
+bool GasPush::is_done(const Field& end) {
   const Eigen::VectorXd volumes = chambers_.volumes(end);
   ++solves_;
-  bool all_agree = true;
+  disagreement_.clear();
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     const auto c = static_cast<std::size_t>(chamber);
     if (chambers_.needs_closed_wall(chamber) && !chambers_.has_hole(chamber)) {
-      all_agree = all_agree && std::abs(volumes[chamber] - expected_[c]) <= tolerance * std::abs(expected_[c]);
+      const double share = volumes[chamber] / expected_[c] - 1;
+      if (!(std::abs(share) <= tolerance)) {  // also when it is not a number
+        char text[200];
+        std::snprintf(
+            text, sizeof text,
+            "after %d solves the volume of chamber %s is off that of its gas by a share of %.1e, expected %.0e",
+            solves_, chambers_.name(chamber).c_str(), std::abs(share), tolerance);
+        disagreement_ = text;
+      }
     }
   }
-  if (all_agree || solves_ == most_solves) {
+  if (disagreement_.empty() || solves_ == most_solves) {
     return true;
   }
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {

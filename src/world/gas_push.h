@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "gas/chambers.h"
@@ -14,7 +15,7 @@ inline namespace world {
 ///
 /// The pressure is that of the law at the volume at the end of the step. How far p moves that volume is known for a
 /// sheet without springs (h^2 g.W g); for the sheet as it is it follows from solving the step with two pressures, and a
-/// secant through them gives the next (`agrees`). So stiff gas in a small chamber asks for no shorter steps, and taut
+/// secant through them gives the next (`is_done`). So stiff gas in a small chamber asks for no shorter steps, and taut
 /// material bears the pressure that is in the history. Of a sheet of one layer the corners feel what acts on the
 /// centres of their cells.
 class GasPush {
@@ -31,9 +32,11 @@ class GasPush {
   /// Of each chamber [Pa].
   const std::vector<double>& pressure() const { return pressure_; }
 
-  /// Whether the step that has led to these positions agrees with the laws. If not, and other pressures are worth a
-  /// try, has them ready. Collective.
-  bool agrees(const Field& end);
+  /// Whether the step that has led to these positions is the last try: it agrees with the laws, or enough others have
+  /// not. If not, other pressures are ready. Collective.
+  bool is_done(const Field& end);
+  /// In words, how the last try does not agree with a law; empty: it does.
+  const std::string& disagreement() const { return disagreement_; }
 
  private:
   void choose_pressures();
@@ -41,6 +44,7 @@ class GasPush {
   const Chambers& chambers_;
   double time_;  ///< at the end of the step [s]
   int solves_ = 0;
+  std::string disagreement_;
   std::vector<Field> moves_;           ///< h W g of each chamber, (3 x local) [m/(s Pa)]
   Eigen::VectorXd intercept_;          ///< volume at the end of the step without pressure, as far as known [m^3]
   Eigen::VectorXd compliance_;         ///< by how much a pressure moves it, likewise [m^3/Pa]
