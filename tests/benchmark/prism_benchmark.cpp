@@ -32,6 +32,7 @@
 #include "solvers/ksp.h"
 #include "solvers/tangent.h"
 #include "surface/membrane.h"
+#include "tests/benchmark/triad.h"
 #include "world/inflate.h"
 #include "world/load_mesh.h"
 #include "world/options.h"
@@ -175,27 +176,6 @@ double product_bytes(const Inflated& inflated, const std::string& mat_type, cons
   }
   const double element_bytes = tangent == "exact" ? sizeof(StiffnessBatch) / 8.0 : 300;
   return vectors + 72 * vertices + element_bytes * elements;
-}
-
-/// Bytes a second of a = b + s c on this many bytes in all.
-double triad_bandwidth(double bytes) {
-  static std::map<double, double> known;
-  const auto [place, is_new] = known.insert({bytes, 0});
-  if (is_new) {
-    const auto size = static_cast<std::size_t>(bytes / 24);
-    std::vector<double> a(size, 1.0), b(size, 2.0), c(size, 3.0);
-    for (int repeat = 0; repeat < 40; ++repeat) {
-      const auto start = std::chrono::steady_clock::now();
-      for (std::size_t i = 0; i < size; ++i) {
-        a[i] = b[i] + 0.3 * c[i];
-      }
-      benchmark::DoNotOptimize(a.data());
-      benchmark::ClobberMemory();
-      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-      place->second = std::max(place->second, 24 * static_cast<double>(size) / seconds.count());
-    }
-  }
-  return place->second;
 }
 
 void product(benchmark::State& state, const std::string& mat_type, const std::string& tangent_name, int level) {

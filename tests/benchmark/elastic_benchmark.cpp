@@ -1,0 +1,93 @@
+// A product with the matrix-free tangent of an elastic sheet, the main part of an iteration of its linear solver, on
+// one rank:
+//
+//     build/release/tests/benchmark_pellicle --benchmark_filter=elastic/product
+//
+// `times_triad` is the ratio of its shortest time to that of the least bytes that it must read and write, at the
+// bandwidth that a = b + s c reaches on as many bytes. Least bytes: of a spring with stiffness its two ends, a vector
+// and a number (40), of a pair of particles that bending couples a column and a number (12), of a particle its inertia
+// (72), argument and result (48). Both in wall time, so that other work slows both alike.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "elastic/bending_potential.h"
+#include "elastic/spring_potential.h"
+#include "meshing/generators.h"
+#include "solvers/tangent.h"
+#include "solvers/vertex_potential.h"
+#include "surface/shell.h"
+#include "tests/benchmark/triad.h"
+#include "tests/support/initial_lengths.h"
+
+namespace pellicle {
+namespace {
+
+Sheet square_sheet(int cells_a_side) {
+  SheetOptions options;
+  options.is_one_surface = true;
+  return make_sheet(PETSC_COMM_SELF, rectangle_mesh({cells_a_side, cells_a_side}, {1, 1}), options);
+}
+
+void elastic_product(benchmark::State& state, int cells_a_side) {
+  const Sheet sheet = square_sheet(cells_a_side);
+  const auto particles = static_cast<std::size_t>(sheet.particles.local());
+  const Stiffness stiffness = stiffness_of({});
+  const Weave weave = weave_of(sheet, Eigen::Vector3d::UnitX());
+  const Living living(sheet);
+  const std::vector<double> ones(particles, 1.0);
+  SheetSprings material(sheet, stiffness, weave, {});
+  SpringPotential springs(sheet);
+  springs.set(material.stiffness(living), initial_lengths(sheet));
+  Field positions(sheet.particles, 3);
+  positions.values() = sheet.rest;
+  for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+    positions.vector(i).z() += 0.02 * std::sin(30 * sheet.rest(0, i)) * std::cos(20 * sheet.rest(1, i));
+  }
+  BendingPotential bending(sheet, weave, std::vector<bool>(particles, false));
+  bending.begin_step(living, positions, {ones, 0, stiffness.bending, ones, 0});
+  const auto inertia = make_vertex_potential(sheet.particles, [](PetscInt, const Eigen::Vector3d&) {
+    return PointPotential{0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  });
+  Tangent tangent(sheet.particles, {&springs, &bending, inertia.get()},
+                  std::vector<Eigen::Matrix3d>(particles, Eigen::Matrix3d::Identity()), TangentMatrix::shell, "");
+  tangent.update(positions, Curvature::positive);
+  VecHandle in, out;
+  check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
+  check(VecSet(in, 1));
+  double best = 1e30;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    check(MatMult(tangent.matrix(), in, out));
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    best = std::min(best, seconds.count());
+  }
+  std::ptrdiff_t with_stiffness = 0;
+  for (const std::vector<double>& of_colour : material.stiffness(living)) {
+    with_stiffness += std::count_if(of_colour.begin(), of_colour.end(), [](double k) { return k > 0; });
+  }
+  const double bytes = 40.0 * static_cast<double>(with_stiffness) +
+                       12.0 * static_cast<double>(bending.pattern().size()) + 120.0 * static_cast<double>(particles);
+  state.counters["best_ms"] = 1e3 * best;
+  state.counters["megabytes"] = 1e-6 * bytes;
+  state.counters["triad_GB_per_s"] = 1e-9 * triad_bandwidth(bytes);
+  state.counters["times_triad"] = best * triad_bandwidth(bytes) / bytes;
+}
+
+[[maybe_unused]] const bool elastic_registered = [] {
+  for (const int cells_a_side : {32, 100, 316}) {
+    const std::string springs = std::to_string(10 * cells_a_side * cells_a_side);
+    benchmark::RegisterBenchmark(("elastic/product/" + springs).c_str(), elastic_product, cells_a_side)
+        ->Unit(benchmark::kMillisecond);
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace pellicle
