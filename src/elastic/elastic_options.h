@@ -50,10 +50,12 @@ Stiffness stiffness_of(const SheetMaterial& options);
 struct ElasticOptions {
   /// Of the options that PETSc has for this solver; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "elastic_";
-  int newton_iterations = 30;      ///< at most
+  int newton_iterations = 30;      ///< at most, and again where a strain limit needs another try
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
   Choice<TangentMatrix> mat_type = TangentMatrix::shell;
   int patch_size = 64;  ///< of the preconditioner, see RigidPatches
+  /// Of the springs of the net at the end of a step; of the deck's `project.strain_limit`.
+  std::optional<double> strain_limit;
 };
 
 void describe(OptionTable& table, ElasticOptions& options);

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "base/error.h"
 #include "solvers/backtracking.h"
 #include "solvers/vertex_potential.h"
+#include "surface/net_strain.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -54,6 +56,9 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
       potentials_{&springs_, &bending_, inertia_.get()},
       gradient_(3, sheet.particles.owned),
       before_(sheet.particles, 3) {
+  if (options.strain_limit) {
+    limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
+  }
   if (bending_factor_.empty()) {
     bending_factor_.assign(static_cast<std::size_t>(sheet.particles.local()), 1);
   }
@@ -120,6 +125,7 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
     }
   }
   springs_.set(stiffness, length);
+  springs_.set_limit(limit_, input.target_length, input.living.springs);
 
   std::vector<double> bending_factor(bending_factor_.size());
   std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bending_factor.begin(),
@@ -188,30 +194,66 @@ void ElasticStep::renew_preconditioner(const Field& positions) {
   check(KSPSetReusePreconditioner(solver_, is_due ? PETSC_FALSE : PETSC_TRUE));
 }
 
+double ElasticStep::largest_share(const Field& positions) const {
+  double share = springs_.largest_share(positions);
+  MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  return share;
+}
+
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
   begin_step(positions, input);
   ElasticResult result;
+  if (!limit_) {
+    minimise(positions, input, result);
+    return result;
+  }
+  constexpr std::array shares{0.5, 0.8, 0.95, 0.99};
+  double reached = largest_share(input.start);
+  // A step most often ends near the strain that it starts with.
+  auto exact_to = reached > shares.back() ? shares.begin() : std::lower_bound(shares.begin(), shares.end(), reached);
+  for (; exact_to != shares.end(); ++exact_to) {
+    springs_.continue_limit_beyond(*exact_to);
+    lag_.forget();
+    minimise(positions, input, result);
+    if (!result.converged) {
+      break;
+    }
+    reached = largest_share(positions);
+    if (reached <= *exact_to) {
+      return result;
+    }
+  }
+  if (const NetStrain strain = net_strain(sheet_, positions, input.target_length, input.living);
+      !(strain.largest <= limit_->largest)) {
+    const std::string solved = result.converged ? "where all forces are in balance" : result.reason;
+    result.converged = false;
+    result.reason = beyond_limit(strain, limit_->largest) + ": " + solved;
+  }
+  return result;
+}
+
+void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {
   double energy = value(positions);
-  for (;; ++result.newton_iterations) {
+  for (int iteration = 0;; ++iteration) {
     const auto [norm, largest] = compute_gradient(positions, input.held);
     result.error = norm <= rounding_ ? 0 : norm / largest;
     if (result.error <= options_.newton_tolerance) {
-      return result;
+      return;
     }
     result.converged = false;
     if (!std::isfinite(norm)) {
       result.reason = "forces on the sheet are not finite";
-      return result;
+      return;
     }
-    if (result.newton_iterations == options_.newton_iterations) {
+    if (iteration == options_.newton_iterations) {
       char text[200];
       std::snprintf(
           text, sizeof text,
           "Newton's method has left %.2e of the forces after %d iterations, expected elastic.newton_tolerance "
           "%.2e",
-          result.error, result.newton_iterations, options_.newton_tolerance);
+          result.error, iteration, options_.newton_tolerance);
       result.reason = text;
-      return result;
+      return;
     }
     tangent_->update(positions, Curvature::positive);
     if (assembled_ != nullptr) {
@@ -225,7 +267,7 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
     result.iterations += solved.iterations;
     if (!solved.converged) {
       result.reason = solved.reason;
-      return result;
+      return;
     }
     const double* update = nullptr;
     check(VecGetArrayRead(update_, &update));
@@ -249,10 +291,11 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
     constexpr double rounding = 1e-12;
     if (!backtrack(merit, energy, slope, rounding * std::abs(energy))) {
       result.reason = "no part of Newton's step lowers the energy of the sheet";
-      return result;
+      return;
     }
     energy = reached;
     result.converged = true;
+    ++result.newton_iterations;
   }
 }
 

@@ -42,6 +42,10 @@ struct ElasticResult : StageResult {
 /// with viscosity as springs and bending that remember the step's start. Newton's method with positive tangents and a
 /// line search, so that the sum falls with every iteration; KSP prefix `elastic_`.
 ///
+/// With a strain limit (StrainLimit) the sum is made least with the limit's energy continued beyond a share of it,
+/// and again with a larger share, until no spring is beyond that share, where the energy is the exact one. So a step
+/// may start beyond the limit. One that ends beyond it has not converged.
+///
 /// Its springs shrink with the mean of its layers; what the layers shrink apart bends it.
 class ElasticStep {
  public:
@@ -75,6 +79,10 @@ class ElasticStep {
               const std::vector<bool>& clamped, const ElasticOptions& options);
   void make_solver(const std::vector<bool>& pinned);
   void begin_step(const Field& positions, const ElasticInput& input);
+  /// Newton's method, from the positions given. Adds to the iterations of `result`. Collective.
+  void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
+  /// See SpringPotential::largest_share; of all ranks. Collective.
+  double largest_share(const Field& positions) const;
   double value(const Field& x) const;
   void renew_preconditioner(const Field& positions);
   /// Fills gradient_ and @returns its norm, and the largest norm of a part of it. Collective.
@@ -86,6 +94,7 @@ class ElasticStep {
   double damping_ = 0;
   std::array<double, 2> bending_stiffness_;
   std::vector<double> bending_factor_;  ///< of the local particles
+  std::optional<StrainLimit> limit_;
   SheetSprings material_;
   SpringPotential springs_;
   BendingPotential bending_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "surface/net_strain.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -21,7 +22,7 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
       }
       if (is_owned || a < owned || b < owned) {
         number_[static_cast<std::size_t>(colour)].push_back(s);
-        springs_.push_back({a, b, 0, set.initial_length[s]});
+        springs_.push_back({a, b, 0, set.initial_length[s], 0});
       }
     }
   }
@@ -41,6 +42,44 @@ void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
   }
 }
 
+void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
+                                const std::array<std::vector<double>, 4>& target_length,
+                                const std::array<std::vector<bool>, 4>& lives) {
+  limit_ = limit;
+  auto spring = springs_.begin();
+  for (const Colour colour_of_spring : all_colours) {
+    const auto colour = static_cast<std::size_t>(colour_of_spring);
+    const bool is_limited = limit && is_of_net(colour_of_spring);
+    for (const std::size_t s : number_[colour]) {
+      spring->target = is_limited && lives[colour][s] ? target_length[colour][s] : 0;
+      ++spring;
+    }
+  }
+}
+
+double SpringPotential::largest_share(const Field& x) const {
+  double largest = 0;
+  for (const std::size_t s : owned_) {
+    const Spring& spring = springs_[s];
+    if (spring.target != 0) {
+      largest = std::max(largest, limit_->share((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
+    }
+  }
+  return largest;
+}
+
+StrainLimit::Law SpringPotential::law(const Spring& spring, double length) const {
+  const double stretch = length - spring.length;
+  StrainLimit::Law law{spring.stiffness / 2 * stretch * stretch, spring.stiffness * stretch, spring.stiffness};
+  if (spring.target != 0) {
+    const StrainLimit::Law limit = limit_->at(length, spring.target);
+    law.value += limit.value;
+    law.slope += limit.slope;
+    law.curvature += limit.curvature;
+  }
+  return law;
+}
+
 std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const {
   std::array<std::vector<double>, 4> result;
   for (const Colour colour : all_colours) {
@@ -50,10 +89,10 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
   for (const Colour colour : all_colours) {
     std::vector<double>& of_colour = result[static_cast<std::size_t>(colour)];
     for (const std::size_t s : number_[static_cast<std::size_t>(colour)]) {
-      const auto& [a, b, stiffness, length] = *spring++;
       if (s < of_colour.size()) {
-        of_colour[s] = stiffness * ((x.vector(a) - x.vector(b)).norm() - length);
+        of_colour[s] = law(*spring, (x.vector(spring->a) - x.vector(spring->b)).norm()).slope;
       }
+      ++spring;
     }
   }
   return result;
@@ -62,9 +101,8 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
 double SpringPotential::value(const Field& x) const {
   double sum = 0;
   for (const std::size_t s : owned_) {
-    const auto& [a, b, stiffness, length] = springs_[s];
-    const double stretch = (x.vector(a) - x.vector(b)).norm() - length;
-    sum += stiffness / 2 * stretch * stretch;
+    const Spring& spring = springs_[s];
+    sum += law(spring, (x.vector(spring.a) - x.vector(spring.b)).norm()).value;
   }
   check(PetscLogFlops(12.0 * static_cast<double>(owned_.size())));
   return sum;
@@ -72,18 +110,18 @@ double SpringPotential::value(const Field& x) const {
 
 void SpringPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   const PetscInt owned = sheet_->particles.owned;
-  for (const auto& [a, b, stiffness, length] : springs_) {
-    const Eigen::Vector3d arm = x.vector(a) - x.vector(b);
+  for (const Spring& spring : springs_) {
+    const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
     const double d = arm.norm();
-    if (stiffness == 0 || d == 0) {
+    if (!spring.acts() || d == 0) {
       continue;
     }
-    const Eigen::Vector3d force = stiffness * (1 - length / d) * arm;
-    if (a < owned) {
-      gradient.col(a) += force;
+    const Eigen::Vector3d force = law(spring, d).slope / d * arm;
+    if (spring.a < owned) {
+      gradient.col(spring.a) += force;
     }
-    if (b < owned) {
-      gradient.col(b) -= force;
+    if (spring.b < owned) {
+      gradient.col(spring.b) -= force;
     }
   }
   check(PetscLogFlops(19.0 * static_cast<double>(springs_.size())));
@@ -101,19 +139,20 @@ std::vector<VertexPair> SpringPotential::pattern() const {
 
 void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
   for (std::size_t s = 0; s < springs_.size(); ++s) {
-    const auto& [a, b, stiffness, length] = springs_[s];
-    const Eigen::Vector3d arm = x.vector(a) - x.vector(b);
+    const Spring& spring = springs_[s];
+    const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
     const double d = arm.norm();
-    if (stiffness == 0 || d == 0) {
+    if (!spring.acts() || d == 0) {
       hessian_[s] = {Eigen::Vector3d::Zero(), 0};
       continue;
     }
-    double across = stiffness * (1 - length / d);
+    const StrainLimit::Law energy = law(spring, d);
+    double across = energy.slope / d;
     if (curvature == Curvature::positive) {
       across = std::max(0.0, across);
     }
-    // k - across is not negative: k L / d at most, or k.
-    hessian_[s] = {std::sqrt(stiffness - across) / d * arm, across};
+    // Not negative: of Hooke's law it is k L / d, or k; the limit's slope grows faster than the stretch.
+    hessian_[s] = {std::sqrt(std::max(0.0, energy.curvature - across)) / d * arm, across};
   }
   check(PetscLogFlops(17.0 * static_cast<double>(springs_.size())));
 }
@@ -134,7 +173,7 @@ void SpringPotential::add_product(const double* w, double* result) const {
   using Vector = Eigen::Map<Eigen::Vector3d>;
   using ConstVector = Eigen::Map<const Eigen::Vector3d>;
   for (std::size_t s = 0; s < springs_.size(); ++s) {
-    if (springs_[s].stiffness == 0) {
+    if (!springs_[s].acts()) {
       continue;
     }
     const PetscInt a = springs_[s].a;

@@ -1,16 +1,18 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
+#include "elastic/strain_limit.h"
 #include "solvers/potential.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
 inline namespace elastic {
 
-/// The springs of a sheet as Hooke's, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2. Nothing here
-/// communicates.
+/// The springs of a sheet as Hooke's, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2, of which those of the net may have a
+/// strain limit. Nothing here communicates.
 ///
 /// The positive curvature leaves out what a compressed spring adds across its direction, where it is negative.
 class SpringPotential : public Potential {
@@ -21,6 +23,18 @@ class SpringPotential : public Potential {
   /// @param stiffness of the local springs by colour, 0 where one has died [N/m]
   /// @param length without force, likewise [m]
   void set(const std::array<std::vector<double>, 4>& stiffness, const std::array<std::vector<double>, 4>& length);
+
+  /// What holds the living springs of the net (blue and green) below a strain from now on; nothing: no limit.
+  /// @param target_length of the local springs by colour, from which strain is measured [m]
+  /// @param lives of the local springs by colour
+  void set_limit(const std::optional<StrainLimit>& limit, const std::array<std::vector<double>, 4>& target_length,
+                 const std::array<std::vector<bool>, 4>& lives);
+
+  /// See StrainLimit::exact_to.
+  void continue_limit_beyond(double share) { limit_->exact_to = share; }
+
+  /// The largest StrainLimit::share of this rank's springs; 0 where none has a limit.
+  double largest_share(const Field& x) const;
 
   /// Of the owned springs by colour, positive where they pull [N].
   std::array<std::vector<double>, 4> forces(const Field& x) const;
@@ -39,6 +53,8 @@ class SpringPotential : public Potential {
     PetscInt b;
     double stiffness;
     double length;
+    double target;  ///< of the limit; 0: the spring has none
+    bool acts() const { return stiffness != 0 || target != 0; }
   };
   /// Of a spring: along n n^T + across I.
   struct Curved {
@@ -46,7 +62,11 @@ class SpringPotential : public Potential {
     double across;
   };
 
+  /// Energy of a spring of length d, and its derivatives by d.
+  StrainLimit::Law law(const Spring& spring, double length) const;
+
   const Sheet* sheet_;
+  std::optional<StrainLimit> limit_;
   std::array<std::vector<std::size_t>, 4> number_;  ///< in its colour's set, of each spring, in order
   std::vector<std::size_t> owned_;                  ///< springs of this rank
   std::vector<Spring> springs_;

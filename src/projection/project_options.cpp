@@ -92,11 +92,6 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .range(0, 1)
       .help("relative tolerance of the linear solves")
       .source("measured: 1e-3 differs from a direct solve by 6e-7 of the sheet after 5 steps");
-  table.add("project.strain_limit", options.strain_limit)
-      .more_than(0)
-      .help(
-          "largest strain, a share, of the springs of the net (blue and green) at the end of a step: what is beyond it "
-          "is brought back by further solves, or the step fails; none unless given");
   table.add("project.strain_steps", options.strain_steps)
       .at_least(0)
       .acts_with({"project.strain_limit", [&options] { return options.strain_limit.has_value(); }})
@@ -107,6 +102,16 @@ void describe(OptionTable& table, ProjectOptions& options) {
   table.add_solver_prefix("project_", {"red_", "green_", "blue_", "yellow_"});
   table.add_under(one_of("project.method", options.method, {ProjectMethod::joint}),
                   [&] { table.add_solver_prefix("project_joint_"); });
+}
+
+void describe_strain_limit(OptionTable& table, ProjectOptions& options) {
+  table.add("project.strain_limit", options.strain_limit)
+      .more_than(0)
+      .help(
+          "largest strain, a share, of the springs of the net (blue and green) at the end of a step, or the step "
+          "fails: "
+          "what is beyond it is brought back by further solves; springs of an elastic sheet stiffen from 0.8 of it on; "
+          "none unless given");
 }
 
 }  // namespace projection

@@ -63,12 +63,14 @@ struct ProjectOptions {
   std::string weight_texture;                ///< a PNG whose brightness multiplies the weights of the springs
   Choice<GramFormat> mat_type = GramFormat::lines;
   double ksp_rtol = 1e-3;
-  std::optional<double> strain_limit;  ///< of the net's springs at the end of a step, see SuccessiveProjection
+  std::optional<double> strain_limit;  ///< of the net's springs at the end of a step
   int strain_steps = 20;               ///< full projection steps beyond max_steps that may be spent on it
   bool monitor = false;
 };
 
 void describe(OptionTable& table, ProjectOptions& options);
+/// The strain limit alone, which elastic sheets have, too.
+void describe_strain_limit(OptionTable& table, ProjectOptions& options);
 
 }  // namespace projection
 }  // namespace pellicle

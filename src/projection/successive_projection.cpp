@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "projection/irregular_vertices.h"
-#include "projection/net_strain.h"
+#include "surface/net_strain.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -280,10 +280,8 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
   }
   if (!(strain.largest <= limit)) {
     result.converged = false;
-    result.reason = std::string("the ") + colour_names[static_cast<std::size_t>(strain.colour)] +
-                    " spring of particles " + std::to_string(strain.ids[0]) + " and " + std::to_string(strain.ids[1]) +
-                    " is strained by " + words_of(strain.largest, strain.place) + ", above project.strain_limit " +
-                    number_text(limit) + ", after " + std::to_string(options_.strain_steps) + " steps to bring it back";
+    result.reason =
+        beyond_limit(strain, limit) + ", after " + std::to_string(options_.strain_steps) + " steps to bring it back";
   }
   return result;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
 #include "world/gas_push.h"
@@ -90,11 +91,13 @@ void Burn::make_elastic() {
   const auto factors = [&](const char* key, const std::string& file) {
     return textures_.values(sheet_.uv, key, file, material.stiffness_range);
   };
+  ElasticOptions elastic = options_.elastic;
+  elastic.strain_limit = options_.project.strain_limit;
   elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                            factors("sheet.shear_texture", material.shear_texture),
                                                            factors("sheet.bending_texture", material.bending_texture)},
-                                           pins_.pinned(), pins_.clamped(), options_.elastic);
+                                           pins_.pinned(), pins_.clamped(), elastic);
 }
 
 State Burn::initial_state() const {
@@ -135,7 +138,12 @@ BurnStep Burn::advance(State& state, double h) {
   if (failed(moved)) {
     return step;
   }
-  step.died = tear(state, h) || step.died;
+  if (tear(state, h)) {
+    step.died = true;
+    if (failed(limit_strain(state))) {  // The lengths beside a tear follow from what is left.
+      return step;
+    }
+  }
   failed(end_step(state, h));
   return step;
 }
@@ -197,6 +205,20 @@ std::vector<double> Burn::stiffness_factors(const Field& mass) const {
   return factors;
 }
 
+/// Whether an elastic sheet keeps its limit. Collective.
+StageResult Burn::limit_strain(const State& state) const {
+  StageResult result;
+  const std::optional<double> limit = options_.project.strain_limit;
+  if (elastic_ != nullptr && limit) {
+    const NetStrain strain = net_strain(sheet_, state.position, state.target_length, state.living);
+    result.converged = strain.largest <= *limit;
+    if (!result.converged) {
+      result.reason = beyond_limit(strain, *limit);
+    }
+  }
+  return result;
+}
+
 DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
   const ElasticResult moved =
       elastic_->advance(state.position, {state.target_length, volume_ratios(sheet_, state.mass, options_.combustion),
@@ -205,6 +227,43 @@ DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& ma
     force_ = elastic_->spring_forces(state.position);
   }
   return {moved, 0, moved.newton_iterations, moved.error};
+}
+
+/// Springs, then bodies. Where these leave springs beyond the strain limit, what they have moved stays where it is, and
+/// the others give way.
+DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::vector<double>& mass,
+                                                 const std::function<void(Field&)>& correct, double h) {
+  const Eigen::MatrixXd free = state.position.values();
+  std::vector<double> inertia = mass;
+  DynamicsResult result;
+  constexpr int tries = 3;
+  for (int n = 0; n < tries; ++n) {
+    const DynamicsResult before = result;
+    result = advance_elastic(state, inertia, h);
+    result.iterations += before.iterations;
+    result.newton_iterations += before.newton_iterations;
+    if (!result.converged) {
+      return result;
+    }
+    const Eigen::MatrixXd balanced = state.position.values();
+    correct(state.position);
+    const StageResult limited = limit_strain(state);
+    result.converged = limited.converged;
+    result.reason = limited.reason;
+    if (limited.converged || n + 1 == tries) {
+      return result;
+    }
+    const Eigen::MatrixXd corrected = state.position.values();
+    state.position.values() = free;
+    for (Eigen::Index i = 0; i < free.cols(); ++i) {
+      if (corrected.col(i) != balanced.col(i)) {
+        constexpr double held = 1e6;
+        inertia[static_cast<std::size_t>(i)] = held * mass[static_cast<std::size_t>(i)];
+        state.position.vector(i) = corrected.col(i);
+      }
+    }
+  }
+  return result;
 }
 
 /// Moves the positions so that springs and bodies are content with them.
@@ -224,10 +283,12 @@ DynamicsResult Burn::hold_together(State& state, const std::vector<double>& mass
       to_forces(force_, sheet_, input, contact.h);
     }
   } else {
-    result = elastic_ != nullptr ? advance_elastic(state, mass, contact.h)
-                                 : DynamicsResult{springs_->advance(state.position, {state.target_length, mass, held_,
-                                                                                     state.living, start_, contact.h})};
-    input.after_step(state.position);
+    if (elastic_ != nullptr) {
+      result = advance_elastic_with_bodies(state, mass, input.after_step, contact.h);
+    } else {
+      result = {springs_->advance(state.position, {state.target_length, mass, held_, state.living, start_, contact.h})};
+      input.after_step(state.position);
+    }
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   }
   result.contacts = contacts;

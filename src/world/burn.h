@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -106,7 +107,10 @@ class Burn {
   void make_elastic();
   std::vector<double> stiffness_factors(const Field& mass) const;
   void set_lengths(State& state) const;
+  StageResult limit_strain(const State& state) const;
   DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
+  DynamicsResult advance_elastic_with_bodies(State& state, const std::vector<double>& mass,
+                                             const std::function<void(Field&)>& correct, double h);
   DynamicsResult hold_together(State& state, const std::vector<double>& mass, const ContactStep& contact);
 
   const Sheet& sheet_;

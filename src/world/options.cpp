@@ -69,6 +69,8 @@ void describe_sheet(OptionTable& table, Options& options) {
   table.add_solver_settings([&] {
     const Condition projection = one_of("dynamics", options.dynamics, {Dynamics::projection});
     table.add_under(projection, [&] { describe(table, options.project); });
+    table.add_under(one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic}),
+                    [&] { describe_strain_limit(table, options.project); });
     table.add_under(one_of("dynamics", options.dynamics, {Dynamics::spring}), [&] { describe(table, options.spring); });
     table.add_under(elastic, [&] { describe(table, options.elastic); });
   });

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "io/history.h"
-#include "projection/net_strain.h"
+#include "surface/net_strain.h"
 #include "world/burn.h"
 #include "world/ledger.h"
 

@@ -88,5 +88,61 @@ project: {strain_limit: 0.01}
   EXPECT_NE(result.output.find("tried again with"), std::string::npos) << result;
 }
 
+/// A strip of so little stiffness that its weight would stretch it by half of its length on average.
+const char* const heavy_strip = R"(
+mesh: {cells: [4, 16], size: [0.25 m, 1 m]}
+sheet: {areal_density: 1 kg/m^2, tensile_stiffness: 10 N/m, damping: 5 ms, perturbation: 0.01}
+pins: {top: {box: [-1, 0.499, -1, 1, 0.501, 1]}}
+force: {gravity: [0, -9.81 m/s^2, 0], damping: 2}
+time: {step: 5 ms, end: 0.12}
+elastic: {newton_tolerance: 1e-6, ksp_rtol: 1e-6}
+output: {directory: out, interval_steps: 24}
+)";
+
+TEST_F(StrainRanks, OfAnElasticSheetKeepTheLimitAlike) {
+  const std::string deck = write("strip.yaml", heavy_strip);
+  succeed(1, {deck, "-output_directory", "free"});
+  const std::vector<double> free = history("free").at("largest_strain");
+  EXPECT_GT(*std::max_element(free.begin(), free.end()), 0.2);
+  succeed(1, {deck, "-project_strain_limit", "0.05"});
+  const std::vector<double> strain = history("out").at("largest_strain");
+  const double largest = *std::max_element(strain.begin(), strain.end());
+  EXPECT_LE(largest, 0.05);
+  EXPECT_GT(largest, 0.04) << "no less than need be";
+  const DrawnFrame one = last_frame(folder() / "out" / "strip.pvd");
+  for (const int ranks : {2, 3, 4}) {
+    const std::string out = "out" + std::to_string(ranks);
+    succeed(ranks, {deck, "-project_strain_limit", "0.05", "-output_directory", out});
+    expect_same_fields(one, last_frame(folder() / out / "strip.pvd"), 1e-5, out);
+  }
+}
+
+TEST_F(StrainTest, AnElasticSheetThatBurnsAndMeetsABallKeepsTheLimit) {
+  const Arguments burning{write("scene.yaml", burning_scene), "-dynamics", "elastic", "-combustion_mass_loss_rate",
+                          "0.5"};
+  succeed(1, burning + Arguments{"-output_directory", "free"});
+  const std::vector<double> free = history("free").at("largest_strain");
+  EXPECT_GT(*std::max_element(free.begin() + 1, free.end()), 0.03);
+  succeed(1, burning + Arguments{"-project_strain_limit", "0.02", "-output_directory", "out"});
+  const std::vector<double> strain = history("out").at("largest_strain");
+  EXPECT_LE(*std::max_element(strain.begin() + 1, strain.end()), 0.02);
+  const std::vector<double> contacts = history("out").at("contacts");
+  EXPECT_GT(*std::max_element(contacts.begin(), contacts.end()), 0);
+}
+
+TEST_F(StrainTest, AnElasticStepThatCannotKeepTheLimitFailsByName) {
+  const CommandResult result = pellicle(1, {write("clamped.yaml", R"(
+mesh: {cells: [8, 4], size: [1 m, 0.5 m]}
+pins: {left: {box: [-0.51, -1, -1, -0.49, 1, 1]}, right: {box: [0.49, -1, -1, 0.51, 1, 1], velocity: [5 m/s, 0, 0]}}
+time: {max_retries: 1, max_steps: 3}
+project: {strain_limit: 0.01}
+)")});
+  EXPECT_EQ(result.exit_code, 1) << result;
+  for (const char* words : {"spring of particles ", " is strained by ", ") m, above project.strain_limit 0.01"}) {
+    EXPECT_NE(result.errors.find(words), std::string::npos) << words << " is not in: " << result;
+  }
+  EXPECT_NE(result.output.find("tried again with"), std::string::npos) << result;
+}
+
 }  // namespace
 }  // namespace pellicle

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "projection/joint_gram.h"
-#include "projection/net_strain.h"
+#include "surface/net_strain.h"
 #include "projection/successive_projection.h"
 #include "tests/projection/sheets.h"
 #include "tests/support/grid_mesh.h"

@@ -1,4 +1,4 @@
-#include "projection/net_strain.h"
+#include "surface/net_strain.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "projection/net_strain.h"
+#include "surface/net_strain.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/solver_options.h"

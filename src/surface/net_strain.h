@@ -10,10 +10,13 @@
 #include "surface/sheet.h"
 
 namespace pellicle {
-inline namespace projection {
+inline namespace surface {
 
 /// The colours of the net of a sheet: the springs along its cells, of both layers; of one the blue ones alone act.
 inline constexpr std::array<Colour, 2> net_colours{Colour::green, Colour::blue};
+
+/// Whether springs of a colour are of the net.
+inline bool is_of_net(Colour colour) { return colour == Colour::green || colour == Colour::blue; }
 
 /// How far springs are from their target lengths l: their strain is d/l - 1 at the length d.
 struct NetStrain {
@@ -35,5 +38,8 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
 /// "3.2 % at (0.1, 0.2, 0.3) m"
 std::string words_of(double strain, const Eigen::Vector3d& place);
 
-}  // namespace projection
+/// "the blue spring of particles 3 and 4 is strained by 3.2 % at (0.1, 0.2, 0.3) m, above project.strain_limit 0.01"
+std::string beyond_limit(const NetStrain& strain, double limit);
+
+}  // namespace surface
 }  // namespace pellicle

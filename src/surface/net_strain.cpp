@@ -1,12 +1,14 @@
-#include "projection/net_strain.h"
+#include "surface/net_strain.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
+#include "base/units.h"
+
 namespace pellicle {
-inline namespace projection {
+inline namespace surface {
 
 NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                      const Living& living) {
@@ -25,7 +27,6 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& springs = sheet.of(colour);
     const std::vector<bool>& lives = living.springs[index];
-    const bool is_of_net = std::find(net_colours.begin(), net_colours.end(), colour) != net_colours.end();
     double squares = 0;
     double sum = 0;
     PetscInt count = 0;
@@ -41,7 +42,7 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
       sum += value;
       ++count;
       strain.largest_of[index] = std::max(strain.largest_of[index], value);
-      if (is_of_net && value >= strain.largest) {
+      if (is_of_net(colour) && value >= strain.largest) {
         const auto [first, last] = std::minmax(sheet.persistent_id[static_cast<std::size_t>(a)],
                                                sheet.persistent_id[static_cast<std::size_t>(b)]);
         const Key own{first, last, static_cast<PetscInt>(colour)};
@@ -91,5 +92,11 @@ std::string words_of(double strain, const Eigen::Vector3d& place) {
   return text;
 }
 
-}  // namespace projection
+std::string beyond_limit(const NetStrain& strain, double limit) {
+  return std::string("the ") + colour_names[static_cast<std::size_t>(strain.colour)] + " spring of particles " +
+         std::to_string(strain.ids[0]) + " and " + std::to_string(strain.ids[1]) + " is strained by " +
+         words_of(strain.largest, strain.place) + ", above project.strain_limit " + number_text(limit);
+}
+
+}  // namespace surface
 }  // namespace pellicle

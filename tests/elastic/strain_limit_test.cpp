@@ -1,0 +1,217 @@
+#include "elastic/strain_limit.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <map>
+
+#include "elastic/elastic_step.h"
+#include "elastic/spring_potential.h"
+#include "surface/net_strain.h"
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/initial_lengths.h"
+#include "tests/support/solver_options.h"
+
+namespace pellicle {
+namespace {
+
+Sheet limited_sheet(MPI_Comm comm, const SurfaceMesh& mesh) {
+  SheetOptions options;
+  options.is_one_surface = true;
+  options.areal_density = 1;
+  return make_sheet(comm, mesh, options);
+}
+
+TEST(StrainLimitTest, slope_and_curvature_are_the_derivatives_of_the_energy) {
+  const StrainLimit limit{0.1, 3, 0.9};
+  const double target = 0.02;
+  for (const double strain : {-0.3, -0.1, -0.099, -0.09, -0.05, 0.0, 0.079, 0.085, 0.0979, 0.0981, 0.2, 5.0}) {
+    const double d = target * (1 + strain);
+    const double h = 1e-8 * target;
+    const StrainLimit::Law law = limit.at(d, target);
+    const StrainLimit::Law above = limit.at(d + h, target);
+    const StrainLimit::Law below = limit.at(d - h, target);
+    const double tolerance = 1e-6 * (1 + limit.at(target * (1 + strain), target).curvature);
+    EXPECT_NEAR((above.value - below.value) / (2 * h), law.slope, tolerance * target) << strain;
+    EXPECT_NEAR((above.slope - below.slope) / (2 * h), law.curvature, tolerance) << strain;
+    EXPECT_GE(law.curvature, 0) << strain;
+    EXPECT_GE(law.slope * strain, 0) << "it draws back: " << strain;
+  }
+}
+
+TEST(StrainLimitTest, nothing_acts_below_its_begin_and_no_curvature_jumps) {
+  const StrainLimit limit{0.1, 3, 0.9};
+  EXPECT_EQ(limit.at(1.0799, 1).value, 0);
+  for (const double strain : {0.08, 0.098, -0.08, -0.098}) {  // where it begins, and where it is continued
+    EXPECT_NEAR(limit.at(1 + strain * (1 - 1e-9), 1).curvature, limit.at(1 + strain * (1 + 1e-9), 1).curvature,
+                1e-6 * (1 + limit.at(1 + strain, 1).curvature))
+        << strain;
+  }
+  const StrainLimit stretched_only{1.5, 3, 0.9};
+  EXPECT_EQ(stretched_only.at(0, 1).slope, 0);
+}
+
+TEST(StrainLimitTest, it_grows_without_bound_towards_the_limit) {
+  StrainLimit limit{0.1, 3, 0};
+  double before = 0;
+  for (const double share : {0.9, 0.99, 0.999}) {
+    limit.exact_to = share;
+    const double slope = limit.at(1.08 + 0.02 * share, 1).slope;
+    EXPECT_NEAR(slope, 3 * 0.02 * share * share * (3 - share) / std::pow(1 - share, 3), 1e-6 * slope);
+    EXPECT_GT(slope, 500 * before);
+    before = slope;
+  }
+}
+
+/// Springs of a sheet pulled out of shape, of which some are beyond a limit.
+struct Pulled {
+  Pulled()
+      : sheet(limited_sheet(PETSC_COMM_SELF, grid_mesh(3, 2, 0.1))),
+        x(sheet.particles, 3),
+        springs(sheet),
+        living(sheet) {
+    std::array<std::vector<double>, 4> stiffness;
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      stiffness[colour].assign(sheet.springs[colour].ends.size(), colour == 3 ? 0 : 5);
+    }
+    living.springs[static_cast<std::size_t>(Colour::blue)][0] = false;
+    springs.set(stiffness, initial_lengths(sheet));
+    springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(sheet), living.springs);
+    x.values() = sheet.rest;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      const auto id = static_cast<double>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+      x.vector(i) += 0.009 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+    }
+  }
+  Eigen::VectorXd gradient() const {
+    Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, sheet.particles.owned);
+    springs.add_gradient(x, result);
+    return Eigen::Map<Eigen::VectorXd>(result.data(), result.size());
+  }
+  Eigen::MatrixXd hessian(Curvature curvature) {
+    springs.update_hessian(x, curvature);
+    const Eigen::Index size = 3 * sheet.particles.owned;
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(size, k);
+      springs.add_product(unit.data(), result.col(k).data());
+    }
+    return result;
+  }
+
+  Sheet sheet;
+  Field x;
+  SpringPotential springs;
+  Living living;
+};
+
+TEST(StrainLimitTest, gradient_and_hessian_of_the_springs_are_derivatives) {
+  Pulled pulled;
+  EXPECT_GT(pulled.springs.largest_share(pulled.x), 0.9);
+  const Eigen::VectorXd gradient = pulled.gradient();
+  const Eigen::MatrixXd hessian = pulled.hessian(Curvature::exact);
+  const double h = 1e-7;
+  for (Eigen::Index k = 0; k < gradient.size(); ++k) {
+    double& value = pulled.x.data()[k];
+    const double here = value;
+    value = here + h;
+    const double energy_above = pulled.springs.value(pulled.x);
+    const Eigen::VectorXd above = pulled.gradient();
+    value = here - h;
+    const double energy_below = pulled.springs.value(pulled.x);
+    const Eigen::VectorXd below = pulled.gradient();
+    value = here;
+    EXPECT_NEAR((energy_above - energy_below) / (2 * h), gradient[k], 1e-6 * gradient.cwiseAbs().maxCoeff()) << k;
+    EXPECT_LT(((above - below) / (2 * h) - hessian.col(k)).norm(), 1e-5 * hessian.norm()) << k;
+  }
+}
+
+TEST(StrainLimitTest, the_positive_hessian_is_positive_and_at_least_the_exact_one) {
+  Pulled pulled;
+  const Eigen::MatrixXd positive = pulled.hessian(Curvature::positive);
+  const Eigen::MatrixXd left_out = positive - pulled.hessian(Curvature::exact);
+  const double scale = positive.norm();
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(positive).eigenvalues().minCoeff(), -1e-12 * scale);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(left_out).eigenvalues().minCoeff(), -1e-12 * scale);
+}
+
+TEST(StrainLimitTest, what_has_died_has_no_limit) {
+  Pulled pulled;
+  const auto blue = static_cast<std::size_t>(Colour::blue);
+  for (auto& springs : pulled.living.springs) {
+    springs.assign(springs.size(), false);
+  }
+  pulled.springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(pulled.sheet), pulled.living.springs);
+  EXPECT_EQ(pulled.springs.largest_share(pulled.x), 0);
+  const auto& [a, b] = pulled.sheet.springs[blue].ends[0];
+  const double stretch =
+      (pulled.x.vector(a) - pulled.x.vector(b)).norm() - pulled.sheet.springs[blue].initial_length[0];
+  EXPECT_NEAR(pulled.springs.forces(pulled.x)[blue][0], 5 * stretch, 1e-12) << "but its own stiffness";
+}
+
+/// A step of a sheet whose target lengths are those of the mesh times a factor.
+struct LimitedStep {
+  LimitedStep(MPI_Comm comm, double factor, double limit, const std::function<bool(const Eigen::Vector3d&)>& is_pinned)
+      : sheet(limited_sheet(comm, grid_mesh(8, 4, 0.1))),
+        positions(sheet.particles, 3),
+        target(initial_lengths(sheet)) {
+    Field start(sheet.particles, 3);
+    start.values() = positions.values() = sheet.rest;
+    for (auto& lengths : target) {
+      for (double& length : lengths) {
+        length *= factor;
+      }
+    }
+    std::vector<bool> pinned;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      pinned.push_back(is_pinned(sheet.rest.col(i)));
+    }
+    const std::vector<double> ones(pinned.size(), 1);
+    ElasticOptions options;
+    options.newton_tolerance = 1e-6;
+    options.strain_limit = limit;
+    SheetMaterial material;
+    material.tensile_stiffness = 10;
+    ElasticStep step(sheet, material, 0.01, MaterialFactors(), pinned, pinned, options);
+    result = step.advance(positions, {target, ones, ones, sheet.initial_mass, pinned, Living(sheet), start, 0.02});
+    strain = net_strain(sheet, positions, target, Living(sheet));
+  }
+  Sheet sheet;
+  Field positions;
+  std::array<std::vector<double>, 4> target;
+  ElasticResult result;
+  NetStrain strain;
+};
+
+TEST(StrainLimitTest, a_step_that_starts_beyond_the_limit_finds_back_alike_on_any_ranks) {
+  SolverOptions solver;
+  solver.set("elastic_ksp_rtol", "1e-10");
+  const auto left = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 && r.y() < 1e-9; };
+  const LimitedStep alone(PETSC_COMM_SELF, 0.8, 0.02, left);  // at first strained by 25 %
+  ASSERT_TRUE(alone.result.converged) << alone.result.reason;
+  EXPECT_LE(alone.strain.largest, 0.02);
+  const LimitedStep together(PETSC_COMM_WORLD, 0.8, 0.02, left);
+  ASSERT_TRUE(together.result.converged) << together.result.reason;
+  EXPECT_EQ(together.result.newton_iterations, alone.result.newton_iterations);
+  std::map<PetscInt, Eigen::Vector3d> places;
+  for (PetscInt i = 0; i < alone.sheet.particles.local(); ++i) {
+    places[alone.sheet.persistent_id[static_cast<std::size_t>(i)]] = alone.positions.vector(i);
+  }
+  for (PetscInt i = 0; i < together.sheet.particles.local(); ++i) {
+    const PetscInt id = together.sheet.persistent_id[static_cast<std::size_t>(i)];
+    EXPECT_LT((together.positions.vector(i) - places.at(id)).norm(), 1e-6) << id;
+  }
+}
+
+TEST(StrainLimitTest, a_limit_that_cannot_be_kept_is_a_failed_step) {
+  const auto ends = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 || r.x() > 0.8 - 1e-9; };
+  const LimitedStep step(PETSC_COMM_WORLD, 0.8, 0.02, ends);
+  EXPECT_FALSE(step.result.converged);
+  EXPECT_NE(step.result.reason.find(" spring of particles "), std::string::npos) << step.result.reason;
+  EXPECT_NE(step.result.reason.find("above project.strain_limit 0.02"), std::string::npos) << step.result.reason;
+}
+
+}  // namespace
+}  // namespace pellicle
