@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "projection/joint_gram.h"
-#include "surface/net_strain.h"
 #include "projection/successive_projection.h"
+#include "surface/net_strain.h"
 #include "tests/projection/sheets.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/solver_options.h"
