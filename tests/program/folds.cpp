@@ -1,6 +1,7 @@
 // What postproc/folds.py says of surfaces whose folds are known, and of scenes.
 
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <regex>
 #include <sstream>
@@ -85,6 +86,35 @@ TEST_F(FoldsTest, CutCellsAreLeftOut) {
   EXPECT_GT(cells, 100);
   EXPECT_LT(cells, 400);
 }
+
+/// Folds of the mesh, from cell to cell, are at most so large a share of the sharp folds of an elastic sheet.
+constexpr double most_stitches = 0.05;
+
+TEST_F(FoldsTest, ASheetThatShrinksFoldsWithoutStitches) {
+  // Bending stiffness makes the wrinkles as many cells wide as in the deck, on fewer cells.
+  succeed(1, {deck_path("hot_sphere_b"), "-mesh_cells", "40,40", "-sheet_bending_stiffness", "1e-2", "-time_end", "0.8",
+              "-output_interval_time", "10", "-output_directory", "out"});
+  EXPECT_GT(measure("out/hot_sphere_b.pvd", "pairs"), 50);
+  EXPECT_LE(measure("out/hot_sphere_b.pvd", "stitch"), most_stitches);
+}
+
+class LongFolds : public FoldsTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(LongFolds, OfADeckAreNoStitches) {
+  const std::string deck = GetParam();
+  set_time_limit(1500);
+  succeed(2, {deck_path(deck), "-output_interval_time", "10", "-output_directory", "out"});
+  const double stitch = measure("out/" + deck + ".pvd", "stitch");
+  std::printf("%s: stitch %.4f, rms fold %.3f degrees\n", deck.c_str(), stitch,
+              measure("out/" + deck + ".pvd", "rms_fold"));
+  EXPECT_LE(stitch, most_stitches);
+}
+
+INSTANTIATE_TEST_SUITE_P(Decks, LongFolds,
+                         testing::Values("burning_paper", "hot_ball", "hot_sphere_a", "hot_sphere_b", "hot_sphere_c",
+                                         "hot_sphere_d", "sheet_weights_a", "sheet_weights_b", "sheet_weights_c",
+                                         "sheet_weights_d", "half_burns", "curtain", "roof", "shirt", "burning_torus"),
+                         [](const auto& deck) { return std::string(deck.param); });
 
 }  // namespace
 }  // namespace pellicle
