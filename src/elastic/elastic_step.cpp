@@ -90,10 +90,9 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   defaults.rtol = 1e-2;
   defaults.max_iterations = 10000;
   defaults.fields = {"x", "y", "z"};
-  Mat preconditioning = (assembled_ != nullptr ? assembled_ : tangent_)->matrix();
-  solver_ = make_ksp(tangent_->matrix(), preconditioning, options_.solver_prefix, defaults);
-  patches_ = RigidPatches::of(solver_, preconditioning, {sheet_.particles, sheet_.rest, sheet_.triangles, projectors},
-                              options_.patch_size);
+  const Tangent& preconditioning = assembled_ != nullptr ? *assembled_ : *tangent_;
+  solver_ = make_ksp(tangent_->matrix(), preconditioning.matrix(), options_.solver_prefix, defaults);
+  patches_ = RigidPatches::of(solver_, preconditioning, sheet_.triangles, projectors, options_.patch_size);
   check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
 }
 
@@ -183,12 +182,15 @@ std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::v
 }
 
 void ElasticStep::renew_preconditioner(const Field& positions) {
-  const bool is_due = lag_.due(solver_);
+  const bool is_cheap = assembled_ == nullptr && patches_ == nullptr;
+  const bool is_due = is_cheap || lag_.due(solver_);
   if (is_due) {
-    assembled_->update(positions, Curvature::positive);
     lag_.renewed();
-    if (patches_) {
-      patches_->renew();
+    if (assembled_ != nullptr) {
+      assembled_->update(positions, Curvature::positive);
+    }
+    if (patches_ != nullptr) {
+      patches_->renew(positions);
     }
   }
   check(KSPSetReusePreconditioner(solver_, is_due ? PETSC_FALSE : PETSC_TRUE));
@@ -256,9 +258,7 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
       return;
     }
     tangent_->update(positions, Curvature::positive);
-    if (assembled_ != nullptr) {
-      renew_preconditioner(positions);
-    }
+    renew_preconditioner(positions);
     double* values = nullptr;
     check(VecGetArrayWrite(residual_, &values));
     Eigen::Map<Eigen::Matrix3Xd>(values, 3, gradient_.cols()) = gradient_;

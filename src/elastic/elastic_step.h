@@ -103,11 +103,11 @@ class ElasticStep {
   std::unique_ptr<Potential> inertia_;
   std::vector<Potential*> potentials_;
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
-  std::unique_ptr<Tangent> assembled_;  ///< an earlier one, from which the preconditioner is made
+  std::unique_ptr<Tangent> assembled_;  ///< an earlier one from which the preconditioner is made, unless from that
   PreconditionerLag lag_;
   double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
   KspHandle solver_;
-  std::optional<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
+  std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;

@@ -41,10 +41,8 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
       potential_(model, options),
       system_(potential_.tangent_matrix(), model.chambers.count(), options.solver_prefix,
               solver_defaults(options, !potential_.prescribed().empty())),
-      patches_(RigidPatches::of(system_.solver(), potential_.tangent_matrix(),
-                                {model.elements.membrane().particles, model.elements.membrane().rest,
-                                 model.elements.membrane().triangles, model.constraints.projectors()},
-                                options.patch_size)) {
+      patches_(RigidPatches::of(system_.solver(), potential_.tangent(), model.elements.membrane().triangles,
+                                model.constraints.projectors(), options.patch_size)) {
   if (!potential_.prescribed().empty()) {
     bordered_.emplace(system_, potential_.prescribed(), potential_.pressure_scales());
   }
@@ -177,7 +175,7 @@ void ImplicitStep::update_jacobian() {
   if (renews_patches || positive_ != nullptr) {
     potential_.update_tangent(Curvature::positive, system_);
     if (renews_patches) {
-      patches_->renew();
+      patches_->renew(potential_.position());
     }
     if (positive_ != nullptr) {
       check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -61,7 +62,7 @@ class ImplicitStep {
   StepPotential potential_;
   MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed
   LowRankSystem system_;  ///< of the positions
-  std::optional<RigidPatches> patches_;     ///< of its preconditioner, if it is multigrid
+  std::unique_ptr<RigidPatches> patches_;   ///< of its preconditioner, if it is multigrid
   std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve

@@ -95,6 +95,7 @@ class StepPotential {
   void update_tangent(Curvature curvature, LowRankSystem& system);
 
   Mat tangent_matrix() const { return tangent_->matrix(); }
+  const Tangent& tangent() const { return *tangent_; }
   /// The chambers of prescribed volume.
   const std::vector<int>& prescribed() const { return prescribed_; }
   /// Of their pressures, in the unknowns [Pa].

@@ -335,9 +335,15 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   const bool matrix_free = is(matrix_type, MATSHELL);
   PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
   check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
+  // A shell with blocks is a tangent, for which rigid patches are a level.
+  const auto has_matrix_free = [&](PCType type) {
+    return is_own_type(type) ? offers_preconditioner(preconditioning, type)
+                             : is(type, PCNONE) || is(type, PCJACOBI) ||
+                                   (has_blocks == PETSC_TRUE && (is(type, PCPBJACOBI) || is(type, PCMG)));
+  };
   const PCType matrix_free_default = has_blocks == PETSC_TRUE ? PCPBJACOBI : PCJACOBI;
-  const bool is_offered = offers_preconditioner(preconditioning, defaults.preconditioner);
-  check(PCSetType(pc, matrix_free && !is_offered ? matrix_free_default : defaults.preconditioner));
+  check(PCSetType(
+      pc, matrix_free && !has_matrix_free(defaults.preconditioner) ? matrix_free_default : defaults.preconditioner));
   check(KSPInitializePackage());
   check(PCInitializePackage());
   require_known(prefix, "ksp_type", "linear solver", KSPList);
@@ -356,11 +362,11 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
     throw Error(given_name(prefix, "pc_type") + " " + type +
                 ": the matrix has nothing that it could use, expected another preconditioner");
   }
-  if (matrix_free && !is_own_type(type) && !is(type, PCNONE) && !is(type, PCJACOBI) &&
-      !(has_blocks == PETSC_TRUE && is(type, PCPBJACOBI))) {
+  if (matrix_free && !has_matrix_free(type)) {
     throw Error(given_name(prefix, "pc_type") + " " + type +
-                ": a matrix-free operator has only its diagonal, expected none" +
-                (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") + " or jacobi");
+                std::string(": a matrix-free operator has only its diagonal, expected ") +
+                (has_blocks == PETSC_TRUE ? "mg, " : "") + "none" + (has_blocks == PETSC_TRUE ? ", pbjacobi" : "") +
+                " or jacobi");
   }
   PetscBool use_amat = PETSC_FALSE;
   check(PetscOptionsHasName(nullptr, prefix.c_str(), "-pc_use_amat", &use_amat));

@@ -25,21 +25,10 @@ struct VertexPair {
 /// Takes the blocks of a Hessian, one for each pair of its pattern.
 class HessianBlocks {
  public:
-  /// @param places in `blocks` of the pairs' blocks, -1 for those that are not wanted @param blocks [N/m]
-  HessianBlocks(const std::vector<PetscInt>& places, std::vector<Eigen::Matrix3d>& blocks)
-      : places_(places.data()), blocks_(blocks.data()) {}
+  virtual ~HessianBlocks() = default;
 
-  /// @param pair its number in the pattern
-  template <class Block>
-  void add(std::size_t pair, const Block& block) const {
-    if (const PetscInt place = places_[pair]; place >= 0) {
-      blocks_[place] += block;
-    }
-  }
-
- private:
-  const PetscInt* places_;
-  Eigen::Matrix3d* blocks_;
+  /// @param pair its number in the pattern @param block [N/m]
+  virtual void add(std::size_t pair, const Eigen::Matrix3d& block) const = 0;
 };
 
 /// A part of the energy that a step makes stationary, by the positions x of the vertices of a layout: what a tangent

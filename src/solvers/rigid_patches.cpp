@@ -6,18 +6,25 @@
 
 #include "base/error.h"
 #include "geometry/cross_matrix.h"
+#include "parallel/collective.h"
 #include "parallel/partition.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 inline namespace solvers {
 
 namespace {
 
-/// Owned vertices joined by the edges of the elements.
-CellGraph vertex_graph(const PatchedNet& net) {
-  const PetscInt owned = net.vertices.owned;
+const RigidPatches& patches_of(Mat matrix) {
+  RigidPatches* self = nullptr;
+  check(MatShellGetContext(matrix, &self));
+  return *self;
+}
+
+/// Owned vertices joined by the edges of triangles.
+CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>>& triangles) {
   std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(owned));
-  for (const auto& triangle : net.triangles) {
+  for (const auto& triangle : triangles) {
     for (const PetscInt a : triangle) {
       for (const PetscInt b : triangle) {
         if (a < owned && b < owned && a != b) {
@@ -37,94 +44,8 @@ CellGraph vertex_graph(const PatchedNet& net) {
   return graph;
 }
 
-using Motion = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Coordinates of the independent ones among six motions, (6 x as many): turns of a vertex round itself are none, and
-/// what is held does not move.
-/// @param gram matrix of the motions
-Eigen::MatrixXd independent_motions(const Eigen::Matrix<double, 6, 6>& gram) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram);
-  constexpr double negligible = 1e-6;
-  const auto count = (solver.eigenvalues().array() > negligible * gram.trace()).count();
-  if (count == 6) {
-    return Eigen::MatrixXd::Identity(6, 6);  // Half of its motions' entries are zero.
-  }
-  return solver.eigenvectors().rightCols(count);
-}
-
-/// What the rigid motions of the patches, shifts and turns, do to the vertices of this rank: (3 owned x at most 6
-/// patches), AIJ. Collective.
-MatHandle motions_of_patches(const PatchedNet& net, int patch_size) {
-  const PetscInt owned = net.vertices.owned;
-  const int patches = (static_cast<int>(owned) + patch_size - 1) / patch_size;
-  std::vector<int> patch;
-  together(net.vertices.comm, [&] { patch = partition_with_metis(vertex_graph(net), patches); });
-  const auto patch_of = [&patch](PetscInt i) { return static_cast<std::size_t>(patch[static_cast<std::size_t>(i)]); };
-  Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, patches);
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(patches);
-  for (PetscInt i = 0; i < owned; ++i) {
-    centre.col(patch[static_cast<std::size_t>(i)]) += net.rest.col(i);
-    count[patch[static_cast<std::size_t>(i)]] += 1;
-  }
-  centre.array().rowwise() /= count.transpose().array().max(1);
-  Eigen::VectorXd radius = Eigen::VectorXd::Zero(patches);  // so that turns and shifts are of like size
-  for (PetscInt i = 0; i < owned; ++i) {
-    const int p = patch[static_cast<std::size_t>(i)];
-    radius[p] = std::max(radius[p], (net.rest.col(i) - centre.col(p)).norm());
-  }
-  const auto motion_of = [&](PetscInt i) {
-    const int p = patch[static_cast<std::size_t>(i)];
-    Eigen::Matrix<double, 3, 6> motion;
-    motion << Eigen::Matrix3d::Identity(),
-        -cross_matrix(net.rest.col(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
-    return Eigen::Matrix<double, 3, 6>(net.projectors[static_cast<std::size_t>(i)] * motion);
-  };
-
-  std::vector<Eigen::Matrix<double, 6, 6>> gram(static_cast<std::size_t>(patches), Eigen::Matrix<double, 6, 6>::Zero());
-  for (PetscInt i = 0; i < owned; ++i) {
-    gram[patch_of(i)] += motion_of(i).transpose() * motion_of(i);
-  }
-  std::vector<Eigen::MatrixXd> coordinates;
-  std::vector<PetscInt> first_columns{0};  // of this rank
-  for (const auto& matrix : gram) {
-    coordinates.push_back(independent_motions(matrix));
-    first_columns.push_back(first_columns.back() + static_cast<PetscInt>(coordinates.back().cols()));
-  }
-
-  MatHandle interpolation;
-  check(MatCreateAIJ(net.vertices.comm, 3 * owned, first_columns.back(), PETSC_DETERMINE, PETSC_DETERMINE, 6, nullptr,
-                     0, nullptr, interpolation.create()));
-  check(MatSetOption(interpolation, MAT_IGNORE_ZERO_ENTRIES, PETSC_TRUE));
-  PetscInt first_column = 0;
-  check(MatGetOwnershipRangeColumn(interpolation, &first_column, nullptr));
-  for (PetscInt i = 0; i < owned; ++i) {
-    const Motion motion = motion_of(i) * coordinates[patch_of(i)];
-    PetscInt rows[3];
-    PetscInt columns[6];
-    for (int k = 0; k < 3; ++k) {
-      rows[k] = 3 * (net.vertices.first + i) + k;
-    }
-    for (int k = 0; k < 6; ++k) {
-      columns[k] = first_column + first_columns[patch_of(i)] + k;
-    }
-    check(MatSetValues(interpolation, 3, rows, static_cast<PetscInt>(motion.cols()), columns, motion.data(),
-                       INSERT_VALUES));
-  }
-  check(MatAssemblyBegin(interpolation, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyEnd(interpolation, MAT_FINAL_ASSEMBLY));
-  return interpolation;
-}
-
-}  // namespace
-
-std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const PatchedNet& net, int patch_size) {
-  PC pc = nullptr;
-  PetscBool is_multigrid = PETSC_FALSE;
-  check(KSPGetPC(solver, &pc));
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
-  if (is_multigrid == PETSC_FALSE) {
-    return std::nullopt;
-  }
+/// Refuses options for levels that the patches do not have.
+void check_options(KSP solver, TangentMatrix type) {
   char wanted[64] = "additive";
   PetscInt levels = 2;
   const char* prefix = nullptr;
@@ -136,48 +57,239 @@ std::optional<RigidPatches> RigidPatches::of(KSP solver, Mat tangent, const Patc
                 (levels != 2 ? "levels " + std::to_string(levels) : std::string("type ") + wanted) +
                 ": the patches are one coarse level, added to the blocks of the diagonal; expected additive, 2 levels");
   }
-  PetscBool is_whole = PETSC_FALSE;
-  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(tangent), &is_whole, MATSEQAIJ, MATMPIAIJ, MATSEQBAIJ,
-                                  MATMPIBAIJ, ""));
-  if (is_whole == PETSC_FALSE) {
+  if (type == TangentMatrix::sbaij) {
     throw Error("-" + std::string(prefix) +
-                "pc_type mg: needs all entries of the matrix, expected mat_type baij or aij");
+                "pc_type mg: needs all entries of the matrix, expected mat_type baij, aij or shell");
   }
-  RigidPatches patches;
-  patches.solver_ = solver;
-  patches.tangent_ = tangent;
-  patches.interpolation_ = motions_of_patches(net, patch_size);
+}
+
+}  // namespace
+
+std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
+                                               const std::vector<std::array<PetscInt, 3>>& triangles,
+                                               const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
+  PC pc = nullptr;
+  PetscBool is_multigrid = PETSC_FALSE;
+  check(KSPGetPC(solver, &pc));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &is_multigrid));
+  if (is_multigrid == PETSC_FALSE) {
+    return nullptr;
+  }
+  check_options(solver, tangent.type());
+  std::unique_ptr<RigidPatches> patches(new RigidPatches(solver, tangent, triangles, projectors, patch_size));
   KSP smoother = nullptr;
   PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
   check(PCMGSetType(pc, PC_MG_ADDITIVE));
-  check(PCMGSetInterpolation(pc, 1, patches.interpolation_));
+  check(PCMGSetInterpolation(pc, 1, patches->interpolation_));
   check(PCMGGetSmoother(pc, 1, &smoother));
   check(KSPGetPC(smoother, &smoother_pc));
   check(KSPSetType(smoother, KSPPREONLY));
   check(PCSetType(smoother_pc, PCPBJACOBI));
-  check(PCMGGetCoarseSolve(pc, &patches.coarse_solver_));
+  check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
   return patches;
 }
 
-void RigidPatches::renew() {
-  lag_.renewed();
-  const MatReuse reuse = coarse_ == nullptr ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX;
-  Mat rows = tangent_;
-  PetscBool is_aij = PETSC_FALSE;
-  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(tangent_), &is_aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (is_aij == PETSC_FALSE) {
-    check(MatConvert(tangent_, MATAIJ, reuse, rows_.slot()));
-    rows = rows_;
+RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
+                           const std::vector<Eigen::Matrix3d>& projectors, int patch_size)
+    : solver_(solver), tangent_(tangent) {
+  const Layout& vertices = tangent.vertices();
+  projectors_.assign(projectors.begin(), projectors.begin() + vertices.owned);
+  const int count = (static_cast<int>(vertices.owned) + patch_size - 1) / patch_size;
+  std::vector<int> patch;
+  together(vertices.comm, [&] { patch = partition_with_metis(vertex_graph(vertices.owned, triangles), count); });
+  first_patch_ = number_owned(vertices.comm, count).first;
+  for (const int p : patch) {
+    patch_.push_back(first_patch_ + p);
   }
-  check(MatPtAP(rows, interpolation_, reuse, 2.0, coarse_.slot()));
+  rows_.resize(static_cast<std::size_t>(count));
+  make_interpolation();
+}
+
+void RigidPatches::make_interpolation() {
+  check(MatCreateShell(tangent_.vertices().comm, 3 * tangent_.vertices().owned, 6 * own_patches(), PETSC_DETERMINE,
+                       PETSC_DETERMINE, this, interpolation_.create()));
+  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
+    return as_petsc_callback([&] { patches_of(matrix).interpolate(in, out); });
+  };
+  PetscErrorCode (*transposed)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
+    return as_petsc_callback([&] { patches_of(matrix).restrict_to_patches(in, out); });
+  };
+  check(MatShellSetOperation(interpolation_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
+  check(MatShellSetOperation(interpolation_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(transposed)));
+}
+
+void RigidPatches::interpolate(Vec patches, Vec vertices) const {
+  const double* in = nullptr;
+  double* out = nullptr;
+  check(VecGetArrayRead(patches, &in));
+  check(VecGetArrayWrite(vertices, &out));
+  for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
+    Eigen::Map<Eigen::Vector3d>(out + 3 * i).noalias() =
+        motion(i) * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(in + 6 * local_patch(i));
+  }
+  check(VecRestoreArrayWrite(vertices, &out));
+  check(VecRestoreArrayRead(patches, &in));
+  check(PetscLogFlops(36.0 * tangent_.vertices().owned));
+}
+
+void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
+  const double* in = nullptr;
+  double* out = nullptr;
+  check(VecGetArrayRead(vertices, &in));
+  check(VecGetArrayWrite(patches, &out));
+  std::fill_n(out, 6 * own_patches(), 0);
+  for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
+    Eigen::Map<Eigen::Matrix<double, 6, 1>>(out + 6 * local_patch(i)).noalias() +=
+        motion(i).transpose() * Eigen::Map<const Eigen::Vector3d>(in + 3 * i);
+  }
+  check(VecRestoreArrayWrite(patches, &out));
+  check(VecRestoreArrayRead(vertices, &in));
+  check(PetscLogFlops(36.0 * tangent_.vertices().owned));
+}
+
+/// Tells the patches of the vertices that are in reach of this rank's, and makes room for their motions.
+void RigidPatches::number_reach() {
+  const Layout& reach = tangent_.reach();
+  patch_.resize(static_cast<std::size_t>(reach.owned));
+  Field numbers(reach, 1);
+  std::copy(patch_.begin(), patch_.end(), numbers.data());
+  numbers.update_ghosts();
+  for (PetscInt i = reach.owned; i < reach.local(); ++i) {
+    patch_.push_back(static_cast<PetscInt>(numbers.data()[i]));
+  }
+  motions_ = Field(reach, 18);
+}
+
+/// Of each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
+/// may move so: turns of a vertex round itself are none, and what is held does not move.
+void RigidPatches::find_motions(const Field& x) {
+  const auto patches = rows_.size();
+  Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, own_patches());
+  Eigen::VectorXd count = Eigen::VectorXd::Zero(own_patches());
+  const PetscInt owned = tangent_.vertices().owned;
+  for (PetscInt i = 0; i < owned; ++i) {
+    centre.col(local_patch(i)) += x.vector(i);
+    count[local_patch(i)] += 1;
+  }
+  centre.array().rowwise() /= count.transpose().array().max(1);
+  Eigen::VectorXd radius = Eigen::VectorXd::Zero(own_patches());  // so that turns and shifts are of like size
+  for (PetscInt i = 0; i < owned; ++i) {
+    double& of_patch = radius[local_patch(i)];
+    of_patch = std::max(of_patch, (x.vector(i) - centre.col(local_patch(i))).norm());
+  }
+  using Gram = Eigen::Matrix<double, 6, 6>;
+  std::vector<Gram> gram(patches, Gram::Zero());
+  for (PetscInt i = 0; i < owned; ++i) {
+    const PetscInt p = local_patch(i);
+    const Eigen::Vector3d arm = (x.vector(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
+    Motion motion;
+    motion << Eigen::Matrix3d::Identity(), -cross_matrix(arm);
+    motion = (projectors_[static_cast<std::size_t>(i)] * motion).eval();
+    gram[static_cast<std::size_t>(p)] += motion.transpose() * motion;
+    motions_.values().col(i) = motion.reshaped();
+  }
+  for (std::size_t p = 0; p < patches; ++p) {  // The Gram matrix becomes the basis's coordinates.
+    const Eigen::SelfAdjointEigenSolver<Gram> solver(gram[p]);
+    constexpr double negligible = 1e-6;
+    const double least = negligible * gram[p].trace();
+    for (int k = 0; k < 6; ++k) {
+      const double square = solver.eigenvalues()[k];
+      rows_[p].is_idle[static_cast<std::size_t>(k)] = square <= least;
+      gram[p].col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
+    }
+  }
+  for (PetscInt i = 0; i < owned; ++i) {
+    motions_.values().col(i) = (motion(i) * gram[static_cast<std::size_t>(local_patch(i))]).reshaped();
+  }
+  motions_.update_ghosts();
+}
+
+RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt column) {
+  CoarseRow& of_patch = rows_[static_cast<std::size_t>(row - first_patch_)];
+  const auto found = std::find(of_patch.columns.begin(), of_patch.columns.end(), column);
+  const auto place = static_cast<std::size_t>(found - of_patch.columns.begin());
+  if (found == of_patch.columns.end()) {
+    of_patch.columns.push_back(column);
+    of_patch.blocks.push_back(CoarseBlock::Zero());
+    is_whole_ = false;
+  }
+  return of_patch.blocks[place];
+}
+
+/// Adds up interpolation^T tangent interpolation. What is symmetric is computed once, on ranks that own both sides.
+void RigidPatches::add_blocks() {
+  const PetscInt last = first_patch_ + own_patches();
+  tangent_.visit([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
+    const PetscInt p = patch_[static_cast<std::size_t>(i)];
+    const PetscInt q = patch_[static_cast<std::size_t>(j)];
+    const bool is_foreign = q < first_patch_ || q >= last;
+    if (!is_foreign && (q < p || (p == q && j < i))) {
+      return;
+    }
+    const CoarseBlock product = motion(i).transpose() * (block * motion(j)).eval();
+    coarse_block(p, q) += product;
+    if (!is_foreign && i != j) {
+      coarse_block(q, p) += product.transpose();
+    }
+  });
+}
+
+void RigidPatches::fill_coarse() {
+  const MPI_Comm comm = tangent_.vertices().comm;
+  if (on_any_rank(comm, !is_whole_)) {
+    std::vector<PetscInt> own;
+    std::vector<PetscInt> foreign;
+    for (const CoarseRow& row : rows_) {
+      own.push_back(std::count_if(row.columns.begin(), row.columns.end(),
+                                  [&](PetscInt q) { return q >= first_patch_ && q < first_patch_ + own_patches(); }));
+      foreign.push_back(static_cast<PetscInt>(row.columns.size()) - own.back());
+    }
+    check(MatCreate(comm, coarse_.create()));
+    check(MatSetSizes(coarse_, 6 * own_patches(), 6 * own_patches(), PETSC_DETERMINE, PETSC_DETERMINE));
+    check(MatSetType(coarse_, MATAIJ));
+    check(MatXAIJSetPreallocation(coarse_, 6, own.data(), foreign.data(), nullptr, nullptr));
+    check(MatSetOption(coarse_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
+    set_definite(coarse_);
+    is_whole_ = true;
+  }
+  for (PetscInt p = 0; p < own_patches(); ++p) {
+    CoarseRow& row = rows_[static_cast<std::size_t>(p)];
+    CoarseBlock& diagonal = coarse_block(first_patch_ + p, first_patch_ + p);
+    for (int k = 0; k < 6; ++k) {
+      diagonal(k, k) += row.is_idle[static_cast<std::size_t>(k)] ? 1 : 0;  // of any size, since nothing goes there
+    }
+    const PetscInt number = first_patch_ + p;
+    for (std::size_t k = 0; k < row.columns.size(); ++k) {
+      check(MatSetValuesBlocked(coarse_, 1, &number, 1, &row.columns[k], row.blocks[k].data(), INSERT_VALUES));
+    }
+  }
+  check(MatAssemblyBegin(coarse_, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(coarse_, MAT_FINAL_ASSEMBLY));
+}
+
+void RigidPatches::renew(const Field& x) {
+  lag_.renewed();
+  if (patch_.size() != static_cast<std::size_t>(tangent_.reach().local()) || motions_.components() == 0) {
+    number_reach();
+  }
+  find_motions(x);
+  for (CoarseRow& row : rows_) {
+    std::fill(row.blocks.begin(), row.blocks.end(), CoarseBlock::Zero());
+  }
+  add_blocks();
+  fill_coarse();
   check(KSPSetOperators(coarse_solver_, coarse_, coarse_));
 }
 
 void RigidPatches::forget_pattern() {
-  rows_ = {};
-  coarse_ = {};
   lag_.forget();
+  motions_ = {};
+  for (CoarseRow& row : rows_) {
+    row.columns.clear();
+    row.blocks.clear();
+  }
+  is_whole_ = false;
 }
 
 }  // namespace solvers

@@ -4,55 +4,85 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "base/handle.h"
-#include "parallel/layout.h"
+#include "parallel/field.h"
 #include "solvers/preconditioner_lag.h"
+#include "solvers/tangent.h"
 
 namespace pellicle {
 inline namespace solvers {
 
-/// Vertices and what joins them, as far as the patches need to know; all must outlive the call that has it.
-struct PatchedNet {
-  const Layout& vertices;
-  const Eigen::Matrix3Xd& rest;                           ///< of the local ones [m]
-  const std::vector<std::array<PetscInt, 3>>& triangles;  ///< local vertices of each
-  const std::vector<Eigen::Matrix3d>& projectors;         ///< on the directions in which each local vertex may move
-};
-
 /// The coarse level of a two-level preconditioner (PCMG) for the tangent of a wall or a sheet.
 ///
-/// METIS gathers the vertices of each rank in patches, and each patch moves as a rigid body. The wall resists such
-/// motions only where patches meet, which is why point-wise preconditioners hardly see them; with the coarse level the
-/// number of iterations depends on the size of the patches and not on that of the mesh. The levels are added: the 3x3
-/// blocks of the diagonal and, exactly, the coarse level.
+/// METIS gathers the vertices of each rank in patches, and each patch moves as a rigid body, from its present shape.
+/// The wall resists such motions only where patches meet, which is why point-wise preconditioners hardly see them; with
+/// the coarse level the number of iterations depends on the size of the patches and not on that of the mesh. The levels
+/// are added: the 3x3 blocks of the diagonal and, exactly, the coarse level.
 class RigidPatches {
  public:
   /// Gives the solver's PCMG its levels, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
   /// Collective.
+  /// @param tangent from whose matrix the solver is preconditioned
+  /// @param triangles local vertices of each: what joins vertices
+  /// @param projectors on the directions in which each local vertex may move
   /// @param patch_size about so many vertices a patch
   /// @returns none if the solver has another preconditioner. Solver and tangent must outlive the patches.
-  /// @throws Error unless the tangent is BAIJ or AIJ
-  static std::optional<RigidPatches> of(KSP solver, Mat tangent, const PatchedNet& net, int patch_size);
+  /// @throws Error if the tangent is SBAIJ
+  static std::unique_ptr<RigidPatches> of(KSP solver, const Tangent& tangent,
+                                          const std::vector<std::array<PetscInt, 3>>& triangles,
+                                          const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
+
+  RigidPatches(const RigidPatches&) = delete;  // PETSc's interpolation points to this object.
+  RigidPatches& operator=(const RigidPatches&) = delete;
 
   /// Whether solves with the present coarse level have taken so many more iterations than the shortest of them that a
   /// new one would have been cheaper, or there is none yet. To be asked once after each solve.
   bool due() { return lag_.due(solver_); }
 
   /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
-  void renew();
+  /// @param x positions at which the tangent was updated [m]
+  void renew(const Field& x);
 
   /// To be called when the tangent has another pattern, before it has values: the coarse level is due.
   void forget_pattern();
 
  private:
-  KSP solver_ = nullptr;
-  Mat tangent_ = nullptr;
-  MatHandle rows_;           ///< the tangent as AIJ, where it is not
-  MatHandle interpolation_;  ///< (3 vertices x at most 6 patches)
-  MatHandle coarse_;         ///< interpolation^T tangent interpolation
+  using Motion = Eigen::Matrix<double, 3, 6>;
+  using CoarseBlock = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  /// Blocks of a patch's row of the coarse matrix, in the order in which they were met.
+  struct CoarseRow {
+    std::vector<PetscInt> columns;  ///< global patches
+    std::vector<CoarseBlock> blocks;
+    std::vector<bool> is_idle = std::vector<bool>(6);  ///< for each motion: none, the patch has fewer
+  };
+
+  RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
+               const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
+  void make_interpolation();
+  void number_reach();
+  void find_motions(const Field& x);
+  void add_blocks();
+  CoarseBlock& coarse_block(PetscInt row, PetscInt column);
+  void fill_coarse();
+  void interpolate(Vec patches, Vec vertices) const;
+  void restrict_to_patches(Vec vertices, Vec patches) const;
+  Motion motion(PetscInt vertex) const { return motions_.values().col(vertex).reshaped(3, 6); }
+  PetscInt local_patch(PetscInt vertex) const { return patch_[static_cast<std::size_t>(vertex)] - first_patch_; }
+  PetscInt own_patches() const { return static_cast<PetscInt>(rows_.size()); }
+
+  KSP solver_;
+  const Tangent& tangent_;
+  std::vector<Eigen::Matrix3d> projectors_;  ///< of the owned vertices
+  std::vector<PetscInt> patch_;              ///< global number, of each owned vertex, then of the others in reach
+  PetscInt first_patch_ = 0;                 ///< global number of this rank's first
+  Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach
+  std::vector<CoarseRow> rows_;              ///< of this rank's patches
+  bool is_whole_ = false;                    ///< the coarse matrix has all blocks of the rows
+  MatHandle interpolation_;                  ///< shell, (3 vertices x 6 patches)
+  MatHandle coarse_;                         ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
   PreconditionerLag lag_;
 };

@@ -20,6 +20,40 @@ namespace {
 /// motions free, and changes no other.
 constexpr double definite_share = 1e-6;
 
+/// Adds the blocks of pairs to places, those of which are not -1.
+class PlacedBlocks : public HessianBlocks {
+ public:
+  PlacedBlocks(const std::vector<PetscInt>& places, std::vector<Eigen::Matrix3d>& blocks)
+      : places_(places), blocks_(blocks) {}
+
+  void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
+    if (const PetscInt place = places_[pair]; place >= 0) {
+      blocks_[static_cast<std::size_t>(place)] += block;
+    }
+  }
+
+ private:
+  const std::vector<PetscInt>& places_;
+  std::vector<Eigen::Matrix3d>& blocks_;
+};
+
+/// Hands the blocks of owned rows on, with their vertices.
+template <class Take>
+class VisitedBlocks : public HessianBlocks {
+ public:
+  VisitedBlocks(const std::vector<std::array<PetscInt, 2>>& pairs, const Take& take) : pairs_(pairs), take_(take) {}
+
+  void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
+    if (const auto& [row, column] = pairs_[pair]; row >= 0) {
+      take_(row, column, block);
+    }
+  }
+
+ private:
+  const std::vector<std::array<PetscInt, 2>>& pairs_;
+  const Take& take_;
+};
+
 Tangent& self_of(Mat matrix) {
   Tangent* self = nullptr;
   check(MatShellGetContext(matrix, &self));
@@ -33,7 +67,7 @@ Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials,
                  const std::string& prefix)
     : vertices_(vertices), type_(type), prefix_(prefix), projectors_(projectors) {
   for (Potential* potential : potentials) {
-    parts_.push_back({potential, {}, is_shell() && potential->multiplies()});
+    parts_.push_back({potential, is_shell() && potential->multiplies(), {}, {}});
   }
   if (is_shell()) {
     make_shell();
@@ -150,13 +184,19 @@ void Tangent::make_rows() {
   }
   rows_.blocks.assign(rows_.columns.size(), Eigen::Matrix3d::Zero());
   for (std::size_t p = 0; p < parts_.size(); ++p) {
+    if (parts_[p].multiplies) {
+      parts_[p].pairs.clear();
+      for (const VertexPair& pair : patterns[p]) {
+        const bool is_owned = pair.row < owned();
+        parts_[p].pairs.push_back({is_owned ? pair.row : -1, is_owned ? find_local(pair.column) : -1});
+      }
+      continue;
+    }
     std::vector<PetscInt>& places = parts_[p].places;
     places.assign(patterns[p].size(), -1);
     for (std::size_t k = 0; k < places.size(); ++k) {
       const VertexPair& pair = patterns[p][k];
-      if (parts_[p].multiplies) {
-        places[k] = pair.row < owned() && pair.column == vertices_.first + pair.row ? pair.row : -1;
-      } else if (is_wanted(pair)) {
+      if (is_wanted(pair)) {
         const auto& row = columns[static_cast<std::size_t>(pair.row)];
         const auto found = std::lower_bound(row.begin(), row.end(), pair.column);
         places[k] = rows_.offsets[static_cast<std::size_t>(pair.row)] + static_cast<PetscInt>(found - row.begin());
@@ -239,7 +279,7 @@ void Tangent::update(const Field& x, Curvature curvature) {
   for (const Part& part : parts_) {
     part.potential->update_hessian(x, curvature);
     if (!part.multiplies) {
-      part.potential->add_hessian({part.places, rows_.blocks});
+      part.potential->add_hessian(PlacedBlocks(part.places, rows_.blocks));
     }
   }
   diagonal_.clear();
@@ -307,6 +347,21 @@ void Tangent::assemble(Curvature curvature) {
   }
 }
 
+void Tangent::visit(const TakeBlock& take) const {
+  for (PetscInt i = 0; i < owned(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
+         ++k) {
+      take(i, rows_.local_columns[k], rows_.blocks[k]);
+    }
+  }
+  for (const Part& part : parts_) {
+    if (part.multiplies) {
+      part.potential->add_hessian(VisitedBlocks(part.pairs, take));
+    }
+  }
+}
+
 void Tangent::make_diagonal() {
   if (!diagonal_.empty()) {
     return;
@@ -316,7 +371,12 @@ void Tangent::make_diagonal() {
   }
   for (const Part& part : parts_) {
     if (part.multiplies) {
-      part.potential->add_hessian({part.places, diagonal_});
+      const auto take = [this](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
+        if (row == column) {
+          diagonal_[static_cast<std::size_t>(row)] += block;
+        }
+      };
+      part.potential->add_hessian(VisitedBlocks(part.pairs, take));
     }
   }
   for (const PetscInt i : constrained_) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,16 @@ class Tangent {
 
   Mat matrix() const { return matrix_; }
 
+  const Layout& vertices() const { return vertices_; }
+  TangentMatrix type() const { return type_; }
+  /// The vertices, and as further ghosts those that owned ones are coupled with beyond; as the pattern is now.
+  const Layout& reach() const { return reach_; }
+  /// Calls `take` with the blocks of the owned vertices' rows, as they were last updated, and with the two vertices of
+  /// each in `reach()`. A pair may come several times, and is then a sum; of sbaij half of them come. What holds
+  /// directions in which vertices may not move is left out or not. Not collective.
+  using TakeBlock = std::function<void(PetscInt row, PetscInt column, const Eigen::Matrix3d& block)>;
+  void visit(const TakeBlock& take) const;
+
  private:
   /// The owned vertices' rows: blocks (3 x 3, by columns) in the order of their global columns.
   struct Rows {
@@ -52,9 +64,10 @@ class Tangent {
   };
   struct Part {
     Potential* potential;
-    std::vector<PetscInt>
-        places;               ///< of each pair of its pattern: block in `rows_`, or of the diagonal if it multiplies
-    bool multiplies = false;  ///< of a shell
+    bool multiplies = false;       ///< of a shell
+    std::vector<PetscInt> places;  ///< of each pair of its pattern: block in `rows_`, or -1; empty if it multiplies
+    /// If it multiplies, of each pair of its pattern: both vertices in `reach_`, or -1 for the row of another rank.
+    std::vector<std::array<PetscInt, 2>> pairs;
   };
 
   void make_rows();
