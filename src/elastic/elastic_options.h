@@ -53,7 +53,8 @@ struct ElasticOptions {
   int newton_iterations = 30;      ///< at most, and again where a strain limit needs another try
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
   Choice<TangentMatrix> mat_type = TangentMatrix::shell;
-  int patch_size = 64;  ///< of the preconditioner, see RigidPatches
+  int patch_size = 64;    ///< of the preconditioner, see RigidPatches
+  double usual_h = 2e-3;  ///< of most steps, by which the preconditioner is chosen [s]
   /// Of the springs of the net at the end of a step; of the deck's `project.strain_limit`.
   std::optional<double> strain_limit;
 };

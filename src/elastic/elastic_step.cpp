@@ -25,6 +25,9 @@ std::vector<Eigen::Matrix3d> projectors_of(const std::vector<bool>& pinned) {
   return projectors;
 }
 
+/// Stiffness over inertia from which on solves with rigid patches cost less than with the diagonal's blocks alone.
+constexpr double worth_patches = 600;
+
 }  // namespace
 
 ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
@@ -85,8 +88,13 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
     assembled_ =
         std::make_unique<Tangent>(sheet_.particles, potentials_, projectors, options_.mat_type, options_.solver_prefix);
   }
+  const double ratio = stiffness_over_inertia();
   KspDefaults defaults;
-  defaults.preconditioner = options_.mat_type == TangentMatrix::sbaij ? PCBJACOBI : PCMG;
+  if (options_.mat_type == TangentMatrix::sbaij) {
+    defaults.preconditioner = PCBJACOBI;
+  } else {
+    defaults.preconditioner = ratio < worth_patches ? PCPBJACOBI : PCMG;
+  }
   defaults.rtol = 1e-2;
   defaults.max_iterations = 10000;
   defaults.fields = {"x", "y", "z"};
@@ -94,6 +102,40 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   solver_ = make_ksp(tangent_->matrix(), preconditioning.matrix(), options_.solver_prefix, defaults);
   patches_ = RigidPatches::of(solver_, preconditioning, sheet_.triangles, projectors, options_.patch_size);
   check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
+  KSPType type = nullptr;
+  PCType preconditioner = nullptr;
+  PC pc = nullptr;
+  char words[200];
+  check(KSPGetType(solver_, &type));
+  check(KSPGetPC(solver_, &pc));
+  check(PCGetType(pc, &preconditioner));
+  std::snprintf(words, sizeof words, "%s, %s%s: stiffness is %.2g times inertia", type, preconditioner,
+                patches_ != nullptr ? " with rigid patches" : "", ratio);
+  solver_words_ = words;
+}
+
+double ElasticStep::stiffness_over_inertia() {
+  const auto particles = static_cast<std::size_t>(sheet_.particles.local());
+  std::array<std::vector<double>, 4> length;
+  for (const Colour colour : all_colours) {
+    length[static_cast<std::size_t>(colour)] = sheet_.of(colour).initial_length;
+  }
+  Field rest(sheet_.particles, 3);
+  rest.values() = sheet_.rest;
+  const std::vector<double> ones(particles, 1);
+  begin_step(rest, {length, ones, ones, sheet_.initial_mass, std::vector<bool>(particles), Living(sheet_), rest,
+                    options_.usual_h});
+  tangent_->update(rest, Curvature::positive);
+  VecHandle diagonal;
+  check(MatCreateVecs(tangent_->matrix(), diagonal.create(), nullptr));
+  std::array<double, 2> sums{};  // of the diagonal and of its inertia
+  check(MatGetDiagonal(tangent_->matrix(), diagonal));
+  check(VecSum(diagonal, &sums[0]));
+  for (const double inertia : mass_over_square_) {
+    sums[1] += 3 * inertia;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sums[1], 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sums[1] > 0 ? sums[0] / sums[1] : 0;
 }
 
 void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {

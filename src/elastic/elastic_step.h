@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/stage_result.h"
@@ -64,6 +65,9 @@ class ElasticStep {
   /// `error` of the result is what is left of all forces, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
 
+  /// Which solver it has, such as "cg, pbjacobi: stiffness is 130 times inertia".
+  const std::string& solver_words() const { return solver_words_; }
+
   /// See SheetSprings::largest_excess; of all ranks. Collective.
   double largest_excess() const;
 
@@ -78,6 +82,8 @@ class ElasticStep {
   ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
               const std::vector<bool>& clamped, const ElasticOptions& options);
   void make_solver(const std::vector<bool>& pinned);
+  /// Mean of the diagonal of the undeformed sheet's tangent, over that of its inertia. Collective.
+  double stiffness_over_inertia();
   void begin_step(const Field& positions, const ElasticInput& input);
   /// Newton's method, from the positions given. Adds to the iterations of `result`. Collective.
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
@@ -107,6 +113,7 @@ class ElasticStep {
   PreconditionerLag lag_;
   double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
   KspHandle solver_;
+  std::string solver_words_;
   std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle residual_;
   VecHandle update_;

@@ -158,14 +158,18 @@ void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
 }
 
 void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
-  std::size_t pair = 0;
-  for (const auto& [direction, across] : hessian_) {
+  for (std::size_t s = 0; s < springs_.size(); ++s) {
+    if (!springs_[s].acts()) {
+      continue;
+    }
+    const auto& [direction, across] = hessian_[s];
     Eigen::Matrix3d block = direction * direction.transpose();
     block.diagonal().array() += across;
-    blocks.add(pair++, block);
-    blocks.add(pair++, -block);
-    blocks.add(pair++, block);
-    blocks.add(pair++, -block);
+    const std::size_t pair = 4 * s;
+    blocks.add(pair, block);
+    blocks.add(pair + 1, -block);
+    blocks.add(pair + 2, block);
+    blocks.add(pair + 3, -block);
   }
 }
 

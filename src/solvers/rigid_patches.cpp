@@ -81,7 +81,14 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
   PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
   check(PCMGSetType(pc, PC_MG_ADDITIVE));
+  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be the same.
+  MatHandle restriction;
+  VecHandle scale;  // of restricted states, of which there are none
+  check(MatCreateTranspose(patches->interpolation_, restriction.create()));
   check(PCMGSetInterpolation(pc, 1, patches->interpolation_));
+  check(PCMGSetRestriction(pc, 1, restriction));
+  check(MatCreateVecs(patches->interpolation_, scale.create(), nullptr));
+  check(PCMGSetRScale(pc, 1, scale));
   check(PCMGGetSmoother(pc, 1, &smoother));
   check(KSPGetPC(smoother, &smoother_pc));
   check(KSPSetType(smoother, KSPPREONLY));

@@ -93,6 +93,7 @@ void Burn::make_elastic() {
   };
   ElasticOptions elastic = options_.elastic;
   elastic.strain_limit = options_.project.strain_limit;
+  elastic.usual_h = options_.time.step;
   elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                            factors("sheet.shear_texture", material.shear_texture),

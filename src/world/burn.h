@@ -91,6 +91,8 @@ class Burn {
   StageResult end_step(State& state, double h);
 
   const Chambers& chambers() const { return chambers_; }
+  /// See ElasticStep; empty of what is not elastic.
+  std::string solver_words() const { return elastic_ != nullptr ? elastic_->solver_words() : ""; }
   /// See ElasticStep; 1 of what is not elastic. Collective.
   double largest_excess() const { return elastic_ != nullptr ? elastic_->largest_excess() : 1; }
 

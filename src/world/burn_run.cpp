@@ -166,6 +166,9 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
+  if (const std::string words = burn_->solver_words(); !words.empty()) {
+    output_.console.tell(output_.heading() + "elastic solver: " + words);
+  }
   constexpr double worth_a_word = 1.05;
   if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
     char times[32];
