@@ -35,31 +35,24 @@ bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
   return spread(living, died);
 }
 
-bool Ablation::tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn) {
-  const bool tears = std::any_of(torn.begin(), torn.end(), [](const auto& springs) { return !springs.empty(); });
-  if (!on_any_rank(surface_.comm(), tears)) {
+bool Ablation::crack(Living& living, const std::vector<PetscInt>& sides) {
+  if (!on_any_rank(surface_.comm(), !sides.empty())) {
     return false;
   }
-  // A torn spring of this rank may have triangles in cells of others, which their owners mark.
+  // Sides of this rank's springs may be those of cells of others, whose owners mark them.
   std::vector<TriangleFlags> marks(elements(), TriangleFlags{});
-  for (const Colour colour : all_colours) {
-    for (const PetscInt spring : torn[static_cast<std::size_t>(colour)]) {
-      for (const PetscInt triangle : surface_.of(colour).triangles[static_cast<std::size_t>(spring)]) {
-        if (triangle >= 0) {
-          flag(marks, static_cast<std::size_t>(triangle)) = true;
-        }
+  for (const PetscInt side : sides) {
+    for (const PetscInt triangle : surface_.of(Colour::blue).triangles[static_cast<std::size_t>(side)]) {
+      if (triangle >= 0) {
+        flag(marks, static_cast<std::size_t>(triangle)) = true;
       }
     }
   }
   gather_flags(surface_.elements, marks);
-  bool died = false;
   for (std::size_t t = 0; t < owned_triangles(); ++t) {
-    if (living.triangles[t] && flag(marks, t)) {
-      living.triangles[t] = false;
-      died = true;
-    }
+    living.cracked[t] = living.cracked[t] || flag(marks, t);
   }
-  return spread(living, died);
+  return spread(living, true);
 }
 
 bool Ablation::tear(Living& living, const std::vector<PetscInt>& torn) {
@@ -73,13 +66,18 @@ bool Ablation::spread(Living& living, bool died) {
   if (!on_any_rank(surface_.comm(), died)) {
     return false;
   }
-  std::vector<TriangleFlags> lives(elements(), TriangleFlags{});
-  for (std::size_t t = 0; t < owned_triangles(); ++t) {
-    flag(lives, t) = living.triangles[t];
-  }
-  update_ghosts(surface_.elements, lives);
-  for (std::size_t t = owned_triangles(); t < living.triangles.size(); ++t) {
-    living.triangles[t] = flag(lives, t);
+  for (std::vector<bool>* flags : {&living.triangles, &living.cracked}) {
+    if (flags == &living.cracked && !surface_.has_quads()) {
+      continue;
+    }
+    std::vector<TriangleFlags> of_elements(elements(), TriangleFlags{});
+    for (std::size_t t = 0; t < owned_triangles(); ++t) {
+      flag(of_elements, t) = (*flags)[t];
+    }
+    update_ghosts(surface_.elements, of_elements);
+    for (std::size_t t = owned_triangles(); t < flags->size(); ++t) {
+      (*flags)[t] = flag(of_elements, t);
+    }
   }
 
   // All triangles of an owned spring are local; a ghost's need not be.
@@ -88,7 +86,10 @@ bool Ablation::spread(Living& living, bool died) {
     const SpringSet& set = surface_.of(colour);
     std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
-      springs[s] = springs[s] && std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
+      const bool crosses_crack =
+          colour == Colour::green && living.cracked[static_cast<std::size_t>(set.triangles[s].front())];
+      springs[s] =
+          springs[s] && !crosses_crack && std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
     }
     update_ghosts(set.layout, springs);
   }

@@ -24,8 +24,8 @@ SpringState spring_state(double level_0, double level_1);
 /// Takes what has burnt or torn out of a surface, without a change of its numbering.
 ///
 /// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
-/// lattice particle's m', or when a spring that shares it tears; a spring dies when all triangles that share it are
-/// dead.
+/// lattice particle's m', or when the membrane's element that it is tears; a spring dies when all triangles that share
+/// it are dead, a green one also when the side that it crosses cracks.
 class Ablation {
  public:
   /// The surface must outlive this object.
@@ -35,10 +35,10 @@ class Ablation {
   /// @returns whether a triangle died on any rank
   bool burn_away(Living& living, const std::vector<double>& level);
 
-  /// Triangles and springs that die because springs tear. Collective.
-  /// @param torn owned springs of each colour that tear
-  /// @returns whether a triangle died on any rank
-  bool tear(Living& living, const std::array<std::vector<PetscInt>, 4>& torn);
+  /// Sides of a sheet's quads that crack. Nothing leaves the sheet. Collective.
+  /// @param sides owned blue springs along them, each between two cells
+  /// @returns whether there is one on any rank
+  bool crack(Living& living, const std::vector<PetscInt>& sides);
   /// Elements of a membrane that tear. Collective.
   /// @param torn owned ones
   bool tear(Living& living, const std::vector<PetscInt>& torn);

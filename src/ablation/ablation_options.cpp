@@ -21,7 +21,9 @@ void describe(OptionTable& table, AblationOptions& options) {
   table.add("ablation.strength", options.strength)
       .unit("N/m")
       .more_than(0)
-      .help("force per width at which the unburnt sheet or wall tears. Nothing tears unless given")
+      .help(
+          "force per width at which the unburnt sheet cracks along sides of its cells, or elements of the unburnt wall "
+          "tear. Nothing tears unless given")
       .source("burning paper, section 8.2; README: readings");
   const Condition tears{"ablation.strength", [&options] { return options.strength.has_value(); }};
   table.add("ablation.strength_texture", options.strength_texture)
@@ -41,7 +43,8 @@ void describe(OptionTable& table, AblationOptions& options) {
       .range(0, 1)
       .acts_with(tears)
       .help(
-          "largest share by which the strength of a spring, or of a balloon's element, differs at random; depends on "
+          "largest share by which the strength of a side of cells, or of a balloon's element, differs at random; "
+          "depends on "
           "the seed and the persistent ids only");
   table.add("ablation.seed", options.seed)
       .at_least(0)

@@ -42,7 +42,7 @@ class Cutter {
   }
   std::int64_t cut_id(PetscInt from, PetscInt to) const {
     const auto [low, high] = std::minmax({id(from), id(to)});  // by value
-    return -(std::int64_t{low} * surface_.id_end + high) - 1;
+    return -(std::int64_t{low} * cut_id_stride + high) - 1;
   }
   void add_uncut_points();
   /// The point at the share t of the way from one particle of an element to another. @returns its number

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "surface/drawn_surface.h"
@@ -7,6 +8,10 @@
 
 namespace pellicle {
 inline namespace ablation {
+
+/// The id of a cut point between particles of the ids a < b is -(a cut_id_stride + b) - 1. More than any id, and fixed:
+/// ids become more with cracks.
+inline constexpr std::int64_t cut_id_stride = std::int64_t{1} << 31;
 
 /// The living triangles of a rank's elements, cut where the level set is zero (marching triangles; burning paper, eq. 7
 /// and Fig. 6). A corner stands for itself, the virtual centre of a quad is the mean of its corners and has its lattice

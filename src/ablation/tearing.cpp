@@ -1,5 +1,6 @@
 #include "ablation/tearing.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdint>
 
@@ -41,37 +42,63 @@ Tearing::Tearing(const Sheet& sheet, const AblationOptions& options, const std::
       char_strength_(options.char_strength),
       particle_sums_(sheet.particles, sum_rows),
       stress_(sheet.cells.size()),
+      overload_(sheet.of(Colour::blue).layout, 1),
       largest_overload_(sheet.particles, 1) {
-  for (std::size_t colour = 0; colour < sheet.springs.size(); ++colour) {
-    const SpringSet& set = sheet.springs[colour];
-    overload_[colour] = Field(set.layout, 1);
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
-      const auto a = static_cast<std::size_t>(set.ends[s][0]);
-      const auto b = static_cast<std::size_t>(set.ends[s][1]);
-      const double random = noise(options.seed, number_of_pair(sheet.persistent_id[a], sheet.persistent_id[b]));
-      unburnt_strength_[colour].push_back(options.strength.value() * (1 + options.strength_scatter * random) *
-                                          (texture.empty() ? 1 : (texture[a] + texture[b]) / 2));
-    }
+  const SpringSet& sides = sheet.of(Colour::blue);
+  for (std::size_t s = 0; s < static_cast<std::size_t>(sides.owned()); ++s) {
+    const auto a = static_cast<std::size_t>(sides.ends[s][0]);
+    const auto b = static_cast<std::size_t>(sides.ends[s][1]);
+    const auto id = [&](std::size_t k) {
+      const PetscInt triangle = sides.triangles[s][k];
+      return triangle < 0 ? 0 : sheet.element_id[static_cast<std::size_t>(triangle / 4)];
+    };
+    // Of the cells, whose ids stay when corners double.
+    const double random = noise(options.seed, number_of_pair(id(0), id(1)));
+    unburnt_strength_.push_back(options.strength.value() * (1 + options.strength_scatter * random) *
+                                (texture.empty() ? 1 : (texture[a] + texture[b]) / 2));
   }
 }
 
-std::array<std::vector<PetscInt>, 4> Tearing::torn(const TearingInput& input) {
+std::vector<PetscInt> Tearing::cracks(const TearingInput& input) {
   find_stress(input);
-  find_overload(input);
-  // What differs by rounding alone is equal, or the number of ranks would decide which tears.
-  const double tie = 1 + 1e-6;
-  std::array<std::vector<PetscInt>, 4> torn;
-  for (std::size_t colour = 0; colour < torn.size(); ++colour) {
-    const SpringSet& set = sheet_.springs[colour];
-    for (PetscInt s = 0; s < set.owned(); ++s) {
-      const auto [a, b] = set.ends[static_cast<std::size_t>(s)];
-      const double overload = overload_[colour].data()[s];
-      if (overload > 1 && overload * tie >= std::max(largest_overload_.data()[a], largest_overload_.data()[b])) {
-        torn[colour].push_back(s);
+  const SpringSet& sides = sheet_.of(Colour::blue);
+  for (std::size_t s = 0; s < static_cast<std::size_t>(sides.owned()); ++s) {
+    overload_.data()[s] = overload(input, s);
+  }
+  overload_.update_ghosts();
+  largest_overload_.values().setZero();
+  // Sides compete at their ends and in their cells, whose lattice points stand for them.
+  const auto places = [&](PetscInt s) {
+    const auto k = static_cast<std::size_t>(s);
+    std::array<PetscInt, 4> result{sides.ends[k][0], sides.ends[k][1], -1, -1};
+    for (std::size_t t = 0; t < 2; ++t) {
+      const PetscInt triangle = sides.triangles[k][t];
+      result[2 + t] = triangle < 0 ? -1 : sheet_.lattice[static_cast<std::size_t>(triangle / 4)];
+    }
+    return result;
+  };
+  for (PetscInt s = 0; s < sides.local(); ++s) {
+    for (const PetscInt place : places(s)) {
+      if (place >= 0) {
+        double& largest = largest_overload_.data()[place];
+        largest = std::max(largest, overload_.data()[s]);
       }
     }
   }
-  return torn;
+  // All springs at an owned particle, and along the sides of an owned cell, are local.
+  largest_overload_.update_ghosts();
+  // What differs by rounding alone is equal, or the number of ranks would decide which side cracks.
+  const double tie = 1 + 1e-6;
+  std::vector<PetscInt> cracks;
+  for (PetscInt s = 0; s < sides.owned(); ++s) {
+    const double here = overload_.data()[s];
+    const std::array<PetscInt, 4> of_side = places(s);
+    if (here > 0 && std::all_of(of_side.begin(), of_side.end(),
+                                [&](PetscInt place) { return here * tie >= largest_overload_.data()[place]; })) {
+      cracks.push_back(s);
+    }
+  }
+  return cracks;
 }
 
 void Tearing::find_stress(const TearingInput& input) {
@@ -113,44 +140,41 @@ void Tearing::find_stress(const TearingInput& input) {
   }
 }
 
-void Tearing::find_overload(const TearingInput& input) {
+/// Stress across an owned blue spring's side over the strength; 0 where it cannot crack.
+double Tearing::overload(const TearingInput& input, std::size_t side) const {
+  const SpringSet& sides = sheet_.of(Colour::blue);
+  const auto [a, b] = sides.ends[side];
+  if (input.pinned[static_cast<std::size_t>(a)] && input.pinned[static_cast<std::size_t>(b)]) {
+    return 0;
+  }
+  const Eigen::Vector3d along = direction(input.position, sides.ends[side]);
+  Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
+  double across = 0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const PetscInt triangle = sides.triangles[side][k];
+    if (triangle < 0 || !input.living.triangles[static_cast<std::size_t>(triangle)] ||
+        input.living.cracked[static_cast<std::size_t>(triangle)]) {
+      return 0;
+    }
+    const auto cell = static_cast<std::size_t>(triangle / 4);
+    const auto corner = [&](std::size_t i) { return input.position.vector(sheet_.cells[cell][i]); };
+    const Eigen::Vector3d normal =
+        along.cross(quad_area_vector(corner(0), corner(1), corner(2), corner(3))).stableNormalized();
+    stress += stress_[cell] / 2;
+    across += normal.dot(stress_[cell] * normal) / 2;
+  }
   const auto share_at = [&](PetscInt particle) {
     const double left = input.mass.data()[particle] / sheet_.initial_mass[static_cast<std::size_t>(particle)];
     return share_of_strength(left, input.min_mass, char_strength_);
   };
-  largest_overload_.values().setZero();
-  for (std::size_t colour = 0; colour < sheet_.springs.size(); ++colour) {
-    const SpringSet& set = sheet_.springs[colour];
-    Field& overload = overload_[colour];
-    overload.values().setZero();
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
-      const auto [a, b] = set.ends[s];
-      if (!input.living.springs[colour][s] ||
-          (input.pinned[static_cast<std::size_t>(a)] && input.pinned[static_cast<std::size_t>(b)])) {
-        continue;
-      }
-      Eigen::Matrix3d stress = Eigen::Matrix3d::Zero();
-      double triangles = 0;
-      for (const PetscInt triangle : set.triangles[s]) {
-        if (triangle >= 0 && input.living.triangles[static_cast<std::size_t>(triangle)]) {
-          stress += stress_[static_cast<std::size_t>(triangle) / 4];
-          ++triangles;
-        }
-      }
-      const Eigen::Vector3d d = direction(input.position, set.ends[s]);
-      const double strength = unburnt_strength_[colour][s] * (share_at(a) + share_at(b)) / 2;
-      overload.data()[s] = d.dot(stress * d) / triangles / strength;
-    }
-    overload.update_ghosts();
-    for (PetscInt s = 0; s < set.local(); ++s) {
-      for (const PetscInt end : set.ends[static_cast<std::size_t>(s)]) {
-        double& largest = largest_overload_.data()[end];
-        largest = std::max(largest, overload.data()[s]);
-      }
-    }
+  const double strength = unburnt_strength_[side] * (share_at(a) + share_at(b)) / 2;
+  if (across <= 0 || stress.norm() <= strength) {
+    return 0;
   }
-  // All springs at an owned particle are local.
-  largest_overload_.update_ghosts();
+  const double principal =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(stress, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  constexpr double least_share = 0.25;  // up to 60 degrees: sides of other directions are nearer
+  return principal > strength && across >= least_share * principal ? across / strength : 0;
 }
 
 }  // namespace ablation

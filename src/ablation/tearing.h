@@ -25,8 +25,8 @@ struct TearingInput {
   double min_mass = 0;                              ///< m^min as a fraction of the initial mass
 };
 
-/// Tearing by stress, which the burning paper leaves out (section 8.2): the sheet tears where its tension exceeds the
-/// strength of what is left of it.
+/// Tearing by stress, which the burning paper leaves out (section 8.2): the sheet cracks along sides of its cells where
+/// its tension exceeds the strength of what is left of it.
 ///
 /// Springs of several colours share a load, and colours that cannot all keep their lengths push and pull against each
 /// other, so the force F of a single spring says little. The stress of a cell does [N/m]:
@@ -35,14 +35,16 @@ struct TearingInput {
 ///
 /// over the springs of its particles, where d is the direction of a spring, half of which belongs to each of its ends,
 /// A the undeformed area of what is left of the cell, and the living quarters of cells share their corners; what
-/// springs do to each other cancels. A spring tears when
+/// springs do to each other cancels. A side between two cells can crack when the largest principal stress
 ///
-///     d . sigma d > strength c (1 + scatter u) t
+///     sigma_1 > strength c (1 + scatter u) t
 ///
-/// with the mean stress of the cells that it lies in, t the mean of the texture at both ends, u in [-1, 1) a random
-/// number of seed and persistent ids, and c the mean over both ends of
-/// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Of the springs that meet at a particle only the one that
-/// exceeds its strength by the largest factor tears in a step: what the others then carry shows in the next.
+/// of the mean stress of both, whatever the direction of the mesh, t the mean of the texture at both ends, u in [-1, 1)
+/// a random number of seed and the cells' ids, and c the mean over both ends of
+/// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Where it cracks is told by the stress across the side,
+/// n . sigma n with the normal n of the side in its cells, over the strength: of the sides that can crack and meet at a
+/// corner, or are of one cell, only the one with the largest such ratio does in a step, and none with less than a
+/// quarter of sigma_1 across it. What the others then carry shows in the next step.
 ///
 /// The stress of an elastic sheet is that of its material. That of a projected one is exact for a load, whatever the
 /// step; of lengths which contradict each other, such as those of a shrinking sheet between clamps, it has no limit in
@@ -55,20 +57,21 @@ class Tearing {
   /// @param texture factor on the strength of each local particle, or empty for 1
   Tearing(const Sheet& sheet, const AblationOptions& options, const std::vector<double>& texture);
 
-  /// Owned springs of each colour that tear; dead springs do not, nor those between two pinned particles. Collective.
-  std::array<std::vector<PetscInt>, 4> torn(const TearingInput& input);
+  /// Sides that crack: the owned blue springs along them. Sides of what has burnt do not, nor those between two pinned
+  /// particles. Collective.
+  std::vector<PetscInt> cracks(const TearingInput& input);
 
  private:
   void find_stress(const TearingInput& input);
-  void find_overload(const TearingInput& input);
+  double overload(const TearingInput& input, std::size_t side) const;
 
   const Sheet& sheet_;
   double char_strength_;
-  std::array<std::vector<double>, 4> unburnt_strength_;  ///< force per width that each owned spring withstands [N/m]
-  Field particle_sums_;                                  ///< of F l^init d d^T, (3 x 3) in columns [N m]; living cells
-  std::vector<Eigen::Matrix3d> stress_;                  ///< of each local cell [N/m]
-  std::array<Field, 4> overload_;  ///< stress along each local spring over its strength, 0 where it cannot tear
-  Field largest_overload_;         ///< of the springs at each local particle
+  std::vector<double> unburnt_strength_;  ///< force per width that each owned blue spring's side withstands [N/m]
+  Field particle_sums_;                   ///< of F l^init d d^T, (3 x 3) in columns [N m]; living cells
+  std::vector<Eigen::Matrix3d> stress_;   ///< of each local cell [N/m]
+  Field overload_;                        ///< stress across each local side over its strength, 0 where it cannot crack
+  Field largest_overload_;  ///< of the sides at each local corner, and of each local cell at its lattice point
 };
 
 }  // namespace ablation

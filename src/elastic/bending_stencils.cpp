@@ -125,10 +125,11 @@ void BendingStencils::add_corner(PetscInt corner, const std::vector<PetscInt>& c
 }
 
 void BendingStencils::update(const Living& living) {
-  if (living.triangles == living_before_) {
+  if (living.triangles == living_before_ && living.cracked == cracked_before_) {
     return;
   }
   living_before_ = living.triangles;
+  cracked_before_ = living.cracked;
   const auto lives = [&living](PetscInt triangle) {
     return triangle < 0 || living.triangles[static_cast<std::size_t>(triangle)];
   };
@@ -144,7 +145,9 @@ void BendingStencils::update(const Living& living) {
     }
     takes_part.clear();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      takes_part.push_back(lives(support_[p][0]) && lives(support_[p][1]));
+      const PetscInt side = support_[p][0];
+      takes_part.push_back(lives(side) && lives(support_[p][1]) &&
+                           (side < 0 || !living.cracked[static_cast<std::size_t>(side)]));
     }
     if (takes_part != fitted_[s]) {
       fit(stencil, takes_part);

@@ -70,7 +70,8 @@ class BendingStencils {
     return sum;
   }
 
-  /// Triangles on which a point of a stencil depends: it takes part while both live; -1: none.
+  /// Triangles on which a point of a stencil depends: it takes part while both live and the side between them has not
+  /// cracked; -1: none.
   using Support = std::array<PetscInt, 2>;
 
   void add_lattice(PetscInt cell, const CellSides& beyond);
@@ -92,6 +93,7 @@ class BendingStencils {
   std::vector<std::vector<bool>> fitted_;  ///< points that took part in the last fit of each stencil
   std::vector<PetscInt> stencil_of_;       ///< of each local particle, -1: none
   std::vector<bool> living_before_;
+  std::vector<bool> cracked_before_;
 };
 
 }  // namespace elastic

@@ -140,10 +140,11 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
 }
 
 const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& living) {
-  if (living.triangles == living_before_) {
+  if (living.triangles == living_before_ && living.cracked == cracked_before_) {
     return stiffness_;
   }
   living_before_ = living.triangles;
+  cracked_before_ = living.cracked;
   const auto lives = [&](PetscInt triangle) {
     return triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)];
   };
@@ -160,6 +161,9 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         continue;
       }
       const auto& triangles = set.triangles[s];
+      if (colour == Colour::green && living.cracked[static_cast<std::size_t>(triangles[0])]) {
+        continue;
+      }
       double area = area_of(triangles[0]) + area_of(triangles[1]);
       if (colour == Colour::yellow) {
         area += area_of(triangles[2]) + area_of(triangles[3]);
@@ -175,7 +179,8 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         for (const PetscInt turn : {1, 3}) {  // the sides beside it
           const PetscInt k = (triangles[t] + turn) % 4;
           const PetscInt beside = 4 * static_cast<PetscInt>(cell) + k;
-          const bool is_crossed = beyond_[cell][static_cast<std::size_t>(k)] >= 0;
+          const bool is_crossed =
+              beyond_[cell][static_cast<std::size_t>(k)] >= 0 && !living.cracked[static_cast<std::size_t>(beside)];
           area += is_crossed ? 0 : area_of(beside) / 2;
         }
       }

@@ -42,9 +42,9 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 ///
 /// so C12 = C66 = G, the shear stiffness (Cauchy's relation), and the tensile stiffnesses are C11 - G^2/C22 and C22 -
 /// G^2/C11. A blue or green spring has the area of the drawn triangles at its side, a red one half of its triangles'.
-/// At an edge no green spring crosses: what it would carry goes to the blue springs beside it. Yellow springs are idle
-/// in whole cells, where they would resist a fold along the other diagonal; in a cell that has lost a part they hold
-/// the corners that nothing else does.
+/// At an edge, or a crack, no green spring crosses: what it would carry goes to the blue springs beside it. Yellow
+/// springs are idle in whole cells, where they would resist a fold along the other diagonal; in a cell that has lost a
+/// part they hold the corners that nothing else does.
 ///
 /// Springs have the stiffness of what lives. Those of other ranks that end at no particle of this one have none.
 class SheetSprings {
@@ -67,6 +67,7 @@ class SheetSprings {
   CellSides beyond_;
   double largest_excess_ = 1;
   std::vector<bool> living_before_;
+  std::vector<bool> cracked_before_;
   std::array<std::vector<double>, 4> stiffness_;
 };
 

@@ -60,11 +60,14 @@ std::size_t FieldRegistry::record_size(Item item) const {
   return size;
 }
 
-void FieldRegistry::pack(Item item, PetscInt local, std::byte* record) const {
+void FieldRegistry::pack(Item item, PetscInt local, std::byte* record, double share) const {
   for_each_on_items(*this, item, [&](const Entry& entry, const auto& values) {
     for (int k = 0; k < entry.components; ++k) {
-      const Kept<std::decay_t<decltype(values)>> kept =
+      Kept<std::decay_t<decltype(values)>> kept =
           number(values, static_cast<std::size_t>(local * entry.components + k));
+      if constexpr (std::is_floating_point_v<decltype(kept)>) {
+        kept *= entry.declaration.is_amount ? share : 1;
+      }
       std::memcpy(record, &kept, sizeof kept);
       record += sizeof kept;
     }

@@ -31,6 +31,8 @@ struct FieldDeclaration {
   /// It follows from other fields whenever items have moved or have been read: it is neither moved nor kept in a
   /// checkpoint.
   bool follows = false;
+  /// It is an amount that an item has as a whole, such as a mass: of an item that is divided each part has its share.
+  bool is_amount = false;
 };
 
 /// All that changes of an object from step to step, each field declared once. Rollback, compaction, checkpoints, frames
@@ -95,7 +97,8 @@ class FieldRegistry {
   /// Bytes of the record of a particle or cell.
   std::size_t record_size(Item item) const;
   /// Writes the record of a local item. @param record (record_size)
-  void pack(Item item, PetscInt local, std::byte* record) const;
+  /// @param share of the item that it is the record of: of amounts it has as much
+  void pack(Item item, PetscInt local, std::byte* record, double share = 1) const;
   /// Reads it.
   void unpack(Item item, PetscInt local, const std::byte* record);
 

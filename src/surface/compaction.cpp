@@ -1,6 +1,8 @@
 #include "surface/compaction.h"
 
+#include <array>
 #include <utility>
+#include <vector>
 
 namespace pellicle {
 inline namespace surface {
@@ -20,6 +22,28 @@ LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Rec
     rows.part.clear();
   }
   return make_sheet(comm, std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+}
+
+LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
+                  const Records& cells, const SheetOptions& options) {
+  MeshRows rows =
+      rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true), particles, cells);
+  for (std::size_t k = 0; k < corners.copies.size(); ++k) {
+    const SplitCorners::Copy& copy = corners.copies[k];
+    MeshRows::Point row = rows.vertices[static_cast<std::size_t>(copy.original)];
+    row.id = copy.id;
+    row.mass *= copy.share;
+    rows.vertices.push_back(row);
+  }
+  for (std::size_t corner = 0; corner < corners.share.size(); ++corner) {
+    rows.vertices[corner].mass *= corners.share[corner];
+  }
+  rows.vertex_data.append(copies);
+  rows.cell_corners.clear();
+  for (const std::array<PetscInt, 4>& ids : corners.cell_corners) {
+    rows.cell_corners.insert(rows.cell_corners.end(), ids.begin(), ids.end());
+  }
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, corners.id_end}, options);
 }
 
 }  // namespace surface

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "surface/shell.h"
+#include "surface/split_corners.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -16,6 +17,14 @@ inline namespace surface {
 /// @param cells what moves with the owned cells
 LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
                     const SheetOptions& options);
+
+/// Splits corners. All else keeps its persistent ids, undeformed places, texture coordinates and groups, which copies
+/// have from their corners, and stays on its ranks. Collective.
+/// @param particles what moves with the owned particles, of those that are split with their shares
+/// @param copies the same of the copies of this rank, in their order
+/// @param cells what moves with the owned cells
+LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
+                  const Records& cells, const SheetOptions& options);
 
 }  // namespace surface
 }  // namespace pellicle

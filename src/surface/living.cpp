@@ -3,7 +3,8 @@
 namespace pellicle {
 inline namespace surface {
 
-Living::Living(const Surface& surface) : triangles(surface.triangles.size(), true) {
+Living::Living(const Surface& surface)
+    : triangles(surface.triangles.size(), true), cracked(surface.has_quads() ? surface.triangles.size() : 0, false) {
   for (const Colour colour : all_colours) {
     springs[static_cast<std::size_t>(colour)].assign(surface.of(colour).ends.size(), true);
   }

@@ -10,13 +10,16 @@ inline namespace surface {
 
 /// What is left of a surface that burns or tears, without a change of its numbering: the springs that still hold and
 /// the drawn triangles that are still there, at least in part. A spring lives as long as one of the triangles that
-/// share it.
+/// share it; a green one dies when the side that it crosses cracks.
 struct Living {
   /// Everything lives.
   explicit Living(const Surface& surface);
 
   std::array<std::vector<bool>, 4> springs;  ///< local springs of each colour, ghosts up to date
   std::vector<bool> triangles;               ///< drawn ones of the local elements, ghosts up to date
+  /// Sides of a sheet's local quads along which it has cracked, as that of the drawn triangle at each; both quads at a
+  /// side say the same. Ghosts up to date. None of a membrane.
+  std::vector<bool> cracked;
 };
 
 /// Which local particles have a local spring that lives; of owned particles all springs are local. Not collective.

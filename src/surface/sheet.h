@@ -9,7 +9,8 @@ inline namespace surface {
 ///
 /// Particles are the corner points (the mesh's vertices), then one lattice point a cell, at the mean of its corners
 /// plus the thickness along the cell's normal. Local numbers: owned corners, owned lattice points, ghosts. Persistent
-/// ids: the vertex number in the file, or first_lattice_id + the cell number in the file.
+/// ids: the vertex number in the file, or first_lattice_id + the cell number in the file; corners that cracks have made
+/// follow on those.
 struct Sheet : Surface {
   /// 2: the shell; 1: a net whose lattice points lie in the layer of the corners, have no springs that act, and are at
   /// the mean of their cells' corners (surface/one_layer.h). Its other springs only tell what hangs together and what

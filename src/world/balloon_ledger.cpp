@@ -29,6 +29,7 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
                                  {"elastic_energy", "J"}});
   if (chain.burns()) {
     columns.push_back({"heat_iterations", ""});
+    columns.push_back({"mass_torn", "kg"});
   }
   return columns;
 }
@@ -101,7 +102,10 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
               static_cast<double>(step.newton_iterations), static_cast<double>(step.linear_iterations),
               static_cast<double>(step.concave_iterations), step.residual, step.relative_residual, sums[elastic]});
   if (chain_.burns()) {
+    double torn = state.burning->mass_torn;
+    MPI_Allreduce(MPI_IN_PLACE, &torn, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
     own.push_back(static_cast<double>(step.heat_iterations));
+    own.push_back(torn);
   }
   ledger_.add({membrane, state, chain_.mass().data(), state.burning ? &*state.burning : nullptr, chain_.heat_capacity(),
                h, retries},

@@ -139,12 +139,7 @@ BurnStep Burn::advance(State& state, double h) {
   if (failed(moved)) {
     return step;
   }
-  if (tear(state, h)) {
-    step.died = true;
-    if (failed(limit_strain(state))) {  // The lengths beside a tear follow from what is left.
-      return step;
-    }
-  }
+  step.cracked = tear(state);
   failed(end_step(state, h));
   return step;
 }
@@ -174,18 +169,14 @@ bool Burn::ablation(State& state, double h) {
   return has_died;
 }
 
-bool Burn::tear(State& state, double h) {
+bool Burn::tear(State& state) {
   if (!tearing_) {
     return false;
   }
   const auto timer = clock_.time("ablation");
   const TearingInput input{state.living, force_,         state.position,
                            state.mass,   pins_.pinned(), options_.combustion.min_mass};
-  const bool has_torn = burning_.tear(state, tearing_->torn(input), state.time + h);
-  if (has_torn && elastic_ != nullptr) {
-    set_lengths(state);
-  }
-  return has_torn;
+  return burning_.crack(state, tearing_->cracks(input));
 }
 
 void Burn::set_lengths(State& state) const {

@@ -35,7 +35,8 @@ struct BurnStep {
   int newton_iterations = 0;    ///< of an elastic sheet
   double force_residual = 0;    ///< likewise, see ElasticStep
   PetscInt contacts = 0;        ///< particles of this rank held by a body at the end
-  bool died = false;            ///< whether a part of the sheet burnt away or tore, on any rank
+  bool died = false;            ///< whether a part of the sheet burnt away, on any rank
+  bool cracked = false;         ///< whether a side of its cells cracked, on any rank
 };
 
 /// What the stage that moves the sheet says. Its error is ||C|| at the end [m].
@@ -46,8 +47,9 @@ struct DynamicsResult : StageResult {
 };
 
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
-/// (section 4); then springs tear, if they can. `advance` runs them all; a program that has stages of its own calls
-/// those of this class itself, and its own between them (tests/external).
+/// (section 4); then sides of cells crack, if they can. Where cracks part the sheet its numbering is to be renewed
+/// between steps (surface/split_corners.h), as BurnRun does. `advance` runs them all; a program that has stages of its
+/// own calls those of this class itself, and its own between them (tests/external).
 class Burn {
  public:
   /// Reads textures, builds operators. Sheet, options and clock must outlive it. Collective.
@@ -84,8 +86,8 @@ class Burn {
   /// Velocities change by gravity, damping, air and the pressure of gas, positions by the velocities; projection and
   /// contact correct both. A force F of one's own adds h F/m to the velocities before.
   DynamicsResult dynamics(State& state, double h);
-  /// What `dynamics` has pulled too hard tears, if anything can. @returns whether any has, on any rank
-  bool tear(State& state, double h);
+  /// What `dynamics` has pulled too hard cracks, if anything can. @returns whether any has, on any rank
+  bool tear(State& state);
   /// Moves the clock, unless heat is unaccounted for: a stage that heats or cools by itself adds what the particles of
   /// this rank got or gave to `state.heat_in` or `state.heat_out`.
   StageResult end_step(State& state, double h);

@@ -1,6 +1,7 @@
 #include "world/burn_run.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -8,6 +9,7 @@
 #include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
@@ -221,35 +223,65 @@ void BurnRun::restore() { *state_ = *kept_; }
 void BurnRun::accept(double time) {
   state_->time = time;
   find_end();
-  const double limit = options_.ablation.compact_fraction;
-  if (!last_.died || limit >= 1 || !ended_.empty() || burn_->chambers().count() > 0) {
+  if (!ended_.empty() || burn_->chambers().count() > 0) {
     return;
   }
   const auto timer = output_.clock.time("compaction");
+  if (last_.cracked || (last_.died && options_.ablation.strength)) {
+    part();
+  }
+  if (last_.died && options_.ablation.compact_fraction < 1) {
+    compact();
+  }
+}
+
+Records BurnRun::packed(Item item, PetscInt owned) const {
+  Records records(state_->record_size(item), owned);
+  for (PetscInt i = 0; i < owned; ++i) {
+    state_->pack(item, i, records.at(i));
+  }
+  return records;
+}
+
+/// Splits the corners at which cracks have parted the sheet.
+void BurnRun::part() {
+  const SplitCorners corners = find_split_corners(*sheet_, state_->living);
+  if (corners.count == 0) {
+    return;
+  }
+  Records particles = packed(Item::particle, sheet_->particles.owned);
+  Records copies(particles.bytes(), static_cast<PetscInt>(corners.copies.size()));
+  for (PetscInt k = 0; k < copies.count(); ++k) {
+    const SplitCorners::Copy& copy = corners.copies[static_cast<std::size_t>(k)];
+    state_->pack(Item::particle, copy.original, copies.at(k), copy.share);
+  }
+  for (PetscInt corner = 0; corner < sheet_->owned_corners; ++corner) {
+    state_->pack(Item::particle, corner, particles.at(corner), corners.share[static_cast<std::size_t>(corner)]);
+  }
+  take_over(
+      split(*sheet_, corners, particles, copies, packed(Item::cell, sheet_->elements.owned), shell_options(options_)));
+  update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
+}
+
+/// Removes cells of which nothing is left, if they are many.
+void BurnRun::compact() {
   std::vector<bool> kept = empty_cells(*sheet_, state_->living);
   kept.flip();
   auto left = static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true));
   MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT, MPI_SUM, sheet_->comm());
   const PetscInt before = sheet_->elements.global;
-  if (static_cast<double>(before - left) > limit * static_cast<double>(before)) {
-    compact(kept);
+  if (static_cast<double>(before - left) > options_.ablation.compact_fraction * static_cast<double>(before)) {
+    take_over(pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
+                                packed(Item::cell, sheet_->elements.owned), shell_options(options_)));
     output_.console.say(output_.heading() + "step " + std::to_string(state_->step) + ": " +
                         std::to_string(before - left) + " of " + std::to_string(before) + " cells are gone; " +
                         partition_line(*sheet_));
   }
 }
 
-void BurnRun::compact(const std::vector<bool>& kept) {
-  const auto packed = [&](Item item, PetscInt owned) {
-    Records records(state_->record_size(item), owned);
-    for (PetscInt i = 0; i < owned; ++i) {
-      state_->pack(item, i, records.at(i));
-    }
-    return records;
-  };
-  LoadedSheet compacted = pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
-                                            packed(Item::cell, sheet_->elements.owned), shell_options(options_));
-  auto sheet = std::make_unique<Sheet>(std::move(compacted.sheet));
+/// Goes on with a sheet that was made of the present one, and what came with its items.
+void BurnRun::take_over(LoadedSheet loaded) {
+  auto sheet = std::make_unique<Sheet>(std::move(loaded.sheet));
   auto state = std::make_unique<State>(*sheet);
   state->take_over(*state_);
   const auto unpack = [&state](Item item, const Records& records) {
@@ -257,8 +289,8 @@ void BurnRun::compact(const std::vector<bool>& kept) {
       state->unpack(item, i, records.at(i));
     }
   };
-  unpack(Item::particle, compacted.particles);
-  unpack(Item::cell, compacted.cells);
+  unpack(Item::particle, loaded.particles);
+  unpack(Item::cell, loaded.cells);
   auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), state->pin);
   burn->follow(*state);
 
@@ -271,6 +303,29 @@ void BurnRun::compact(const std::vector<bool>& kept) {
 void BurnRun::find_end() {
   ended_ = is_gone() ? "the sheet has burnt away"
                      : hole(burn_->chambers(), *sheet_, state_->position, *state_, options_.ablation.loss_mass);
+  if (ended_.empty() && burn_->chambers().count() > 0) {
+    ended_ = torn_open();
+  }
+}
+
+/// Where cracks have parted a sheet with gas, which is not numbered anew; empty: nowhere. Collective.
+std::string BurnRun::torn_open() const {
+  const SplitCorners corners = find_split_corners(*sheet_, state_->living);
+  if (corners.count == 0) {
+    return "";
+  }
+  std::array<double, 4> first{HUGE_VAL};  // id and place
+  for (const SplitCorners::Copy& copy : corners.copies) {
+    const double id = sheet_->persistent_id[static_cast<std::size_t>(copy.original)];
+    const Eigen::Vector3d x = state_->position.vector(copy.original);
+    first = std::min(first, {id, x[0], x[1], x[2]});
+  }
+  const std::vector<std::array<double, 4>> all = of_all_ranks(sheet_->comm(), std::vector{first});
+  const auto& [id, x, y, z] = *std::min_element(all.begin(), all.end());
+  char text[160];
+  std::snprintf(text, sizeof text, "the sheet round the gas is open: it has torn at vertex %d at (%.4g, %.4g, %.4g) m",
+                static_cast<int>(id), x, y, z);
+  return text;
 }
 
 void BurnRun::draw(const FrameSink& write) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "surface/shell.h"
 #include "world/burn.h"
 #include "world/object.h"
 #include "world/sheet_ledger.h"
@@ -12,8 +13,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// A burning sheet: its chain with state, frames and history. Cells that have burnt away are
-/// removed from a sheet without gas now and then, see `ablation.compact_fraction`.
+/// A burning sheet: its chain with state, frames and history. Where cracks part a sheet without gas its corners are
+/// split after the step; cells that have burnt away are removed from it now and then, see `ablation.compact_fraction`.
 class BurnRun : public Object {
  public:
   /// Options must outlive it. Collective.
@@ -39,8 +40,12 @@ class BurnRun : public Object {
   void resume_output(const Hdf5File& checkpoint) override;
 
  private:
-  void compact(const std::vector<bool>& kept);
+  void part();
+  void compact();
+  void take_over(LoadedSheet loaded);
+  Records packed(Item item, PetscInt owned) const;
   void find_end();
+  std::string torn_open() const;
   SheetLedger& ledger();
 
   const Options& options_;

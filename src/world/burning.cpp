@@ -100,26 +100,38 @@ bool Burning::ablation(BurningFields& fields, const ObjectState& state, double h
   }
   const bool died = ablation_.burn_away(fields.living, level);
   if (died) {
-    take_out(fields, state.time + h);
+    take_out(fields, fields.mass_burnt, state.time + h);
   }
   return died;
 }
 
-void Burning::follow_tears(BurningFields& fields, double time) {
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
-  for (std::size_t triangle = 0; triangle < fields.living.triangles.size(); ++triangle) {
-    if (!fields.living.triangles[triangle] && fields.burn_time[triangle / per_element] < 0) {
-      fields.burn_time[triangle / per_element] = time;
+bool Burning::tear(BurningFields& fields, const std::vector<PetscInt>& torn, double time) {
+  if (!ablation_.tear(fields.living, torn)) {
+    return false;
+  }
+  for (std::size_t element = 0; element < fields.living.triangles.size(); ++element) {
+    if (!fields.living.triangles[element] && fields.burn_time[element] < 0) {
+      fields.burn_time[element] = time;
     }
   }
-  take_out(fields, time);
+  take_out(fields, fields.mass_torn, time);
+  return true;
+}
+
+bool Burning::crack(BurningFields& fields, const std::vector<PetscInt>& sides) {
+  for (const PetscInt side : sides) {
+    ++fields.cracked_sides;
+    fields.crack_length += surface_.of(Colour::blue).initial_length[static_cast<std::size_t>(side)];
+  }
+  return ablation_.crack(fields.living, sides);
 }
 
 /// What follows when triangles have died: particles without springs leave, pieces separate.
-void Burning::take_out(BurningFields& fields, double time) {
+/// @param mass_lost grows by what leaves [kg]
+void Burning::take_out(BurningFields& fields, double& mass_lost, double time) {
   for (const PetscInt i : ablation_.bare_particles(fields.living, fields.mass)) {
     double& mass = fields.mass.data()[i];
-    fields.mass_burnt += mass;
+    mass_lost += mass;
     fields.heat_out += mass * options_.heat.capacity * fields.temperature.data()[i];
     mass = 0;
     fields.mass_change.data()[i] = 0;

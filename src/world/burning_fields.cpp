@@ -8,12 +8,15 @@ inline namespace world {
 
 BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
     : temperature(registry.add<Field>({"temperature", "K", Item::particle, Drawn::of_both_layers})),
-      mass(registry.add<Field>({"mass", "kg", Item::particle})),
-      mass_change(registry.add<Field>({"mass_change", "kg", Item::particle})),
+      mass(registry.add<Field>({"mass", "kg", Item::particle, Drawn::no, false, true})),
+      mass_change(registry.add<Field>({"mass_change", "kg", Item::particle, Drawn::no, false, true})),
       pieces(registry.own<Pieces>()),
       burn_time(registry.add<std::vector<double>>({"burn_time", "s", Item::cell, Drawn::yes})),
       living(registry.own<Living>(surface)),
       mass_burnt(registry.add<double>({"mass_burnt", "kg", Item::sum})),
+      mass_torn(registry.add<double>({"mass_torn", "kg", Item::sum})),
+      cracked_sides(registry.add<double>({"cracked_sides", "", Item::sum})),
+      crack_length(registry.add<double>({"crack_length", "m", Item::sum})),
       heat_initial(registry.add<double>({"heat_initial", "J", Item::sum})),
       heat_in(registry.add<double>({"heat_in", "J", Item::sum})),
       heat_out(registry.add<double>({"heat_out", "J", Item::sum})),
@@ -23,6 +26,9 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
   registry.declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);
   registry.declare({"pieces_next_id", "", Item::object}, pieces.next_id);
   registry.declare({"living_triangles", "", Item::cell}, living.triangles, surface.triangles_per_element);
+  if (surface.has_quads()) {
+    registry.declare({"cracked", "", Item::cell}, living.cracked, surface.triangles_per_element);
+  }
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     registry.declare({std::string("living_springs_") + colour_names[index], "", Item::spring, Drawn::no, true},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "io/console.h"
 #include "world/gas_of_object.h"
@@ -27,7 +28,8 @@ namespace {
 // Of a checkpoint, in the group of the object: the largest strain so far, its place and time.
 const char* const record_table = "/largest_strain";
 
-std::vector<History::Column> columns_of_sheet(const Chambers& chambers) {
+/// @param tears whether the sheet can crack
+std::vector<History::Column> columns_of_sheet(const Chambers& chambers, bool tears) {
   std::vector<History::Column> columns{
       {"constraint_error", "m"}, {"contacts", ""}, {"heat_iterations", ""}, {"projection_iterations", ""}};
   for (const char* colour : colour_names) {
@@ -43,6 +45,10 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers) {
   columns.push_back({"mean_strain", ""});
   columns.push_back({"newton_iterations", ""});
   columns.push_back({"force_residual", ""});
+  if (tears) {
+    columns.push_back({"cracked_sides", ""});
+    columns.push_back({"crack_length", "m"});
+  }
   if (chambers.count() > 0) {
     const std::vector<History::Column> of_gas = gas_columns(chambers);
     columns.insert(columns.end(), of_gas.begin(), of_gas.end());
@@ -54,7 +60,9 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers) {
 
 SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers,
                          const Hdf5File* resumed)
-    : options_(options), group_(output.group("sheet")), ledger_(output, true, columns_of_sheet(chambers), resumed) {
+    : options_(options),
+      group_(output.group("sheet")),
+      ledger_(output, true, columns_of_sheet(chambers, options.ablation.strength.has_value()), resumed) {
   if (resumed != nullptr) {
     const std::vector<double> record = resumed->read_all<double>(group_ + record_table);
     record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
@@ -100,6 +108,11 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& ch
   if (h > 0 && net.largest > record_.strain) {
     record_ = {net.largest, net.place, state.time};
   }
+  if (options_.ablation.strength) {
+    cracks_ = {state.cracked_sides, state.crack_length};
+    MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    own.insert(own.end(), cracks_.begin(), cracks_.end());
+  }
   if (chambers.count() > 0) {
     const std::vector<double> of_gas = gas_values(chambers, state, state.pressure.data());
     own.insert(own.end(), of_gas.begin(), of_gas.end());
@@ -108,10 +121,17 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& ch
 }
 
 std::vector<std::string> SheetLedger::remarks() const {
-  if (record_.strain < 0) {
-    return {};
+  std::vector<std::string> lines;
+  if (record_.strain >= 0) {
+    lines.push_back("largest strain of the net: " + words_of(record_.strain, record_.place) + ", " +
+                    time_text(record_.time));
   }
-  return {"largest strain of the net: " + words_of(record_.strain, record_.place) + ", " + time_text(record_.time)};
+  if (cracks_[0] > 0) {
+    char text[100];
+    std::snprintf(text, sizeof text, "cracks: %.0f sides of cells, %.4g m", cracks_[0], cracks_[1]);
+    lines.emplace_back(text);
+  }
+  return lines;
 }
 
 void SheetLedger::add(double time, int step, const std::vector<ProjectionError>& errors) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -38,7 +39,8 @@ class SheetLedger {
   /// Collective.
   void add(double time, int step, const std::vector<ProjectionError>& errors);
 
-  /// The largest strain of the net in any step, and where and when that was; nothing before the first step.
+  /// The largest strain of the net in any step, and where and when that was; nothing before the first step. How long
+  /// cracks are, if there are any.
   std::vector<std::string> remarks() const;
 
  private:
@@ -53,6 +55,7 @@ class SheetLedger {
   std::string group_;  ///< of the object in a checkpoint
   Ledger ledger_;
   Record record_;
+  std::array<double, 2> cracks_{};  ///< sides of cells that have cracked, and their undeformed length [m]
   std::unique_ptr<History> projection_;
 };
 

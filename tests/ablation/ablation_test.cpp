@@ -225,31 +225,46 @@ TEST(Ablation, WhatHasDiedStaysDead) {
   }
 }
 
-TEST(Ablation, TornSpringsTakeTheTrianglesAlongWithThem) {
-  // Every spring of every colour, one at a time: its own rank names it, and all ranks must see what it takes along.
+TEST(Ablation, ACrackCutsTheSpringAcrossAndNothingElse) {
+  // Every side between two cells, one at a time: the rank of its spring names it, and all ranks must see it.
   const Grid grid{4, 3};
   const Sheet sheet = shell_of(grid_mesh(4, 3, 1));
   Ablation ablation(sheet);
   const auto sharing = grid.springs();
-  for (std::size_t colour = 0; colour < 4; ++colour) {
-    const SpringSet& set = sheet.springs[colour];
-    ASSERT_EQ(static_cast<PetscInt>(sharing[colour].size()), set.layout.global);
-    for (const auto& [ids, triangles] : sharing[colour]) {
-      std::array<std::vector<PetscInt>, 4> torn;
-      for (PetscInt s = 0; s < set.owned(); ++s) {
-        if (ids_of(sheet, all_colours[colour], s) == ids) {
-          torn[colour].push_back(s);
-        }
-      }
-      Living living(sheet);
-      EXPECT_TRUE(ablation.tear(living, torn));
-      expect_dead(sheet, living, grid.dead(triangles));
-      EXPECT_TRUE(grid.dead(triangles).springs[colour].count(ids)) << "a torn spring is dead itself";
-      EXPECT_FALSE(ablation.tear(living, torn)) << "it is torn already";
+  const SpringSet& blue = sheet.of(Colour::blue);
+  int inner = 0;
+  for (const auto& [ids, triangles] : sharing[2]) {
+    if (triangles.size() < 2) {
+      continue;
     }
+    ++inner;
+    std::vector<PetscInt> sides;
+    for (PetscInt s = 0; s < blue.owned(); ++s) {
+      if (ids_of(sheet, Colour::blue, s) == ids) {
+        sides.push_back(s);
+      }
+    }
+    Living living(sheet);
+    EXPECT_TRUE(ablation.crack(living, sides));
+    Dead dead;
+    for (const auto& [crossing, around] : sharing[1]) {
+      if (around == triangles) {
+        dead.springs[1].insert(crossing);
+      }
+    }
+    EXPECT_EQ(dead.springs[1].size(), 1U);
+    expect_dead(sheet, living, dead);
+    for (std::size_t t = 0; t < living.cracked.size(); ++t) {
+      EXPECT_EQ(living.cracked[t], triangles.count(id_of_triangle(sheet, t)) == 1);
+    }
+    // It follows from the flags of the cells.
+    std::fill(living.springs[1].begin(), living.springs[1].end(), true);
+    ablation.follow_triangles(living);
+    expect_dead(sheet, living, dead);
   }
+  EXPECT_EQ(inner, 3 * 3 + 4 * 2);
   Living living(sheet);
-  EXPECT_FALSE(ablation.tear(living, std::array<std::vector<PetscInt>, 4>{}));
+  EXPECT_FALSE(ablation.crack(living, {}));
   expect_dead(sheet, living, {});
 }
 

@@ -109,11 +109,11 @@ std::vector<double> rough_level(const Sheet& sheet) {
 std::vector<double> unburnt(const Sheet& sheet) { return std::vector<double>(sheet.persistent_id.size(), 1); }
 
 /// The ids of the particles between which a point lies, in order; one where it is uncut.
-std::set<std::int64_t> particles_of(std::int64_t id, const Sheet& sheet) {
+std::set<std::int64_t> particles_of(std::int64_t id) {
   if (id >= 0) {
     return {id};
   }
-  return {-(id + 1) / sheet.id_end, -(id + 1) % sheet.id_end};
+  return {-(id + 1) / cut_id_stride, -(id + 1) % cut_id_stride};
 }
 
 TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
@@ -204,8 +204,8 @@ TEST(CutSurface, IsWatertight) {
       continue;
     }
     ++border;
-    std::set<std::int64_t> between = particles_of(edge.first, sheet);
-    between.merge(particles_of(edge.second, sheet));
+    std::set<std::int64_t> between = particles_of(edge.first);
+    between.merge(particles_of(edge.second));
     const auto outline = faces_at.find(between);
     const bool on_outline = outline != faces_at.end() && outline->second == 1;
     const bool cut_through_one_triangle = edge.first < 0 && edge.second < 0 && between.size() == 3;
@@ -319,7 +319,7 @@ TEST(CutSurface, CutPointsLieAtTheZeroOfTheLevel) {
   const std::vector<double> level = level_by_id(sheet, [](PetscInt id) { return id == 0 ? 0.3 : -0.1; });
   const Gathered drawn(sheet, cut_surface(sheet, Living(sheet), level), sheet.rest);
   std::map<std::int64_t, Place> expected{{0, {0, 0, 0}}};  // Particles: corners 0 to 3, lattice point 4.
-  const auto cut = [&sheet](std::int64_t a, std::int64_t b) { return -(a * sheet.id_end + b) - 1; };
+  const auto cut = [](std::int64_t a, std::int64_t b) { return -(a * cut_id_stride + b) - 1; };
   expected[cut(0, 1)] = {0.75, 0, 0};
   expected[cut(0, 2)] = {0, 0.75, 0};
   expected[cut(0, 4)] = {0.375, 0.375, 0};

@@ -17,9 +17,9 @@ namespace pellicle {
 namespace {
 
 // The scene: 20 x 20 cells of 5 cm on 1 m^2, 1 kg.
-constexpr int cells = 20;                                           ///< along each edge
-constexpr long id_end = (cells + 1) * (cells + 1) + cells * cells;  ///< all uncut ids are smaller
-constexpr double step = 2e-3;                                       // [s]
+constexpr int cells = 20;                 ///< along each edge
+constexpr long cut_id_stride = 1L << 31;  ///< of the ids of cut points
+constexpr double step = 2e-3;             // [s]
 
 /// The scene with a fire that takes a third of the sheet away, compacted time and again.
 const Arguments fire = burning_away + Arguments{"-output_interval_steps", "4", "-ablation_compact_fraction", "0.05"};
@@ -165,8 +165,8 @@ TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
         continue;
       }
       // A cut point lies between the two points that its id names, and has all fields from there.
-      const auto a = uv_of((-id - 1) / id_end);
-      const auto b = uv_of((-id - 1) % id_end);
+      const auto a = uv_of((-id - 1) / cut_id_stride);
+      const auto b = uv_of((-id - 1) % cut_id_stride);
       const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
       EXPECT_NEAR(std::hypot(found[0] - a[0], found[1] - a[1]) + std::hypot(b[0] - found[0], b[1] - found[1]), length,
                   2 * uv_rounding)
@@ -401,27 +401,42 @@ TEST_F(AblationTest, TearingIsReproducibleByItsSeed) {
     run(ranks, tearing_scene, options);
     return last_frame(folder() / "out" / "scene.pvd");
   };
-  const auto cells_left = [](const DrawnFrame& frame) {
-    std::map<long, std::size_t> left;  // triangles of each cell
-    for (const auto& [cell, values] : frame.cell_values.at("cell_id")) {
-      left[cell] = values.size();
+  const auto ids = [](const DrawnFrame& frame) {
+    std::set<long> result;
+    for (const auto& point : frame.points.at("vertex_id")) {
+      result.insert(point.first);
     }
-    return left;
+    return result;
   };
   const DrawnFrame first = torn(1, {});
-  EXPECT_LT(first.cells, 4 * 8 * 16 - 20) << "it tears";
+  const auto table = history();
+  EXPECT_EQ(first.cells, 4 * 8 * 16) << "nothing is lost";
+  EXPECT_GE(table.at("pieces").back(), 2) << "it comes apart";
+  EXPECT_GT(table.at("cracked_sides").back(), 8);
+  EXPECT_NEAR(table.at("crack_length").back(), 0.05 * table.at("cracked_sides").back(), 1e-9);
+  EXPECT_EQ(table.at("mass_burnt").back(), 0);
+  EXPECT_NEAR(table.at("mass_left").back(), table.at("mass_left").front(), 1e-14);
+  EXPECT_GT(ids(first).size(), 9 * 17U + 8 * 16U + 8) << "corners have doubled";
+  expect_closed_books();
   const DrawnFrame again = torn(1, {});
   expect_same_remains(first, again, 0, "a second time");
-  EXPECT_EQ(cells_left(first), cells_left(torn(3, {}))) << "the same triangles on 3 ranks";
-  EXPECT_NE(cells_left(first), cells_left(torn(1, {"-ablation_seed", "7"}))) << "another seed";
-  expect_closed_books();
+  expect_same_remains(first, torn(3, {}), 1e-4, "on 3 ranks");
+  EXPECT_NE(ids(first), ids(torn(1, {"-ablation_seed", "7"}))) << "another seed";
 
   const std::string::size_type strength = tearing_scene.find("ablation:");
   const std::string without =
       tearing_scene.substr(0, strength) + tearing_scene.substr(tearing_scene.find('\n', strength) + 1);
   run(1, without);
-  EXPECT_EQ(last_frame(folder() / "out" / "scene.pvd").cells, 4 * 8 * 16) << "nothing tears unless asked for";
-  EXPECT_EQ(history().at("mass_burnt").back(), 0);
+  EXPECT_EQ(ids(last_frame(folder() / "out" / "scene.pvd")).size(), 9 * 17U + 8 * 16U)
+      << "nothing tears unless asked for";
+}
+
+TEST_F(AblationTest, TearingGoesOnFromACheckpointToTheLastBit) {
+  for (const int ranks : {1, 2}) {
+    const std::string printed = run(ranks, tearing_scene, {"-verify_restart", "15"}).output;
+    EXPECT_NE(printed.find("fields are the same"), std::string::npos) << printed;
+    EXPECT_GT(history().at("cracked_sides").back(), 8);
+  }
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ class BurningBalloonsTest : public ProgramTest {
       const double open = value("heat_content") - history.at("heat_content").front() - value("heat_in") +
                           value("heat_out") - value("heat_made");
       EXPECT_LE(std::abs(open), 1e-9 * value("heat_in") + 1e-12 * value("heat_content")) << "row " << row;
-      EXPECT_NEAR(value("mass_left") + value("mass_burnt"), history.at("mass_left").front(),
+      EXPECT_NEAR(value("mass_left") + value("mass_burnt") + value("mass_torn"), history.at("mass_left").front(),
                   1e-12 * history.at("mass_left").front());
     }
   }
@@ -207,6 +207,7 @@ output: {name: burst, interval_steps: 100}
     const std::size_t last = table.at("time").size() - 1;
     EXPECT_NEAR(tension(last), 100, 0.05 * 100) << "but for the scatter and the triangles";
     EXPECT_LT(table.at("mass_left").back(), table.at("mass_left").front() + 1e-15);
+    EXPECT_EQ(table.at("mass_burnt").back(), 0) << "what tears does not burn";
     expect_closed_ledger(table);
   }
 }

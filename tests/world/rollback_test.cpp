@@ -182,6 +182,38 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
   }
 }
 
+TEST(Rollback, AnAttemptOfATearingSheetLeavesNoTrace) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  // A strip that cracks in its first steps, and again in attempts and after them.
+  Options options;
+  options.sheet.perturbation = 0.01;
+  options.material.tensile_stiffness = 5000;
+  options.material.shear_stiffness = 1900;
+  options.ablation.strength = 30;
+  options.ablation.strength_scatter = 0.5;
+  options.pins["left"].box = {-1, -1, -1, 1e-6, 1, 1};
+  options.pins["right"].box = {0.8 - 1e-6, -1, -1, 1, 1, 1};
+  options.pins["right"].velocity = {1.5, 0, 0};
+  constexpr double h = 2e-3;
+  const Written written = expect_no_trace(
+      [&options](const std::string& out, const std::vector<double>& attempts) {
+        options.output.directory = out;
+        options.output.name = "strip";
+        std::ostringstream silent;
+        Console console(PETSC_COMM_WORLD, 0, silent, false);
+        RunFolder folder(options.output);
+        OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 8, 0.1), shell_options(options)), options,
+                               folder.output, console);
+        run_with_attempts(run, h, attempts);
+      },
+      h);
+  const std::vector<double>& sides = written.tables.at("history.csv: cracked_sides");
+  EXPECT_GT(sides[2], 0);
+  EXPECT_GT(sides[4], sides[2]);
+}
+
 void expect_no_trace_in_a_balloon(const Membrane& membrane, Options options) {
   expect_no_trace(
       [&](const std::string& out, const std::vector<double>& attempts) {

@@ -1,0 +1,286 @@
+// Elastic sheets that are pulled apart: stress, cracks, corners that double, pieces.
+
+#include <gtest/gtest.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "parallel/collective.h"
+#include "surface/shell.h"
+#include "tests/io/files.h"
+#include "tests/support/csv.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/run_folder.h"
+#include "tests/world/one_object.h"
+
+namespace pellicle::cracks_test {
+namespace {
+
+constexpr double width = 0.2;          // [m]
+constexpr double length = 0.4;         // [m]
+constexpr double stiffness = 5000;     // [N/m]
+constexpr double strength = 100;       // [N/m]
+constexpr double speed = 0.2;          // of the upper end [m/s]
+constexpr double viscous_time = 2e-3;  // viscosity over stiffness [s]
+
+/// A strip between x = 0 and `width`, y = 0 and `length`, held at its lower end and drawn out at its upper one.
+Options pulled_strip() {
+  Options options;
+  options.dynamics = Dynamics::elastic;
+  options.sheet.areal_density = 0.05;
+  options.sheet.perturbation = 0;
+  options.material.tensile_stiffness = stiffness;
+  options.material.shear_stiffness = 0.375 * stiffness;
+  options.material.bending_stiffness = 1e-3;
+  options.material.damping = viscous_time;
+  options.elastic.newton_tolerance = 1e-4;
+  options.force.gravity = {0, 0, 0};
+  options.force.damping = 0;
+  options.ablation.strength = strength;
+  options.pins["lower"].box = {-1, -1, -1, 1, 1e-6, 1};
+  options.pins["upper"].box = {-1, length - 1e-6, -1, 1, 1, 1};
+  options.pins["upper"].velocity = {0, speed, 0};
+  options.output.name = "strip";
+  return options;
+}
+
+SurfaceMesh strip_mesh(int cells) { return grid_mesh(cells, 2 * cells, width / cells); }
+
+/// A picture that is black half-way up and white at both ends. Collective. @returns its path
+std::string weak_middle(const TestFolder& folder) {
+  const std::string path = folder / "weak.png";
+  if (folder.rank() == 0) {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(1, 3, 1);
+    image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+    for (const int row : {0, 1, 2}) {
+      image->SetScalarComponentFromDouble(0, row, 0, 0, row == 1 ? 0 : 255);
+    }
+    vtkNew<vtkPNGWriter> writer;
+    writer->SetFileName(path.c_str());
+    writer->SetInputData(image);
+    writer->Write();
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  return path;
+}
+
+/// A run of a strip in steps of one length.
+class Pulled {
+ public:
+  Pulled(const SurfaceMesh& mesh, const Options& options, double h)
+      : h_(h),
+        console_(PETSC_COMM_WORLD, 0, silent_, false),
+        folder_(options.output),
+        run_(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options)), options, folder_.output, console_) {
+    run_.draw();
+    run_.record(0, 0);
+  }
+
+  void step() {
+    run_.keep();
+    const StepResult result = run_.advance(h_);
+    ASSERT_TRUE(result.converged) << result.reason;
+    run_.accept(run_.time());
+    run_.record(h_, 0);
+  }
+  /// Steps until something has cracked. @returns when [s]
+  double first_crack(double latest) {
+    while (cracked_sides() == 0 && run_.time() < latest) {
+      step();
+    }
+    return run_.time();
+  }
+
+  double time() const { return run_.time(); }
+  const Sheet& sheet() { return run_.object().sheet(); }
+  State& state() { return run_.object().state(); }
+  double cracked_sides() { return sum(state().cracked_sides); }
+  double sum(double own) {
+    MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return own;
+  }
+  double mass() {
+    double own = 0;
+    for (PetscInt i = 0; i < sheet().particles.owned; ++i) {
+      own += state().mass.data()[i];
+    }
+    return sum(own);
+  }
+  double initial_mass() {
+    double own = 0;
+    for (PetscInt i = 0; i < sheet().particles.owned; ++i) {
+      own += sheet().initial_mass[static_cast<std::size_t>(i)];
+    }
+    return sum(own);
+  }
+  std::vector<PetscInt> ids() {
+    const std::vector<PetscInt>& local = sheet().persistent_id;
+    return of_all_ranks(sheet().comm(), std::vector<PetscInt>(local.begin(), local.begin() + sheet().particles.owned));
+  }
+  /// Undeformed middles of the cracked sides.
+  std::vector<std::array<double, 2>> cracks() {
+    std::vector<std::array<double, 2>> own;
+    for (std::size_t t = 0; t < static_cast<std::size_t>(4 * sheet().elements.owned); ++t) {
+      if (state().living.cracked[t]) {
+        const auto& corners = sheet().cells[t / 4];
+        const Eigen::Vector3d middle = (sheet().rest.col(corners[t % 4]) + sheet().rest.col(corners[(t + 1) % 4])) / 2;
+        own.push_back({middle.x(), middle.y()});
+      }
+    }
+    std::vector<std::array<double, 2>> all = of_all_ranks(sheet().comm(), own);  // each from both of its cells
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+  /// Least and greatest y of a piece's particles.
+  std::array<double, 2> extent(PetscInt piece) {
+    std::array<double, 2> ends{-HUGE_VAL, -HUGE_VAL};
+    for (PetscInt i = 0; i < sheet().particles.owned; ++i) {
+      if (state().pieces.of_particle[static_cast<std::size_t>(i)] == piece) {
+        const double y = state().position.vector(i).y();
+        ends = {std::max(ends[0], -y), std::max(ends[1], y)};
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+    return {-ends[0], ends[1]};
+  }
+
+ private:
+  double h_;
+  std::ostringstream silent_;
+  Console console_;
+  RunFolder folder_;
+  OneObject<BurnRun> run_;
+};
+
+TEST(Cracks, part_a_strip_across_where_it_is_weak) {
+  const TestFolder folder;
+  Options options = pulled_strip();
+  options.output.directory = folder / "out";
+  options.ablation.strength_texture = weak_middle(folder);
+  options.ablation.strength_range = {0.5, 1};
+  constexpr int cells = 6;
+  Pulled run(strip_mesh(cells), options, 1e-3);
+  const PetscInt particles = run.sheet().particles.global;
+  const double mass = run.mass();
+  const double begin = run.first_crack(0.1);
+  for (int k = 0; k < 20; ++k) {
+    run.step();
+  }
+
+  EXPECT_EQ(run.cracked_sides(), cells);
+  EXPECT_NEAR(run.sum(run.state().crack_length), width, 1e-12);
+  for (const auto& [x, y] : run.cracks()) {
+    EXPECT_NEAR(y, length / 2, 1e-12);
+  }
+  EXPECT_EQ(run.sheet().particles.global, particles + cells + 1);
+  EXPECT_EQ(run.sheet().elements.global, 2 * cells * cells) << "no cell is lost";
+  const std::vector<PetscInt> ids = run.ids();
+  EXPECT_EQ(std::set<PetscInt>(ids.begin(), ids.end()).size(), ids.size());
+  EXPECT_EQ(*std::max_element(ids.begin(), ids.end()), particles + cells) << "new ids follow on the old ones";
+  EXPECT_NEAR(run.mass(), mass, 1e-14 * mass);
+  EXPECT_NEAR(run.initial_mass(), mass, 1e-14 * mass);
+  EXPECT_EQ(run.sum(run.state().mass_burnt), 0);
+  const std::vector<double>& burnt = run.state().burn_time;
+  EXPECT_TRUE(std::all_of(burnt.begin(), burnt.end(), [](double time) { return time == -1; }));
+
+  const Pieces& pieces = run.state().pieces;
+  ASSERT_EQ(pieces.present.size(), 2U);
+  EXPECT_GE(pieces.birth_time[1], begin - 1e-12);
+  EXPECT_LE(pieces.birth_time[1], begin + 0.01);
+  for (const double piece : piece_masses(pieces, run.sheet(), run.state().mass)) {
+    EXPECT_NEAR(piece, mass / 2, 1e-12 * mass);
+  }
+  std::array<double, 2> lower = run.extent(pieces.present[0]);
+  std::array<double, 2> upper = run.extent(pieces.present[1]);
+  if (lower[0] > upper[0]) {
+    std::swap(lower, upper);
+  }
+  // The halves spring back to half of the length each, the gap is what the upper end has moved.
+  EXPECT_NEAR(lower[1], length / 2, 0.05 * speed * run.time());
+  EXPECT_NEAR(upper[0] - lower[1], speed * run.time(), 0.1 * speed * run.time());
+
+  MPI_Barrier(PETSC_COMM_WORLD);
+  const auto history = read_csv(folder / "out/history.csv");
+  EXPECT_EQ(history.at("cracked_sides").front(), 0);
+  EXPECT_EQ(history.at("cracked_sides").back(), cells);
+  EXPECT_NEAR(history.at("crack_length").back(), width, 1e-12);
+  EXPECT_EQ(history.at("pieces").back(), 2);
+}
+
+/// When a strip cracks first [s].
+double cracking_time(const TestFolder& folder, int cells, double h) {
+  Options options = pulled_strip();
+  options.output.directory = folder / (std::to_string(cells) + "_" + std::to_string(h));
+  options.ablation.strength_texture = weak_middle(folder);  // so that it cracks far from its ends, where stress is even
+  options.ablation.strength_range = {0.5, 1};
+  Pulled run(strip_mesh(cells), options, h);
+  return run.first_crack(0.1);
+}
+
+TEST(Cracks, begin_at_the_strength_whatever_mesh_and_step) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  const TestFolder folder;
+  // By then the strip's strain is strength / stiffness, less what viscosity bears.
+  const double expected = 0.5 * strength / stiffness * length / speed - viscous_time;
+  for (const auto& [cells, h] : {std::pair{4, 1e-3}, {8, 1e-3}, {12, 1e-3}, {8, 5e-4}, {8, 2e-3}}) {
+    EXPECT_NEAR(cracking_time(folder, cells, h), expected, 0.03 * expected + h) << cells << " cells, " << h << " s";
+  }
+}
+
+/// The strip with a slit from its left side half-way up.
+SurfaceMesh notched(int cells, int cut) {
+  SurfaceMesh mesh = strip_mesh(cells);
+  std::vector<int> copy(mesh.points.size(), -1);
+  for (int i = 0; i < cut; ++i) {
+    const int vertex = cells * (cells + 1) + i;
+    copy[static_cast<std::size_t>(vertex)] = static_cast<int>(mesh.points.size());
+    mesh.points.push_back(mesh.points[static_cast<std::size_t>(vertex)]);
+  }
+  for (std::size_t face = static_cast<std::size_t>(cells * cells); face < mesh.faces.size(); ++face) {
+    for (int& corner : mesh.faces[face]) {
+      const auto k = static_cast<std::size_t>(corner);
+      corner = k < copy.size() && copy[k] >= 0 ? copy[k] : corner;
+    }
+  }
+  return mesh;
+}
+
+TEST(Cracks, run_on_from_a_notch) {
+  const TestFolder folder;
+  Options options = pulled_strip();
+  options.output.directory = folder / "out";
+  constexpr int cells = 8;
+  constexpr int cut = 3;
+  constexpr double edge = width / cells;
+  Pulled run(notched(cells, cut), options, 1e-3);
+  const PetscInt particles = run.sheet().particles.global;
+  const double begin = run.first_crack(0.1);
+  const std::vector<std::array<double, 2>> first = run.cracks();
+  ASSERT_EQ(first.size(), 2U) << "one side, of two cells";
+  EXPECT_NEAR(first[0][0], (cut + 0.5) * edge, 1e-12) << "at the tip";
+  EXPECT_NEAR(first[0][1], length / 2, 1e-12);
+  EXPECT_LT(begin, 0.8 * strength / stiffness * length / speed) << "sooner than without a notch";
+  EXPECT_EQ(run.sheet().particles.global, particles + 1) << "the tip opens";
+  while (run.state().pieces.present.size() == 1 && run.time() < begin + 0.02) {
+    run.step();
+  }
+  EXPECT_EQ(run.state().pieces.present.size(), 2U);
+  EXPECT_EQ(run.cracked_sides(), cells - cut) << "straight across";
+  for (const auto& [x, y] : run.cracks()) {
+    EXPECT_NEAR(y, length / 2, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace pellicle::cracks_test
