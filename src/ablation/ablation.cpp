@@ -8,11 +8,16 @@ namespace pellicle {
 inline namespace ablation {
 
 std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass) {
-  std::vector<double> level(static_cast<std::size_t>(surface.particles.local()));
+  std::vector<double> level;
+  set_level(level, surface, mass, loss_mass);
+  return level;
+}
+
+void set_level(std::vector<double>& level, const Surface& surface, const Field& mass, double loss_mass) {
+  level.resize(static_cast<std::size_t>(surface.particles.local()));
   for (std::size_t i = 0; i < level.size(); ++i) {
     level[i] = mass.data()[i] / surface.initial_mass[i] - loss_mass;
   }
-  return level;
 }
 
 SpringState spring_state(double level_0, double level_1) {

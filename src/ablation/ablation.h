@@ -15,6 +15,8 @@ inline namespace ablation {
 /// @param mass [kg], ghosts up to date, (1 x local)
 /// @param loss_mass m^loss as a fraction of the initial mass
 std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass);
+/// The same where a vector is there.
+void set_level(std::vector<double>& level, const Surface& surface, const Field& mass, double loss_mass);
 
 /// What has become of a spring by the levels of its ends (burning paper, section 6 and Fig. 5). A burnt one is taken
 /// out when the triangles that share it are gone.

@@ -93,10 +93,9 @@ void on_root(MPI_Comm comm, const std::function<void()>& work) {
   });
 }
 
-PetscErrorCode as_petsc_callback(const std::function<void()>& work) noexcept {
+PetscErrorCode code_of_exception() noexcept {
   try {
-    work();
-    return 0;
+    throw;
   } catch (const PetscFailure& failure) {
     return failure.code();
   } catch (const std::exception& error) {

@@ -45,8 +45,19 @@ void together(MPI_Comm comm, const std::function<void()>& work);
 /// Runs `work` on rank 0 only; an Error there is thrown on every rank. Collective.
 void on_root(MPI_Comm comm, const std::function<void()>& work);
 
+/// The PETSc error code of the exception that is being handled.
+PetscErrorCode code_of_exception() noexcept;
+
 /// Runs C++ code inside a C callback of PETSc: an exception becomes a PETSc error code.
-PetscErrorCode as_petsc_callback(const std::function<void()>& work) noexcept;
+template <class Work>
+PetscErrorCode as_petsc_callback(const Work& work) noexcept {
+  try {
+    work();
+    return 0;
+  } catch (...) {
+    return code_of_exception();
+  }
+}
 
 }  // namespace base
 }  // namespace pellicle

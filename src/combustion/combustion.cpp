@@ -37,17 +37,15 @@ double volume_ratio(double mass_ratio, const CombustionOptions& options) {
   return std::clamp(mass_ratio / density_ratio, 0.0, 1.0);
 }
 
-std::vector<double> volume_ratios(const Sheet& sheet, const Field& mass, const CombustionOptions& options) {
-  std::vector<double> ratio(static_cast<std::size_t>(sheet.particles.local()));
+void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Field& mass,
+                       const CombustionOptions& options) {
+  ratio.resize(static_cast<std::size_t>(sheet.particles.local()));
   for (std::size_t i = 0; i < ratio.size(); ++i) {
     ratio[i] = volume_ratio(mass.data()[i] > 0 ? mass.data()[i] / sheet.initial_mass[i] : options.min_mass, options);
   }
-  return ratio;
 }
 
-void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
-                        const CombustionOptions& options) {
-  const std::vector<double> ratio = volume_ratios(sheet, mass, options);
+void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::vector<double>& ratio) {
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     std::vector<double>& length = lengths[static_cast<std::size_t>(colour)];
@@ -60,9 +58,8 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field&
   }
 }
 
-void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living, const Field& mass,
-                         const CombustionOptions& options) {
-  const std::vector<double> ratio = volume_ratios(sheet, mass, options);
+void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
+                         const std::vector<double>& ratio) {
   const auto at = [&ratio](PetscInt i) { return ratio[static_cast<std::size_t>(i)]; };
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);

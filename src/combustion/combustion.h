@@ -38,22 +38,21 @@ double burnt_share(double mass_ratio, const CombustionOptions& options);
 /// @param mass_ratio m/m^init
 double volume_ratio(double mass_ratio, const CombustionOptions& options);
 
-/// v of all local particles; one that has left, of mass 0, counts as one of the least mass. Not collective.
+/// v of all local particles, > 0; one that has left, of mass 0, counts as one of the least mass. Not collective.
 /// @param mass [kg], ghosts up to date, (1 x local)
-std::vector<double> volume_ratios(const Sheet& sheet, const Field& mass, const CombustionOptions& options);
+void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Field& mass,
+                       const CombustionOptions& options);
 
-/// l = l^init (v_0 + v_1)/2 of all local springs (burning paper, eq. 6), > 0: a particle that has left, of mass 0,
-/// counts as one of the least mass. Not collective.
-/// @param mass [kg], ghosts up to date, (1 x local)
-void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const Field& mass,
-                        const CombustionOptions& options);
+/// l = l^init (v_0 + v_1)/2 of all local springs (burning paper, eq. 6). Not collective.
+/// @param ratio v of all local particles
+void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::vector<double>& ratio);
 
 /// The same for a sheet as a material, whose layers are one surface: where they shrink apart, its springs are without
 /// force at the mean of both. A blue spring has half of its length by its own ends, half by those of the green one that
 /// crosses it, and the other way round. Not collective.
-/// @param living what has not burnt, ghosts up to date
-void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living, const Field& mass,
-                         const CombustionOptions& options);
+/// @param living what has not burnt, ghosts up to date @param ratio v of all local particles
+void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
+                         const std::vector<double>& ratio);
 
 }  // namespace combustion
 }  // namespace pellicle

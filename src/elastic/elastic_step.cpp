@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -58,6 +59,7 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
                                      })),
       potentials_{&springs_, &bending_, inertia_.get()},
       gradient_(3, sheet.particles.owned),
+      part_(3, sheet.particles.owned),
       before_(sheet.particles, 3) {
   if (options.strain_limit) {
     limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
@@ -142,16 +144,15 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
   lag_.forget();  // A step depends on its start alone, and so a retried one, or one after a restart.
   const double damping = damping_ / input.h;
   const Layout& particles = sheet_.particles;
-  std::array<std::vector<double>, 4> stiffness = material_.stiffness(input.living);
-  std::array<std::vector<double>, 4> length;
+  stiffness_ = material_.stiffness(input.living);
   const auto factor_at = [&input](PetscInt i) { return input.stiffness_factor[static_cast<std::size_t>(i)]; };
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& set = sheet_.of(colour);
-    length[index].resize(set.ends.size());
+    length_[index].resize(set.ends.size());
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
-      double& k = stiffness[index][s];
-      double& l = length[index][s];
+      double& k = stiffness_[index][s];
+      double& l = length_[index][s];
       const auto [a, b] = set.ends[s];
       if (k == 0) {
         l = set.initial_length[s];
@@ -165,14 +166,14 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
       }
     }
   }
-  springs_.set(stiffness, length);
+  springs_.set(stiffness_, length_);
   springs_.set_limit(limit_, input.target_length, input.living.springs);
 
-  std::vector<double> bending_factor(bending_factor_.size());
-  std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bending_factor.begin(),
+  bent_factor_.resize(bending_factor_.size());
+  std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bent_factor_.begin(),
                  std::multiplies<>());
   bending_.begin_step(input.living, input.start,
-                      {input.shrinkage, layer_distance_, bending_stiffness_, bending_factor, damping});
+                      {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping});
 
   mass_over_square_.resize(static_cast<std::size_t>(particles.owned));
   for (std::size_t i = 0; i < mass_over_square_.size(); ++i) {
@@ -206,17 +207,16 @@ double ElasticStep::elastic_energy(const Field& positions) const {
 std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::vector<bool>& held) {
   std::array<double, 4> squares{};  // of all forces, then of each kind
   gradient_.setZero();
-  Eigen::Matrix3Xd part(3, gradient_.cols());
   for (std::size_t k = 0; k < potentials_.size(); ++k) {
-    part.setZero();
-    potentials_[k]->add_gradient(x, part);
-    for (Eigen::Index i = 0; i < part.cols(); ++i) {
+    part_.setZero();
+    potentials_[k]->add_gradient(x, part_);
+    for (Eigen::Index i = 0; i < part_.cols(); ++i) {
       if (held[static_cast<std::size_t>(i)]) {
-        part.col(i).setZero();
+        part_.col(i).setZero();
       }
     }
-    squares[k + 1] = part.squaredNorm();
-    gradient_ += part;
+    squares[k + 1] = part_.squaredNorm();
+    gradient_ += part_;
   }
   squares[0] = gradient_.squaredNorm();
   MPI_Allreduce(MPI_IN_PLACE, squares.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
@@ -313,25 +313,25 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     }
     const double* update = nullptr;
     check(VecGetArrayRead(update_, &update));
-    Eigen::Matrix3Xd step = Eigen::Map<const Eigen::Matrix3Xd>(update, 3, gradient_.cols());
+    step_ = Eigen::Map<const Eigen::Matrix3Xd>(update, 3, gradient_.cols());
     check(VecRestoreArrayRead(update_, &update));
-    for (Eigen::Index i = 0; i < step.cols(); ++i) {
+    for (Eigen::Index i = 0; i < step_.cols(); ++i) {
       if (input.held[static_cast<std::size_t>(i)]) {
-        step.col(i).setZero();  // Some solvers leave rounding here.
+        step_.col(i).setZero();  // Some solvers leave rounding here.
       }
     }
-    double slope = step.cwiseProduct(gradient_).sum();
+    double slope = step_.cwiseProduct(gradient_).sum();
     MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
     before_.values() = positions.values();
     double reached = energy;
     const auto merit = [&](double share) -> std::optional<double> {
-      positions.values().leftCols(step.cols()) = before_.values().leftCols(step.cols()) - share * step;
+      positions.values().leftCols(step_.cols()) = before_.values().leftCols(step_.cols()) - share * step_;
       positions.update_ghosts();
       reached = value(positions);
       return std::isfinite(reached) ? std::optional(reached) : std::nullopt;
     };
     constexpr double rounding = 1e-12;
-    if (!backtrack(merit, energy, slope, rounding * std::abs(energy))) {
+    if (!backtrack(std::cref(merit), energy, slope, rounding * std::abs(energy))) {
       result.reason = "no part of Newton's step lowers the energy of the sheet";
       return;
     }

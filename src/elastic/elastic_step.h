@@ -118,7 +118,14 @@ class ElasticStep {
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
+  Eigen::Matrix3Xd part_;  ///< of the gradient, by one potential
+  Eigen::Matrix3Xd step_;  ///< of Newton's method, negative
   Field before_;
+
+  // Of the present step, with char and viscosity.
+  std::array<std::vector<double>, 4> stiffness_;  ///< of the local springs by colour [N/m]
+  std::array<std::vector<double>, 4> length_;     ///< without force, likewise [m]
+  std::vector<double> bent_factor_;               ///< on the bending stiffness, of the local particles
 };
 
 }  // namespace elastic

@@ -18,14 +18,6 @@ constexpr int most_solves = 20;  ///< of a step
 
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
 
-Eigen::VectorXd copy_of(Vec vector, Eigen::Index size) {
-  const double* array = nullptr;
-  check(VecGetArrayRead(vector, &array));
-  Eigen::VectorXd copy = Eigen::Map<const Eigen::VectorXd>(array, size);
-  check(VecRestoreArrayRead(vector, &array));
-  return copy;
-}
-
 void set(Vec vector, const Eigen::VectorXd& values) {
   double* array = nullptr;
   check(VecGetArrayWrite(vector, &array));
@@ -44,6 +36,7 @@ Conduction::Conduction(const Surface& surface, const HeatOptions& options,
       tolerance_(options.ksp_rtol),
       solver_prefix_(options.solver_prefix),
       diffusivity_(static_cast<std::size_t>(surface.particles.local()), options.diffusivity),
+      product_(surface.particles.owned),
       exchange_(surface.particles, 1),
       estimate_(surface.particles, 1) {
   for (std::size_t i = 0; i < diffusivity_factor.size(); ++i) {
@@ -101,8 +94,13 @@ void Conduction::create_shell() {
     return as_petsc_callback([&] {
       void* self = nullptr;
       check(MatShellGetContext(matrix, &self));
-      auto& conduction = *static_cast<Conduction*>(self);
-      set(y, conduction.product(copy_of(x, conduction.surface_.particles.owned)));
+      const double* given = nullptr;
+      double* product_of_it = nullptr;
+      check(VecGetArrayRead(x, &given));
+      check(VecGetArrayWrite(y, &product_of_it));
+      static_cast<Conduction*>(self)->multiply(given, product_of_it);
+      check(VecRestoreArrayWrite(y, &product_of_it));
+      check(VecRestoreArrayRead(x, &given));
     });
   };
   const auto diagonal = +[](Mat matrix, Vec out) -> PetscErrorCode {
@@ -127,13 +125,13 @@ void Conduction::update_operator(const ConductionInput& input) {
     set_cotangent(graph_, surface_, diffusivity_, input.positions, input.mass, input.living);
   }
   const PetscInt owned = surface_.particles.owned;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(surface_.particles.local());
+  sum_.setZero(surface_.particles.local());
   for (std::size_t p = 0; p < graph_.pairs.size(); ++p) {
     graph_.weights[p] *= input.time_step;
-    sum[graph_.pairs[p][0]] += graph_.weights[p];
-    sum[graph_.pairs[p][1]] += graph_.weights[p];
+    sum_[graph_.pairs[p][0]] += graph_.weights[p];
+    sum_[graph_.pairs[p][1]] += graph_.weights[p];
   }
-  diagonal_ = graph_.capacity + sum.head(owned);
+  diagonal_ = graph_.capacity + sum_.head(owned);
   for (Eigen::Index i = 0; i < owned; ++i) {
     if (diagonal_[i] == 0) {  // The particle has left: any capacity keeps its temperature.
       graph_.capacity[i] = diagonal_[i] = 1;
@@ -158,11 +156,14 @@ void Conduction::update_operator(const ConductionInput& input) {
   }
 }
 
-Eigen::VectorXd Conduction::product(const Eigen::VectorXd& x) {
-  owned_values(exchange_.data(), x.size()) = x;
+void Conduction::multiply(const double* x, double* product) {
+  const PetscInt owned = surface_.particles.owned;
+  const Eigen::Map<const Eigen::VectorXd> given(x, owned);
+  owned_values(exchange_.data(), owned) = given;
   exchange_.update_ghosts();
-  check(PetscLogFlops(2.0 * static_cast<double>(x.size())));
-  return graph_.capacity.cwiseProduct(x) - graph_.inflow(exchange_);  // The inflow is -h K x.
+  graph_.add_up_inflow(exchange_, sum_);  // -h K x
+  owned_values(product, owned) = graph_.capacity.cwiseProduct(given) - sum_.head(owned);
+  check(PetscLogFlops(2.0 * static_cast<double>(owned)));
 }
 
 double Conduction::limit_of_remainder(const Field& temperature) const {
@@ -196,25 +197,34 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
   double largest = 0;
   for (int solves = 0; solves < most_solves; ++solves) {
     // The heat that flows at the estimated temperatures and is not in them yet.
-    Eigen::VectorXd remainder = graph_.inflow(estimate_) - graph_.capacity.cwiseProduct(after - before);
-    set(right_hand_side_, remainder);
+    graph_.add_up_inflow(estimate_, sum_);
+    remainder_ = sum_.head(owned) - graph_.capacity.cwiseProduct(after - before);
+    set(right_hand_side_, remainder_);
     StageResult result = solve(ksp_, right_hand_side_, increment_);
     iterations += result.iterations;
     result.iterations = iterations;
     if (!result.converged) {
       return result;
     }
-    const Eigen::VectorXd increment = copy_of(increment_, owned);
-    remainder = (remainder - product(increment)).cwiseQuotient(graph_.capacity);
-    largest = owned > 0 ? remainder.cwiseAbs().maxCoeff() : 0;
+    const double* increments = nullptr;
+    check(VecGetArrayRead(increment_, &increments));
+    const Eigen::Map<const Eigen::VectorXd> increment(increments, owned);
+    multiply(increments, product_.data());
+    remainder_ = (remainder_ - product_).cwiseQuotient(graph_.capacity);
+    largest = owned > 0 ? remainder_.cwiseAbs().maxCoeff() : 0;
     MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, surface_.comm());
-    if (largest <= limit) {
-      before = after + (increment + remainder);
+    const bool is_done = largest <= limit;
+    if (is_done) {
+      before = after + (increment + remainder_);
       temperature.update_ghosts();
+    } else {
+      after += increment;
+      estimate_.update_ghosts();
+    }
+    check(VecRestoreArrayRead(increment_, &increments));
+    if (is_done) {
       return result;
     }
-    after += increment;
-    estimate_.update_ghosts();
   }
   StageResult result;
   result.converged = false;

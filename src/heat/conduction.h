@@ -48,8 +48,8 @@ class Conduction {
   void create_assembled();
   void create_shell();
   void update_operator(const ConductionInput& input);
-  /// (capacity + h K) x of the owned rows. Collective.
-  Eigen::VectorXd product(const Eigen::VectorXd& x);
+  /// (capacity + h K) x of the owned rows, both (owned). Collective.
+  void multiply(const double* x, double* product);
   /// What may remain of a particle's balance, as a change of its temperature [K]. Collective.
   double limit_of_remainder(const Field& temperature) const;
 
@@ -62,6 +62,9 @@ class Conduction {
   std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]
   DiffusionGraph graph_;             ///< weights times h
   Eigen::VectorXd diagonal_;         ///< of the owned rows
+  Eigen::VectorXd sum_;              ///< over the pairs of each local particle
+  Eigen::VectorXd remainder_;        ///< of the owned particles' heat, or of their temperatures
+  Eigen::VectorXd product_;          ///< of the owned rows
   std::vector<double> entries_;      ///< of the assembled matrix, in the order of its coordinates
   Field exchange_;                   ///< an operand with its ghosts
   Field estimate_;                   ///< of the temperatures at the end of the step

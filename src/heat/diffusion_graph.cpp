@@ -28,15 +28,20 @@ std::array<std::size_t, 3> sides_of(const Surface& surface, std::size_t triangle
 }  // namespace
 
 Eigen::VectorXd DiffusionGraph::inflow(const Field& values) const {
+  Eigen::VectorXd sum;
+  add_up_inflow(values, sum);
+  return sum.head(capacity.size());
+}
+
+void DiffusionGraph::add_up_inflow(const Field& values, Eigen::VectorXd& sum) const {
   const double* value = values.data();
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(values.values().cols());
+  sum.setZero(values.values().cols());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const auto [a, b] = pairs[p];
     const double flow = weights[p] * (value[b] - value[a]);
     sum[a] += flow;
     sum[b] -= flow;
   }
-  return sum.head(capacity.size());
 }
 
 std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface) {
@@ -50,7 +55,8 @@ std::vector<std::array<PetscInt, 2>> umbrella_pairs(const Surface& surface) {
 void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                   const Field& positions, const Living& living) {
   graph.weights.assign(graph.pairs.size(), 0);
-  Eigen::VectorXd capacity = Eigen::VectorXd::Zero(surface.particles.local());
+  const PetscInt owned = surface.particles.owned;
+  graph.capacity.setZero(owned);
   std::size_t p = 0;
   for (std::size_t colour = 0; colour < surface.springs.size(); ++colour) {
     const SpringSet& set = surface.springs[colour];
@@ -63,11 +69,13 @@ void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vect
           std::max((positions.vector(a) - positions.vector(b)).norm(), smallest_share * set.initial_length[s]);
       const double alpha = 0.5 * (diffusivity[static_cast<std::size_t>(a)] + diffusivity[static_cast<std::size_t>(b)]);
       graph.weights[p] = alpha / distance;
-      capacity[a] += 0.5 * distance;
-      capacity[b] += 0.5 * distance;
+      for (const PetscInt end : set.ends[s]) {
+        if (end < owned) {
+          graph.capacity[end] += 0.5 * distance;
+        }
+      }
     }
   }
-  graph.capacity = capacity.head(surface.particles.owned);
 }
 
 std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface) {

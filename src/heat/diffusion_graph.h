@@ -21,6 +21,8 @@ struct DiffusionGraph {
 
   /// sum_j weight_ij (T_j - T_i) of the owned particles. @param values ghosts up to date, (1 x local). Not collective.
   Eigen::VectorXd inflow(const Field& values) const;
+  /// The same in the first of the values of `sum`, (local); what it has for ghosts is a part of theirs.
+  void add_up_inflow(const Field& values, Eigen::VectorXd& sum) const;
 };
 
 /// Pairs of the umbrella: the springs of all four colours, or the edges of triangles.

@@ -1,6 +1,7 @@
 #include "parallel/exchange.h"
 
 #include "base/error.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace parallel {
@@ -13,7 +14,11 @@ void* ghosts_of(void* values, PetscInt owned, std::size_t bytes) {
 
 }  // namespace
 
-GhostExchange::GhostExchange(const Layout& layout) : owned_(layout.owned) {
+GhostExchange::GhostExchange(const Layout& layout)
+    : owned_(layout.owned), is_needed_(on_any_rank(layout.comm, layout.ghosts() > 0)) {
+  if (!is_needed_) {
+    return;
+  }
   PetscLayout owners = nullptr;
   check(PetscLayoutCreateFromSizes(layout.comm, layout.owned, layout.global, 1, &owners));
   const PetscErrorCode made = PetscSFCreate(layout.comm, sf_.create());
@@ -26,17 +31,23 @@ GhostExchange::GhostExchange(const Layout& layout) : owned_(layout.owned) {
 }
 
 void GhostExchange::begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
-  check(PetscSFBcastBegin(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+  if (is_needed_) {
+    check(PetscSFBcastBegin(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+  }
 }
 
 void GhostExchange::end_copy(MPI_Datatype type, std::size_t bytes, void* values) const {
-  check(PetscSFBcastEnd(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+  if (is_needed_) {
+    check(PetscSFBcastEnd(sf_, type, values, ghosts_of(values, owned_, bytes), MPI_REPLACE));
+  }
 }
 
 void GhostExchange::combine(MPI_Datatype type, std::size_t bytes, MPI_Op operation, void* values) const {
-  const void* ghosts = ghosts_of(values, owned_, bytes);
-  check(PetscSFReduceBegin(sf_, type, ghosts, values, operation));
-  check(PetscSFReduceEnd(sf_, type, ghosts, values, operation));
+  if (is_needed_) {
+    const void* ghosts = ghosts_of(values, owned_, bytes);
+    check(PetscSFReduceBegin(sf_, type, ghosts, values, operation));
+    check(PetscSFReduceEnd(sf_, type, ghosts, values, operation));
+  }
 }
 
 }  // namespace parallel

@@ -64,6 +64,7 @@ class GhostExchange {
 
  private:
   PetscInt owned_;
+  bool is_needed_;  ///< whether any rank has ghosts
   Handle<PetscSF, PetscSFDestroy> sf_;
 };
 

@@ -218,7 +218,7 @@ void SuccessiveProjection::move(Field& x) {
 /// All colours in one solve. Collective.
 StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInput& input) {
   std::array<const Eigen::Matrix3Xd*, 4> gradients{};
-  std::vector<double> errors;
+  joint_error_.clear();
   for (const Colour colour : colours_) {
     const auto index = static_cast<std::size_t>(colour);
     System& system = systems_[index];
@@ -226,12 +226,12 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
               system.linearisation);
     gradients[index] = &system.linearisation.gradient;
     for (std::size_t s = 0; s < system.weight.size(); ++s) {
-      errors.push_back(system.weight[s] * system.linearisation.error[static_cast<Eigen::Index>(s)]);
+      joint_error_.push_back(system.weight[s] * system.linearisation.error[static_cast<Eigen::Index>(s)]);
     }
   }
   joint_->update(gradients, gram_inverse_mass_, options_.shift,
                  options_.masses == GramMasses::actual ? inverse_mass_at_edges : 1);
-  const StageResult result = joint_->solve(errors);
+  const StageResult result = joint_->solve(joint_error_);
   if (!result.converged) {
     return result;
   }
@@ -323,17 +323,18 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
         return result;
       }
       monitor(step, std::nullopt);
-    }
-    for (const Colour colour : joint_ == nullptr ? colours_ : std::vector<Colour>()) {
-      const StageResult solved = project_colour(x, colour, input);
-      result.iterations += solved.iterations;
-      iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
-      if (!solved.converged) {
-        result.converged = false;
-        result.reason = solved.reason;
-        return result;
+    } else {
+      for (const Colour colour : colours_) {
+        const StageResult solved = project_colour(x, colour, input);
+        result.iterations += solved.iterations;
+        iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
+        if (!solved.converged) {
+          result.converged = false;
+          result.reason = solved.reason;
+          return result;
+        }
+        monitor(step, colour);
       }
-      monitor(step, colour);
     }
     after_step();
     if (!(result.error <= options_.error_limit * initial_length)) {  // also when it is not a number

@@ -111,6 +111,7 @@ class SuccessiveProjection {
   std::array<System, 4> systems_;
   std::unique_ptr<JointGram> joint_;       ///< of all springs, if the options ask for it
   std::vector<Colour> colours_;            ///< that act, in the order of projection
+  std::vector<double> joint_error_;        ///< weighted, of all springs in one solve
   std::vector<double> gram_inverse_mass_;  ///< W of J W J^T
   std::vector<double> move_inverse_mass_;  ///< W of the displacement
   Eigen::Matrix3Xd displacement_;

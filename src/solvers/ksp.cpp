@@ -81,6 +81,13 @@ bool is_about_options(PetscErrorCode code) {
   }
 }
 
+/// @throws Error that names the options of `prefix`, if they ask for what cannot be
+void throw_if_about_options(const std::string& prefix, const PetscFailure& failure) {
+  if (is_about_options(failure.code())) {
+    throw Error(chosen_solver(prefix) + ": " + failure.what());
+  }
+}
+
 /// Refuses a type that PETSc does not have. @param kind of the types, in words
 void require_known(const std::string& prefix, const std::string& option, const char* kind, PetscFunctionList list) {
   const std::optional<std::string> value = option_value("-" + prefix + option);
@@ -293,9 +300,7 @@ void run_solver(const std::string& prefix, const std::function<void()>& calls) {
   try {
     calls();
   } catch (const PetscFailure& failure) {
-    if (is_about_options(failure.code())) {
-      throw Error(chosen_solver(prefix) + ": " + failure.what());
-    }
+    throw_if_about_options(prefix, failure);
     throw;
   }
 }
@@ -418,29 +423,28 @@ std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_si
 }
 
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
-  const std::string prefix = prefix_of(ksp);
   LinearResult result;
   PetscInt iterations = 0;
-  run_solver(prefix, [&] {
-    try {
-      set_block_type(ksp);
-      give_mumps_room(ksp);
-      check(KSPSolve(ksp, right_hand_side, solution));
-      check(KSPGetConvergedReason(ksp, &result.ended));
-      check(KSPGetIterationNumber(ksp, &iterations));
-    } catch (const PetscFailure& failure) {  // CHOLMOD's way to say that a matrix is not positive definite
-      if (failure.code() != PETSC_ERR_MAT_CH_ZRPVT && failure.code() != PETSC_ERR_MAT_LU_ZRPVT) {
-        throw;
-      }
-      result.ended = KSP_DIVERGED_PC_FAILED;
+  try {
+    set_block_type(ksp);
+    give_mumps_room(ksp);
+    check(KSPSolve(ksp, right_hand_side, solution));
+    check(KSPGetConvergedReason(ksp, &result.ended));
+    check(KSPGetIterationNumber(ksp, &iterations));
+  } catch (const PetscFailure& failure) {
+    // CHOLMOD's way to say that a matrix is not positive definite
+    if (failure.code() != PETSC_ERR_MAT_CH_ZRPVT && failure.code() != PETSC_ERR_MAT_LU_ZRPVT) {
+      throw_if_about_options(prefix_of(ksp), failure);
+      throw;
     }
-  });
+    result.ended = KSP_DIVERGED_PC_FAILED;
+  }
   const KSPConvergedReason reason = result.ended;
   result.iterations = static_cast<int>(iterations);
   // The latter two end the search in a trust region; they are no solutions.
   result.converged = reason > 0 && reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_CONVERGED_CG_CONSTRAINED;
   if (!result.converged) {
-    result.refuse(failure_of(reason), "the linear solver " + prefix + " did not converge (" +
+    result.refuse(failure_of(reason), "the linear solver " + prefix_of(ksp) + " did not converge (" +
                                           KSPConvergedReasons[reason] + " after " + std::to_string(iterations) +
                                           " iterations" + words_of(reason, ksp) + ")");
   } else if (reason == KSP_CONVERGED_ITS) {  // It has tested nothing: the preconditioner alone, or no norm.
@@ -453,7 +457,7 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
     check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
     const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, rtol);
     if (!fault.empty()) {
-      result.refuse(Solved::no, "the linear solver " + prefix + " (" + type + ") does not solve: " + fault);
+      result.refuse(Solved::no, "the linear solver " + prefix_of(ksp) + " (" + type + ") does not solve: " + fault);
     }
   }
   return result;

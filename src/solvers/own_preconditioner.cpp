@@ -17,8 +17,8 @@ std::set<std::string>& own_types() {
   return types;
 }
 
-/// Under which a matrix keeps what it offers.
-std::string key_of(const std::string& type) { return "pellicle_pc_" + type; }
+/// Under which a matrix keeps what it offers. Short, so that asking for it allocates nothing.
+std::string key_of(const std::string& type) { return "own_pc_" + type; }
 
 const OwnPreconditioner* offered_by(Mat matrix, const std::string& type) {
   PetscContainer container = nullptr;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "base/error.h"
@@ -179,22 +180,22 @@ bool Burn::tear(State& state) {
   return burning_.crack(state, tearing_->cracks(input));
 }
 
-void Burn::set_lengths(State& state) const {
+void Burn::set_lengths(State& state) {
+  set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
   if (elastic_ != nullptr) {
-    set_surface_lengths(state.target_length, sheet_, state.living, state.mass, options_.combustion);
+    set_surface_lengths(state.target_length, sheet_, state.living, volume_ratio_);
   } else {
-    set_target_lengths(state.target_length, sheet_, state.mass, options_.combustion);
+    set_target_lengths(state.target_length, sheet_, volume_ratio_);
   }
 }
 
-/// Of the local particles: char is softer, linearly in the share that has burnt.
-std::vector<double> Burn::stiffness_factors(const Field& mass) const {
-  std::vector<double> factors(static_cast<std::size_t>(sheet_.particles.local()), 1);
-  for (std::size_t i = 0; i < factors.size() && options_.combustion.char_stiffness != 1; ++i) {
-    factors[i] += (options_.combustion.char_stiffness - 1) *
-                  burnt_share(mass.data()[i] / sheet_.initial_mass[i], options_.combustion);
+/// Char is softer, linearly in the share that has burnt.
+void Burn::set_stiffness_factors(const Field& mass) {
+  stiffness_factor_.assign(static_cast<std::size_t>(sheet_.particles.local()), 1);
+  for (std::size_t i = 0; i < stiffness_factor_.size() && options_.combustion.char_stiffness != 1; ++i) {
+    stiffness_factor_[i] += (options_.combustion.char_stiffness - 1) *
+                            burnt_share(mass.data()[i] / sheet_.initial_mass[i], options_.combustion);
   }
-  return factors;
 }
 
 /// Whether an elastic sheet keeps its limit. Collective.
@@ -212,9 +213,10 @@ StageResult Burn::limit_strain(const State& state) const {
 }
 
 DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
-  const ElasticResult moved =
-      elastic_->advance(state.position, {state.target_length, volume_ratios(sheet_, state.mass, options_.combustion),
-                                         stiffness_factors(state.mass), mass, held_, state.living, start_, h});
+  set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
+  set_stiffness_factors(state.mass);
+  const ElasticResult moved = elastic_->advance(
+      state.position, {state.target_length, volume_ratio_, stiffness_factor_, mass, held_, state.living, start_, h});
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
@@ -223,21 +225,19 @@ DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& ma
 
 /// Springs, then bodies. Where these leave springs beyond the strain limit, what they have moved stays where it is, and
 /// the others give way.
-DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::vector<double>& mass,
-                                                 const std::function<void(Field&)>& correct, double h) {
-  const Eigen::MatrixXd free = state.position.values();
-  std::vector<double> inertia = mass;
+DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::function<void(Field&)>& correct, double h) {
+  inertia_ = mass_;
   DynamicsResult result;
   constexpr int tries = 3;
   for (int n = 0; n < tries; ++n) {
     const DynamicsResult before = result;
-    result = advance_elastic(state, inertia, h);
+    result = advance_elastic(state, inertia_, h);
     result.iterations += before.iterations;
     result.newton_iterations += before.newton_iterations;
     if (!result.converged) {
       return result;
     }
-    const Eigen::MatrixXd balanced = state.position.values();
+    balanced_ = state.position.values();
     correct(state.position);
     const StageResult limited = limit_strain(state);
     result.converged = limited.converged;
@@ -246,11 +246,11 @@ DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::vector
       return result;
     }
     const Eigen::MatrixXd corrected = state.position.values();
-    state.position.values() = free;
-    for (Eigen::Index i = 0; i < free.cols(); ++i) {
-      if (corrected.col(i) != balanced.col(i)) {
+    state.position.values() = unconstrained_;
+    for (Eigen::Index i = 0; i < corrected.cols(); ++i) {
+      if (corrected.col(i) != balanced_.col(i)) {
         constexpr double held = 1e6;
-        inertia[static_cast<std::size_t>(i)] = held * mass[static_cast<std::size_t>(i)];
+        inertia_[static_cast<std::size_t>(i)] = held * mass_[static_cast<std::size_t>(i)];
         state.position.vector(i) = corrected.col(i);
       }
     }
@@ -259,14 +259,11 @@ DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::vector
 }
 
 /// Moves the positions so that springs and bodies are content with them.
-DynamicsResult Burn::hold_together(State& state, const std::vector<double>& mass, const ContactStep& contact) {
+DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   const auto timer = clock_.time("projection");  // eq. 12
   PetscInt contacts = 0;
-  const ProjectionInput input{state.target_length,
-                              mass,
-                              held_,
-                              state.living,
-                              [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); },
+  const auto correct = [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); };
+  const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
                               tearing_ ? &force_ : nullptr};
   DynamicsResult result;
   if (options_.dynamics == Dynamics::projection) {
@@ -276,9 +273,10 @@ DynamicsResult Burn::hold_together(State& state, const std::vector<double>& mass
     }
   } else {
     if (elastic_ != nullptr) {
-      result = advance_elastic_with_bodies(state, mass, input.after_step, contact.h);
+      result = advance_elastic_with_bodies(state, input.after_step, contact.h);
     } else {
-      result = {springs_->advance(state.position, {state.target_length, mass, held_, state.living, start_, contact.h})};
+      result = {
+          springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h})};
       input.after_step(state.position);
     }
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
@@ -292,24 +290,26 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   Field::Values v = state.velocity.values();
   start_.values() = x;
   held_ = pins_.pinned();
-  const std::vector<double> mass =
-      sheet_.layers == 1 ? corner_masses(sheet_, state.mass)
-                         : std::vector<double>(state.mass.data(), state.mass.data() + sheet_.particles.local());
+  if (sheet_.layers == 1) {
+    mass_ = corner_masses(sheet_, state.mass);
+  } else {
+    mass_.assign(state.mass.data(), state.mass.data() + sheet_.particles.local());
+  }
   {
     const auto timer = clock_.time("external force");  // eq. 8 and 9
     if (air_) {
-      air_->begin_step({state.position, state.velocity, mass, &state.living.triangles, state.time + h});
+      air_->begin_step({state.position, state.velocity, mass_, &state.living.triangles, state.time + h});
     }
     v.colwise() += h * options_.force.gravity;
     v *= std::exp(-options_.force.damping * h);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      if (mass[static_cast<std::size_t>(i)] == 0) {
+      if (mass_[static_cast<std::size_t>(i)] == 0) {
         held_[static_cast<std::size_t>(i)] = true;
         v.col(i).setZero();
       }
     }
     if (air_) {
-      air_->accelerate(state.velocity, mass, h);
+      air_->accelerate(state.velocity, mass_, h);
     }
     x += h * v;
     pins_.impose(state.position, state.time + h);
@@ -322,11 +322,11 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     if (sheet_.layers == 1) {
       follow_corners(sheet_, state.position);
     }
-    gas.emplace(chambers_, sheet_, state.position, mass, held_, state.time + h, h);
+    gas.emplace(chambers_, sheet_, state.position, mass_, held_, state.time + h, h);
     free_position = x;
     free_velocity = v;
   }
-  Eigen::MatrixXd unconstrained = x;
+  unconstrained_ = x;
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   DynamicsResult result;
   int iterations = 0;
@@ -334,10 +334,10 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     if (gas) {
       v = free_velocity + gas->velocity().values();
       x = free_position + h * gas->velocity().values();
-      unconstrained = x;
+      unconstrained_ = x;
       state.pressure = gas->pressure();
     }
-    result = hold_together(state, mass, contact);
+    result = hold_together(state, contact);
     iterations += result.iterations;
     // A projected sheet has no stiffness that would answer a pressure in proportion.
   } while (gas && result.converged && options_.dynamics != Dynamics::projection && !gas->is_done(state.position));
@@ -347,7 +347,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     result.reason = gas->disagreement();
   }
   const auto timer = clock_.time("velocity");  // eq. 13 and 15
-  v += (x - unconstrained) / h;
+  v += (x - unconstrained_) / h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (held_[static_cast<std::size_t>(i)]) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / h;

@@ -109,13 +109,12 @@ class Burn {
  private:
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures);
   void make_elastic();
-  std::vector<double> stiffness_factors(const Field& mass) const;
-  void set_lengths(State& state) const;
+  void set_stiffness_factors(const Field& mass);
+  void set_lengths(State& state);
   StageResult limit_strain(const State& state) const;
   DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
-  DynamicsResult advance_elastic_with_bodies(State& state, const std::vector<double>& mass,
-                                             const std::function<void(Field&)>& correct, double h);
-  DynamicsResult hold_together(State& state, const std::vector<double>& mass, const ContactStep& contact);
+  DynamicsResult advance_elastic_with_bodies(State& state, const std::function<void(Field&)>& correct, double h);
+  DynamicsResult hold_together(State& state, const ContactStep& contact);
 
   const Sheet& sheet_;
   const Options& options_;
@@ -133,8 +132,15 @@ class Burn {
   std::unique_ptr<SuccessiveProjection> projection_;
   std::unique_ptr<SpringBaseline> springs_;
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
-  Field start_;                             ///< positions at the beginning of the step
-  std::vector<bool> held_;                  ///< local particles that are pinned or have left
+  // Of the local particles in the present step.
+  Field start_;                           ///< positions at the beginning
+  Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
+  std::vector<bool> held_;                ///< those that are pinned or have left
+  std::vector<double> mass_;              ///< that moves with them [kg]
+  std::vector<double> inertia_;           ///< the same for an elastic sheet, more where a body holds it [kg]
+  Eigen::MatrixXd balanced_;              ///< positions of an elastic sheet before bodies correct them
+  std::vector<double> volume_ratio_;      ///< see set_volume_ratios
+  std::vector<double> stiffness_factor_;  ///< see set_stiffness_factors
 };
 
 }  // namespace world

@@ -27,7 +27,8 @@ Burning::Burning(const Surface& surface, const Options& options, StageClock& clo
       conduction_(surface, options.heat,
                   textures.values(surface.uv, "heat.diffusivity_texture", options.heat.diffusivity_texture,
                                   options.heat.diffusivity_range)),
-      ablation_(surface) {
+      ablation_(surface),
+      rise_(surface.particles, 1) {
   for (const auto& [name, source] : options.heat.sources) {
     validate(name, source);
     source_texture_[name] = textures.values(surface.uv, "heat.sources." + name + ".file", source.file);
@@ -54,11 +55,10 @@ StageResult Burning::heat(BurningFields& fields, const ObjectState& state, doubl
       exchange_with_surroundings(fields.temperature, surface_, state.position, fields.mass, fields.living, h, heat);
   fields.heat_in += exchange.gained;
   fields.heat_out += exchange.lost;
-  Field rise(surface_.particles, 1);
-  rise.values() = -fields.temperature.values();
+  rise_.values() = -fields.temperature.values();
   const StageResult result = conduction_.advance(fields.temperature, {state.position, fields.mass, fields.living, h});
-  rise.values() += fields.temperature.values();
-  fields.heat_made += heat_content(surface_, fields.mass, rise, heat.capacity);
+  rise_.values() += fields.temperature.values();
+  fields.heat_made += heat_content(surface_, fields.mass, rise_, heat.capacity);
   return result;
 }
 
@@ -89,8 +89,8 @@ void Burning::combustion(BurningFields& fields, double h) {
 
 bool Burning::ablation(BurningFields& fields, const ObjectState& state, double h) {
   const auto timer = clock_.time("ablation");
-  const std::vector<double> level = level_set(surface_, fields.mass, options_.ablation.loss_mass);
-  const auto has_burnt = [&level](PetscInt particle) { return level[static_cast<std::size_t>(particle)] < 0; };
+  set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
+  const auto has_burnt = [this](PetscInt particle) { return level_[static_cast<std::size_t>(particle)] < 0; };
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
@@ -98,7 +98,7 @@ bool Burning::ablation(BurningFields& fields, const ObjectState& state, double h
       fields.burn_time[t / per_element] = state.time + h;
     }
   }
-  const bool died = ablation_.burn_away(fields.living, level);
+  const bool died = ablation_.burn_away(fields.living, level_);
   if (died) {
     take_out(fields, fields.mass_burnt, state.time + h);
   }

@@ -58,6 +58,8 @@ class Burning {
   std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
   Conduction conduction_;
   Ablation ablation_;
+  Field rise_;                 ///< of the temperatures by conduction [K]
+  std::vector<double> level_;  ///< see level_set
 };
 
 }  // namespace world

@@ -13,6 +13,12 @@
 namespace pellicle {
 namespace {
 
+std::vector<double> ratios(const Sheet& sheet, const Field& mass, const CombustionOptions& options) {
+  std::vector<double> ratio;
+  set_volume_ratios(ratio, sheet, mass, options);
+  return ratio;
+}
+
 class Combustion : public ::testing::Test {
  protected:
   Combustion()
@@ -85,7 +91,7 @@ TEST_F(Combustion, particles_that_have_left_lose_nothing_and_their_springs_keep_
     EXPECT_EQ(change_.data()[i] == 0, sheet_.rest(0, i) < 0.3);
   }
   TargetLengths lengths;
-  set_target_lengths(lengths, sheet_, mass_, options_);
+  set_target_lengths(lengths, sheet_, ratios(sheet_, mass_, options_));
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet_.of(colour);
     for (std::size_t s = 0; s < springs.ends.size(); ++s) {
@@ -132,7 +138,7 @@ TEST_F(Combustion, target_lengths_shrink_by_the_mean_of_both_ends) {
     mass_.data()[i] *= sheet_.is_lattice[static_cast<std::size_t>(i)] ? 1 : options_.min_mass;
   }
   TargetLengths lengths;
-  set_target_lengths(lengths, sheet_, mass_, options_);
+  set_target_lengths(lengths, sheet_, ratios(sheet_, mass_, options_));
   const double burnt = 0.3 * 800 / 320;
   const std::array<double, 4> expected{(1 + burnt) / 2, 1, burnt, burnt};
   for (const Colour colour : all_colours) {
@@ -166,7 +172,7 @@ TEST(CombustionReference, target_lengths_match) {
     mass.data()[i] = masses[static_cast<std::size_t>(sheet.persistent_id[static_cast<std::size_t>(i)])];
   }
   TargetLengths lengths;
-  set_target_lengths(lengths, sheet, mass, options);
+  set_target_lengths(lengths, sheet, ratios(sheet, mass, options));
 
   // The springs in the order of the reference: cell by cell, blue edges at their first visit.
   std::array<std::vector<std::pair<int, int>>, 4> order;

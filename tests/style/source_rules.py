@@ -34,7 +34,8 @@ MAY_INCLUDE = {
     "main.cpp": {"world", "base", "io"},
 }
 GENERATED = {"revision_text.h"}
-OWN_TESTS = {"program", "external", "fuzz", "reference", "style", "benchmark", "support"}  # they mirror none of src/
+# These mirror none of src/.
+OWN_TESTS = {"program", "allocations", "external", "fuzz", "reference", "style", "benchmark", "support"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
