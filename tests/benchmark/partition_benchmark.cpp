@@ -1,5 +1,6 @@
-// What METIS makes of a square sheet of 1,000,000 cells (9,998,000 springs) in 2 to 4,096 parts, without ranks to hold
-// them. The time is METIS's, on one rank; the counters are of the worst part, and means:
+// What METIS makes of a square sheet of 1,000,000 cells (9,996,000 springs) in 2 to 4,096 parts, without ranks to hold
+// them, and of one of 10,000 cells, which ranks can hold. The time is METIS's, on one rank; the counters are of the
+// worst part, and means:
 //
 //     build/release/tests/benchmark_pellicle --benchmark_filter=partition
 //
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/partition_halo.h"
@@ -62,10 +64,14 @@ void partition(benchmark::State& state, PetscInt cells_a_side, int parts) {
 }
 
 [[maybe_unused]] const bool partitions_registered = [] {
-  for (int parts = 2; parts <= 4096; parts *= 2) {
-    benchmark::RegisterBenchmark(("partition/1000000/parts:" + std::to_string(parts)).c_str(), partition, 1000, parts)
-        ->Unit(benchmark::kMillisecond)
-        ->Iterations(1);
+  for (const auto& [cells_a_side, most_parts] : {std::pair{100, 64}, std::pair{1000, 4096}}) {
+    for (int parts = 2; parts <= most_parts; parts *= 2) {
+      const std::string name =
+          "partition/" + std::to_string(cells_a_side * cells_a_side) + "/parts:" + std::to_string(parts);
+      benchmark::RegisterBenchmark(name.c_str(), partition, cells_a_side, parts)
+          ->Unit(benchmark::kMillisecond)
+          ->Iterations(1);
+    }
   }
   return true;
 }();
