@@ -7,6 +7,8 @@ which the normal turns from one to the other [degrees], positive where the sheet
 the other. Printed of the last frame, or of frame N (0 is the first, -1 the last):
 
   rms_fold   root mean square of all folds [degrees],
+  rms_bend   root mean square of all folds over the distance of the two cells' middles [1/m]: the curvature across sides,
+             which does not depend on the mesh where this is fine enough,
   extents    how far the corners reach along x, y and z [m],
   stitch     share of zigzag in the folds. A pair are the folds a and b along two opposite sides of one cell; those count
              of which one exceeds 10 degrees. Over these
@@ -116,6 +118,8 @@ def measures(place, cells):
     along /= numpy.linalg.norm(along, axis=1)[:, None]
     one, other = normal[here // 4], normal[beyond // 4]
     angle = numpy.degrees(numpy.arctan2((numpy.cross(one, other) * along).sum(axis=1), (one * other).sum(axis=1)))
+    middle = x.mean(axis=1)
+    bend = numpy.radians(angle) / numpy.linalg.norm(middle[here // 4] - middle[beyond // 4], axis=1)
     fold = numpy.full(len(key), numpy.nan)  # of every side of every cell
     fold[here] = fold[beyond] = angle
     sides = fold.reshape(-1, 4)
@@ -123,7 +127,8 @@ def measures(place, cells):
     counts = numpy.maximum(abs(a), abs(b)) > SHARP  # False where one is not known
     a, b = a[counts], b[counts]
     corners = place[numpy.unique(cells)]
-    return {"cells": len(cells), "rms_fold": float(numpy.sqrt(numpy.mean(angle**2))) if len(angle) else 0.0,
+    rms = lambda values: float(numpy.sqrt(numpy.mean(values**2))) if len(values) else 0.0
+    return {"cells": len(cells), "rms_fold": rms(angle), "rms_bend": rms(bend),
             "extents": [float(e) for e in numpy.ptp(corners, axis=0)],
             "pairs": len(a),
             "stitch": float(numpy.maximum(0, -a * b).sum() / ((a**2 + b**2) / 2).sum()) if len(a) else 0.0}
@@ -147,7 +152,7 @@ def main():
     for entry in found:
         extents = " x ".join(f"{extent:.4g}" for extent in entry["extents"])
         print(f"{entry['object'] + ': ' if entry['object'] else ''}{entry['time']:g} s: rms_fold "
-              f"{entry['rms_fold']:.3f} degrees, extents {extents} m, stitch {entry['stitch']:.4f} "
+              f"{entry['rms_fold']:.3f} degrees, rms_bend {entry['rms_bend']:.4g} 1/m, extents {extents} m, stitch {entry['stitch']:.4f} "
               f"of {entry['pairs']} pairs, {entry['cells']} cells")
 
 

@@ -26,7 +26,8 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
       stencils_(sheet, weave, clamped),
       target_(stencils_.stencils().size(), Curvature3::Zero()),
       stiffness_(stencils_.stencils().size(), Curvature3::Zero()),
-      reference_(stencils_.stencils().size()) {
+      reference_(stencils_.stencils().size()),
+      dashpots_(stencils_.stencils().size()) {
   make_rows();
 }
 
@@ -100,13 +101,14 @@ void BendingPotential::update_rows() {
 
 void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
   stencils_.update(living);
-  const double damped = 1 + input.damping_over_step;
+  is_damped_ = input.damping_over_step > 0;
   const Curvature3 by_direction(input.stiffness[0], 2 * std::sqrt(input.stiffness[0] * input.stiffness[1]),
                                 input.stiffness[1]);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     target_[s].setZero();
     stiffness_[s].setZero();
+    dashpots_[s].stiffness.setZero();
     if (stencil.area == 0) {
       continue;
     }
@@ -127,12 +129,14 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
     // B belongs to undeformed coordinates: the curvature of a sheet that has shrunk is B over the square of its share.
     const double curl = input.layer_distance > 0 ? (shrinkage[0] - shrinkage[1]) / input.layer_distance : 0;
     target_[s] = mean * stencil.rest + mean * mean * curl * Curvature3(1, 0, 1);
-    stiffness_[s] = damped * factor * stencil.area / (mean * mean) * by_direction;
+    stiffness_[s] = factor * stencil.area / (mean * mean) * by_direction;
     reference_[s] = mean * mean * stencils_.area_vector(stencil, sheet_->rest).norm();
-    if (input.damping_over_step > 0) {
+    if (is_damped_) {
       const Positions x = positions_of(start);
-      const Eigen::Vector3d before = second_derivatives(stencil, x).transpose() * normal_at(s, x).direction;
-      target_[s] = (target_[s] + input.damping_over_step * before.array()) / damped;
+      Dashpot& dashpot = dashpots_[s];
+      dashpot.normal = normal_at(s, x).direction;
+      dashpot.start = (second_derivatives(stencil, x).transpose() * dashpot.normal).array();
+      dashpot.stiffness = input.damping_over_step * stiffness_[s];
     }
   }
   update_rows();
@@ -160,6 +164,12 @@ Eigen::Matrix3d BendingPotential::second_derivatives(const Stencil& stencil, con
   return result;
 }
 
+BendingPotential::Curvature3 BendingPotential::change(std::size_t number, const Positions& x) const {
+  const Dashpot& dashpot = dashpots_[number];
+  const Stencil& stencil = stencils_.stencils()[number];
+  return (second_derivatives(stencil, x).transpose() * dashpot.normal).array() - dashpot.start;
+}
+
 bool BendingPotential::needs_normal(std::size_t stencil) const {
   return stencils_.stencils()[stencil].is_clamped || !target_[stencil].isZero(0);
 }
@@ -184,6 +194,9 @@ double BendingPotential::value(const Field& x) const {
     if (stencils_.stencils()[s].centre < sheet_->particles.owned && stencils_.stencils()[s].area > 0) {
       const Eigen::Array3d squares = residual(s, positions_of(x), normal).colwise().squaredNorm().transpose();
       sum += (stiffness_[s] * squares).sum() / 2;
+      if (is_damped_) {
+        sum += (dashpots_[s].stiffness * change(s, positions_of(x)).square()).sum() / 2;
+      }
     }
   }
   check(PetscLogFlops(200.0 * static_cast<double>(stiffness_.size())));
@@ -200,9 +213,14 @@ void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) 
       continue;
     }
     const Eigen::Matrix3d moments = residual(s, positions, normal) * stiffness_[s].matrix().asDiagonal();
+    Eigen::Matrix3d all_moments = moments;
+    if (is_damped_) {
+      const Dashpot& dashpot = dashpots_[s];
+      all_moments += dashpot.normal * (dashpot.stiffness * change(s, positions)).matrix().transpose();
+    }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
-        gradient.col(i) += moments * stencils_.weights()[p].matrix();
+        gradient.col(i) += all_moments * stencils_.weights()[p].matrix();
       }
     }
     if (stencil.is_clamped || !needs_normal(s)) {
@@ -254,15 +272,50 @@ void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   for (const double entry : entries_) {
     blocks.add(pair++, entry * Eigen::Matrix3d::Identity());
   }
+  if (is_damped_) {
+    add_dashpots(blocks);
+  }
   for (const std::size_t s : clamped_) {
     const Stencil& stencil = stencils_.stencils()[s];
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = stiffness_[s] * stencils_.weights()[p];
+      const Curvature3 weighted = (stiffness_[s] + dashpots_[s].stiffness) * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         blocks.add(pair++, (weighted * stencils_.weights()[q]).sum() * n * n.transpose());
       }
     }
+  }
+}
+
+void BendingPotential::add_dashpots(const HessianBlocks& blocks) const {
+  auto place = places_.begin();  // of a pair among the rows, which is its number in the pattern
+  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    if (stencil.is_clamped) {
+      continue;
+    }
+    const Eigen::Matrix3d along = dashpots_[s].normal * dashpots_[s].normal.transpose();
+    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+      const Curvature3 weighted = dashpots_[s].stiffness * stencils_.weights()[p];
+      for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
+        if (*place >= 0) {
+          blocks.add(static_cast<std::size_t>(*place), (weighted * stencils_.weights()[q]).sum() * along);
+        }
+      }
+    }
+  }
+}
+
+/// Adds the product with the Hessian k n n^T of B along a normal.
+void BendingPotential::add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness,
+                                         const double* w, double* result) const {
+  Curvature3 bent = Curvature3::Zero();
+  for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+    bent += n.dot(Eigen::Map<const Eigen::Vector3d>(w + 3 * stencils_.points()[p])) * stencils_.weights()[p];
+  }
+  bent *= stiffness;
+  for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+    Eigen::Map<Eigen::Vector3d>(result + 3 * stencils_.points()[p]) += (bent * stencils_.weights()[p]).sum() * n;
   }
 }
 
@@ -279,13 +332,12 @@ void BendingPotential::add_product(const double* w, double* result) const {
   for (const std::size_t s : clamped_) {
     const Stencil& stencil = stencils_.stencils()[s];
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
-    Curvature3 bent = Curvature3::Zero();
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      bent += n.dot(ConstVector(w + 3 * stencils_.points()[p])) * stencils_.weights()[p];
-    }
-    bent *= stiffness_[s];
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      Vector(result + 3 * stencils_.points()[p]) += (bent * stencils_.weights()[p]).sum() * n;
+    add_product_along(stencil, n, stiffness_[s] + dashpots_[s].stiffness, w, result);
+  }
+  for (std::size_t s = 0; is_damped_ && s < dashpots_.size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    if (stencil.area > 0 && !stencil.is_clamped) {
+      add_product_along(stencil, dashpots_[s].normal, dashpots_[s].stiffness, w, result);
     }
   }
   check(PetscLogFlops(6.0 * static_cast<double>(entries_.size())));

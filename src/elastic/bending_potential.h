@@ -19,6 +19,9 @@ inline namespace elastic {
 /// Poisson's ratio plays no part beyond that in D. At a clamp the normal is fixed, and r is what lies along it. Nothing
 /// here communicates.
 ///
+/// Viscosity resists the change of B along the normal that the sheet had at the step's start, U = D (tau/h)
+/// |n . (B - B_start)|^2 / 2: not what turns as a whole, nor B across the normal, which strain has, too.
+///
 /// Both curvatures, exact and positive, are the Hessian without the change of the normals: positive semi-definite, and
 /// exact where B* or r is 0.
 class BendingPotential : public Potential {
@@ -64,7 +67,12 @@ class BendingPotential : public Potential {
   Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Positions& x) const;
   /// r by columns. @param normal is set where it matters
   Eigen::Matrix3d residual(std::size_t stencil, const Positions& x, Normal& normal) const;
+  /// n . (B - B_start) of a dashpot.
+  Curvature3 change(std::size_t stencil, const Positions& x) const;
   bool needs_normal(std::size_t stencil) const;
+  void add_dashpots(const HessianBlocks& blocks) const;
+  void add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness, const double* w,
+                         double* result) const;
   void make_rows();
   void update_rows();
 
@@ -73,6 +81,14 @@ class BendingPotential : public Potential {
   std::vector<Curvature3> target_;     ///< B* of each stencil
   std::vector<Curvature3> stiffness_;  ///< area times stiffness of r_11, r_12, r_22; 0: not used [N m^3]
   std::vector<double> reference_;      ///< length of each stencil's undeformed area vector [m^2]
+  /// Viscosity of a stencil in a step.
+  struct Dashpot {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    Curvature3 start = Curvature3::Zero();      ///< n . B at the start of the step [1/m]
+    Curvature3 stiffness = Curvature3::Zero();  ///< as stiffness_ [N m^3]
+  };
+  std::vector<Dashpot> dashpots_;
+  bool is_damped_ = false;
 
   // The Hessian of the stencils that are not clamped, a number for each pair of particles, in rows of the owned ones.
   std::vector<PetscInt> offsets_;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <numeric>
+#include <vector>
 
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
@@ -37,8 +39,8 @@ struct Bent {
     x.values() = sheet.rest;
     begin(ones);
   }
-  void begin(const std::vector<double>& shrinkage, double layer_distance = 0) {
-    potential.begin_step(living, x, {shrinkage, layer_distance, stiffness, ones, 0});
+  void begin(const std::vector<double>& shrinkage, double layer_distance = 0, double damping_over_step = 0) {
+    potential.begin_step(living, x, {shrinkage, layer_distance, stiffness, ones, damping_over_step});
   }
   double energy() const {
     double sum = potential.value(x);
@@ -93,7 +95,8 @@ TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
     const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
     bent.x.vector(i) += 0.01 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
   }
-  bent.begin(std::vector<double>(bent.ones.size(), 0.9), 0.01);
+  bent.begin(std::vector<double>(bent.ones.size(), 0.9), 0.01, 3);
+  bent.x.values() += 0.003 * bent.x.values().cwiseAbs();
   const Eigen::Matrix3Xd gradient = bent.gradient();
   const double scale = gradient.cwiseAbs().maxCoeff();
   for (PetscInt i = 0; i < bent.sheet.particles.owned; ++i) {
@@ -109,6 +112,57 @@ TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
       ASSERT_NEAR((above - below) / (2 * h), gradient(k, i), 1e-6 * scale) << i << " " << k;
     }
   }
+}
+
+TEST(BendingPotentialTest, viscosity_resists_changes_of_curvature_alone) {
+  const auto flat = [](double x, double y) { return Eigen::Vector3d(x, y, 0); };
+  Bent elastic(flat_sheet(PETSC_COMM_WORLD, flat));
+  Bent viscous(flat_sheet(PETSC_COMM_WORLD, flat));
+  viscous.begin(viscous.ones, 0, 50);
+  const auto move = [&](const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& place) {
+    for (Bent* bent : {&elastic, &viscous}) {
+      for (PetscInt i = 0; i < bent->sheet.particles.local(); ++i) {
+        bent->x.vector(i) = place(bent->sheet.rest.col(i));
+      }
+    }
+  };
+  move([](const Eigen::Vector3d& r) {
+    return Eigen::Vector3d(r.x() + 0.02 * std::sin(9 * r.x()), r.y() + 0.03 * std::sin(7 * r.x()), 0);
+  });
+  EXPECT_NEAR(viscous.energy(), elastic.energy(), 1e-12 * elastic.energy()) << "uneven strain";
+  EXPECT_GT(elastic.energy(), 1e-3);
+  move([](const Eigen::Vector3d& r) { return Eigen::Vector3d(r.x(), r.y(), 0.1 * r.x() * r.y()); });
+  EXPECT_NEAR(viscous.energy(), 51 * elastic.energy(), 1e-9 * viscous.energy()) << "curvature";
+}
+
+TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient) {
+  // Exact where the undeformed sheet is flat: the energy is quadratic.
+  Bent bent(flat_sheet(PETSC_COMM_SELF, [](double x, double y) { return Eigen::Vector3d(x, y, 0); }), {2, 3});
+  for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
+    bent.x.vector(i).z() = 0.05 * std::sin(3 * bent.x.vector(i).x());
+  }
+  bent.begin(bent.ones, 0, 7);
+  const Eigen::Matrix3Xd before = bent.gradient();
+  Eigen::Matrix3Xd w(3, bent.sheet.particles.local());
+  for (PetscInt i = 0; i < w.cols(); ++i) {
+    const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
+    w.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+  }
+  Eigen::Matrix3Xd product = Eigen::Matrix3Xd::Zero(3, w.cols());
+  bent.potential.add_product(w.data(), product.data());
+  const std::vector<VertexPair> pattern = bent.potential.pattern();
+  std::vector<PetscInt> places(pattern.size());
+  std::iota(places.begin(), places.end(), 0);
+  std::vector<Eigen::Matrix3d> blocks(pattern.size(), Eigen::Matrix3d::Zero());
+  bent.potential.add_hessian(HessianBlocks(places, blocks));
+  Eigen::Matrix3Xd by_blocks = Eigen::Matrix3Xd::Zero(3, w.cols());
+  for (std::size_t k = 0; k < pattern.size(); ++k) {
+    by_blocks.col(pattern[k].row) += blocks[k] * w.col(pattern[k].column);
+  }
+  bent.x.values() += w;
+  const Eigen::Matrix3Xd change = bent.gradient() - before;
+  EXPECT_LT((product - change).norm(), 1e-10 * change.norm());
+  EXPECT_LT((by_blocks - change).norm(), 1e-10 * change.norm());
 }
 
 /// The gradient of a crumpled sheet by persistent id, and a product with its Hessian.
