@@ -63,6 +63,22 @@ void check_options(KSP solver, TangentMatrix type) {
   }
 }
 
+/// Factorises with CHOLMOD, whose blocks suit patches; on several ranks on each the whole, which is small.
+void set_coarse_solver(KSP solver) {
+  PC pc = nullptr;
+  int ranks = 1;
+  check(KSPGetPC(solver, &pc));
+  MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(solver)), &ranks);
+  if (ranks > 1) {
+    KSP whole = nullptr;
+    check(PCSetType(pc, PCREDUNDANT));
+    check(PCRedundantGetKSP(pc, &whole));
+    check(KSPGetPC(whole, &pc));
+  }
+  check(PCSetType(pc, PCCHOLESKY));
+  check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+}
+
 }  // namespace
 
 std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
@@ -94,6 +110,7 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
   check(KSPSetType(smoother, KSPPREONLY));
   check(PCSetType(smoother_pc, PCPBJACOBI));
   check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
+  set_coarse_solver(patches->coarse_solver_);
   return patches;
 }
 
