@@ -189,42 +189,41 @@ void RigidPatches::number_reach() {
 /// may move so: turns of a vertex round itself are none, and what is held does not move.
 void RigidPatches::find_motions(const Field& x) {
   const auto patches = rows_.size();
-  Eigen::Matrix3Xd centre = Eigen::Matrix3Xd::Zero(3, own_patches());
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(own_patches());
+  centre_.setZero(3, own_patches());
+  count_.setZero(own_patches());
   const PetscInt owned = tangent_.vertices().owned;
   for (PetscInt i = 0; i < owned; ++i) {
-    centre.col(local_patch(i)) += x.vector(i);
-    count[local_patch(i)] += 1;
+    centre_.col(local_patch(i)) += x.vector(i);
+    count_[local_patch(i)] += 1;
   }
-  centre.array().rowwise() /= count.transpose().array().max(1);
-  Eigen::VectorXd radius = Eigen::VectorXd::Zero(own_patches());  // so that turns and shifts are of like size
+  centre_.array().rowwise() /= count_.transpose().array().max(1);
+  radius_.setZero(own_patches());
   for (PetscInt i = 0; i < owned; ++i) {
-    double& of_patch = radius[local_patch(i)];
-    of_patch = std::max(of_patch, (x.vector(i) - centre.col(local_patch(i))).norm());
+    double& of_patch = radius_[local_patch(i)];
+    of_patch = std::max(of_patch, (x.vector(i) - centre_.col(local_patch(i))).norm());
   }
-  using Gram = Eigen::Matrix<double, 6, 6>;
-  std::vector<Gram> gram(patches, Gram::Zero());
+  gram_.assign(patches, Gram::Zero());
   for (PetscInt i = 0; i < owned; ++i) {
     const PetscInt p = local_patch(i);
-    const Eigen::Vector3d arm = (x.vector(i) - centre.col(p)) / (radius[p] > 0 ? radius[p] : 1);
+    const Eigen::Vector3d arm = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
     Motion motion;
     motion << Eigen::Matrix3d::Identity(), -cross_matrix(arm);
     motion = (projectors_[static_cast<std::size_t>(i)] * motion).eval();
-    gram[static_cast<std::size_t>(p)] += motion.transpose() * motion;
+    gram_[static_cast<std::size_t>(p)] += motion.transpose() * motion;
     motions_.values().col(i) = motion.reshaped();
   }
   for (std::size_t p = 0; p < patches; ++p) {  // The Gram matrix becomes the basis's coordinates.
-    const Eigen::SelfAdjointEigenSolver<Gram> solver(gram[p]);
+    const Eigen::SelfAdjointEigenSolver<Gram> solver(gram_[p]);
     constexpr double negligible = 1e-6;
-    const double least = negligible * gram[p].trace();
+    const double least = negligible * gram_[p].trace();
     for (int k = 0; k < 6; ++k) {
       const double square = solver.eigenvalues()[k];
       rows_[p].is_idle[static_cast<std::size_t>(k)] = square <= least;
-      gram[p].col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
+      gram_[p].col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
     }
   }
   for (PetscInt i = 0; i < owned; ++i) {
-    motions_.values().col(i) = (motion(i) * gram[static_cast<std::size_t>(local_patch(i))]).reshaped();
+    motions_.values().col(i) = (motion(i) * gram_[static_cast<std::size_t>(local_patch(i))]).reshaped();
   }
   motions_.update_ghosts();
 }

@@ -52,6 +52,7 @@ class RigidPatches {
  private:
   using Motion = Eigen::Matrix<double, 3, 6>;
   using CoarseBlock = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  using Gram = Eigen::Matrix<double, 6, 6>;
   /// Blocks of a patch's row of the coarse matrix, in the order in which they were met.
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
@@ -80,9 +81,14 @@ class RigidPatches {
   PetscInt first_patch_ = 0;                 ///< global number of this rank's first
   Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach
   std::vector<CoarseRow> rows_;              ///< of this rank's patches
-  bool is_whole_ = false;                    ///< the coarse matrix has all blocks of the rows
-  MatHandle interpolation_;                  ///< shell, (3 vertices x 6 patches)
-  MatHandle coarse_;                         ///< interpolation^T tangent interpolation
+  // Of this rank's patches, when motions were last found.
+  Eigen::Matrix3Xd centre_;  ///< [m]
+  Eigen::VectorXd count_;    ///< of vertices
+  Eigen::VectorXd radius_;   ///< so that turns and shifts are of like size [m]
+  std::vector<Gram> gram_;   ///< of the motions
+  bool is_whole_ = false;    ///< the coarse matrix has all blocks of the rows
+  MatHandle interpolation_;  ///< shell, (3 vertices x 6 patches)
+  MatHandle coarse_;         ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
   PreconditionerLag lag_;
 };

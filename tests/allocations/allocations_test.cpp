@@ -53,6 +53,7 @@ TEST(Allocations, AreCounted) {
 struct Case {
   std::string name;
   std::function<void(Options&)> set;
+  Requests of_petsc = {};  ///< at most, in the stage that moves the sheet
 };
 
 class AllocationsOfAStep : public ::testing::TestWithParam<Case> {};
@@ -77,15 +78,18 @@ TEST_P(AllocationsOfAStep, AreNone) {
   for (int step = 0; step < 3; ++step) {
     ASSERT_TRUE(burn.advance(state, h).converged);
   }
-  const auto expect_none = [](const std::string& stage, const std::function<bool()>& run) {
+  const auto expect_none = [](const std::string& stage, const std::function<bool()>& run,
+                              const Requests& of_petsc = {}) {
     const Requests before = requests();
     const bool converged = run();
     const Requests found = requests() - before;
     EXPECT_TRUE(converged) << stage;
     EXPECT_EQ(found.own, 0) << stage;
-    EXPECT_EQ(ranks() == 1 ? found.foreign : 0, 0) << stage;
-    EXPECT_EQ(found.objects, 0) << stage;
-    EXPECT_EQ(found.option_lookups, 0) << stage;
+    EXPECT_LE(ranks() == 1 ? found.foreign : 0, of_petsc.foreign) << stage;
+    EXPECT_LE(found.objects, of_petsc.objects) << stage;
+    if (ranks() == 1 || of_petsc.option_lookups == 0) {  // On several PCREDUNDANT reads its options at every set-up.
+      EXPECT_LE(found.option_lookups, of_petsc.option_lookups) << stage;
+    }
   };
   for (int step = 0; step < 3; ++step) {
     expect_none("heat", [&] {
@@ -97,10 +101,13 @@ TEST_P(AllocationsOfAStep, AreNone) {
       return true;
     });
     expect_none("ablation", [&] { return !burn.ablation(state, h); });
-    expect_none("dynamics", [&] {
-      const DynamicsResult moved = burn.dynamics(state, h);
-      return moved.converged && moved.iterations > 0;
-    });
+    expect_none(
+        "dynamics",
+        [&] {
+          const DynamicsResult moved = burn.dynamics(state, h);
+          return moved.converged && moved.iterations > 0;
+        },
+        GetParam().of_petsc);
     expect_none("end of the step", [&] { return burn.end_step(state, h).converged; });
   }
 }
@@ -108,6 +115,13 @@ TEST_P(AllocationsOfAStep, AreNone) {
 INSTANTIATE_TEST_SUITE_P(
     Sheets, AllocationsOfAStep,
     ::testing::Values(Case{"elastic", [](Options& options) { options.dynamics = Dynamics::elastic; }},
+                      Case{"stiff_elastic",
+                           [](Options& options) {
+                             options.dynamics = Dynamics::elastic;
+                             options.material.tensile_stiffness = 3e5;
+                           },
+                           // Rigid patches: PETSc factorises their coarse matrix once a step.
+                           {0, 5, 0, 3}},
                       Case{"projection", [](Options& options) { options.dynamics = Dynamics::projection; }},
                       Case{"joint_projection",
                            [](Options& options) {
