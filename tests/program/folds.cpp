@@ -1,13 +1,18 @@
 // What postproc/folds.py says of surfaces whose folds are known, and of scenes.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <numeric>
 #include <regex>
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "tests/support/csv.h"
 #include "tests/support/program.h"
 
 namespace pellicle {
@@ -16,13 +21,25 @@ namespace {
 class FoldsTest : public ProgramTest {
  protected:
   /// A number that the script prints of the last frame of a run.
-  double measure(const std::string& pvd, const std::string& name) const {
-    const CommandResult result = run_command(
-        {"/usr/bin/python3", PELLICLE_SOURCE_DIR "/postproc/folds.py", (folder() / pvd).string(), "--json"});
+  double measure(const std::string& pvd, const std::string& name) const { return measures(pvd, name).at(0); }
+
+  /// One number, or several in brackets. @param frame -1: the last
+  std::vector<double> measures(const std::string& pvd, const std::string& name, int frame = -1) const {
+    const CommandResult result = run_command({"/usr/bin/python3", PELLICLE_SOURCE_DIR "/postproc/folds.py",
+                                              (folder() / pvd).string(), "--json", "--frame=" + std::to_string(frame)});
     EXPECT_EQ(result.exit_code, 0) << result;
     std::smatch found;
-    EXPECT_TRUE(std::regex_search(result.output, found, std::regex("\"" + name + "\": ([-+.e0-9]+)"))) << result;
-    return found.empty() ? -1 : std::stod(found[1]);
+    const std::regex expression("\"" + name + "\": ([-+.e0-9]+|\\[[^\\]]*\\])");
+    EXPECT_TRUE(std::regex_search(result.output, found, expression)) << result;
+    std::string text = found.empty() ? "nan" : found[1].str();
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == '[' || c == ']' || c == ','; }, ' ');
+    std::istringstream words(text);
+    std::vector<double> values;
+    for (std::string word; words >> word;) {
+      values.push_back(std::stod(word));
+    }
+    return values;
   }
 
   /// A surface of 16 x 6 cells, drawn as it was made. @param profile place (x, z) of row i [m]
@@ -115,6 +132,63 @@ INSTANTIATE_TEST_SUITE_P(Decks, LongFolds,
                                          "hot_sphere_d", "sheet_weights_a", "sheet_weights_b", "sheet_weights_c",
                                          "sheet_weights_d", "half_burns", "curtain", "roof", "shirt", "burning_torus"),
                          [](const auto& deck) { return std::string(deck.param); });
+
+class LongCrumpling : public FoldsTest {
+ protected:
+  /// Means over what happens from 0.4 s on.
+  struct Statistics {
+    double bend = 0;    ///< rms_bend [1/m]
+    double size = 0;    ///< diagonal of the extents [m]
+    double strain = 0;  ///< mean strain of the springs
+  };
+
+  Statistics crumple(const std::string& cells, const std::string& step) const {
+    const std::string out = cells + "_" + step;
+    succeed(2,
+            {deck_path("crumpling"), "-mesh_cells", cells + "," + cells, "-time_step", step, "-output_directory", out});
+    Statistics mean;
+    constexpr int first = 8;  // of the frames, 50 ms apart
+    constexpr int last = 16;
+    for (int frame = first; frame <= last; ++frame) {
+      const std::vector<double> extents = measures(out + "/crumpling.pvd", "extents", frame);
+      mean.bend += measures(out + "/crumpling.pvd", "rms_bend", frame).at(0) / (last - first + 1);
+      mean.size += std::hypot(extents.at(0), extents.at(1), extents.at(2)) / (last - first + 1);
+    }
+    const auto history = read_csv(folder() / out / "history.csv");
+    const std::vector<double>& time = history.at("time");
+    const auto begin = std::lower_bound(time.begin(), time.end(), 0.4 - 1e-9) - time.begin();
+    const std::vector<double>& strain = history.at("mean_strain");
+    mean.strain = std::accumulate(strain.begin() + begin, strain.end(), 0.0) /
+                  static_cast<double>(strain.size() - static_cast<std::size_t>(begin));
+    std::printf("%s x %s cells, step %s s: rms_bend %.4f 1/m, size %.4f m, mean strain %.3f %%\n", cells.c_str(),
+                cells.c_str(), step.c_str(), mean.bend, mean.size, 100 * mean.strain);
+    return mean;
+  }
+};
+
+/// Expects that a number changes less by the second halving than by the first.
+void expect_settles(const std::array<double, 3>& of, const char* name) {
+  EXPECT_LT(std::abs(of[2] - of[1]), std::abs(of[1] - of[0]))
+      << name << ": " << of[0] << ", " << of[1] << ", " << of[2];
+}
+
+TEST_F(LongCrumpling, SettlesAsMeshAndStepAreHalved) {
+  set_time_limit(1500);
+  const Statistics middle = crumple("40", "2e-3");
+  const Statistics coarse = crumple("20", "2e-3");
+  const Statistics fine = crumple("80", "2e-3");
+  expect_settles({coarse.bend, middle.bend, fine.bend}, "rms_bend on finer meshes");
+  expect_settles({coarse.size, middle.size, fine.size}, "size on finer meshes");
+  const Statistics long_step = crumple("40", "4e-3");
+  const Statistics short_step = crumple("40", "1e-3");
+  expect_settles({long_step.bend, middle.bend, short_step.bend}, "rms_bend with shorter steps");
+  expect_settles({long_step.strain, middle.strain, short_step.strain}, "mean strain with shorter steps");
+  // What is left of halving either once more: strain settles last on meshes, size is settled within 0.5 % from the
+  // longest step on.
+  EXPECT_NEAR(fine.strain, middle.strain, 0.1 * middle.strain);
+  EXPECT_NEAR(short_step.size, middle.size, 0.005 * middle.size);
+  EXPECT_NEAR(long_step.size, middle.size, 0.005 * middle.size);
+}
 
 }  // namespace
 }  // namespace pellicle

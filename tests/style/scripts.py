@@ -9,6 +9,7 @@ BAD_ARGUMENTS = {
     "postproc/check_output.py": [["nowhere.pvd"], ["README.md"]],
     "postproc/compare.py": [["nowhere", "."], ["nowhere", "nowhere", "--tolerance", "-1"]],
     "postproc/folds.py": [["nowhere.pvd"], ["README.md"], [".", "--frame", "last"]],
+    "postproc/plots.py": [["nowhere"], ["strip", "--program", "nowhere"]],
     "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"]],
     "postproc/stands_out.py": [["nowhere"], [".", "--rows", "0"]],
     "tools/bench": [["--peers", "nowhere"], ["--workloads", "w9"], ["--ranks", "0"], ["--measure", "luck"],
