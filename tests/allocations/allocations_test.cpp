@@ -3,6 +3,8 @@
 //
 // Two look-ups of PETSc's own stay: KSPSolve asks for -ksp_converged_reason, MatAssemblyEnd for -mat_view, and both
 // act. On several ranks PetscSF compares MPI's types at every exchange, for which it allocates: not counted there.
+// Nor is what libraries do for themselves where they factorise, and solve with the factors: the coarse matrix of rigid
+// patches (CHOLMOD allocates in every solve).
 
 #include <gtest/gtest.h>
 #include <petscksp.h>
@@ -53,7 +55,7 @@ TEST(Allocations, AreCounted) {
 struct Case {
   std::string name;
   std::function<void(Options&)> set;
-  Requests of_petsc = {};  ///< at most, in the stage that moves the sheet
+  bool has_factors = false;  ///< whether a library factorises in the stage that moves the sheet
 };
 
 class AllocationsOfAStep : public ::testing::TestWithParam<Case> {};
@@ -78,17 +80,16 @@ TEST_P(AllocationsOfAStep, AreNone) {
   for (int step = 0; step < 3; ++step) {
     ASSERT_TRUE(burn.advance(state, h).converged);
   }
-  const auto expect_none = [](const std::string& stage, const std::function<bool()>& run,
-                              const Requests& of_petsc = {}) {
+  const auto expect_none = [](const std::string& stage, const std::function<bool()>& run, bool has_factors = false) {
     const Requests before = requests();
     const bool converged = run();
     const Requests found = requests() - before;
     EXPECT_TRUE(converged) << stage;
     EXPECT_EQ(found.own, 0) << stage;
-    EXPECT_LE(ranks() == 1 ? found.foreign : 0, of_petsc.foreign) << stage;
-    EXPECT_LE(found.objects, of_petsc.objects) << stage;
-    if (ranks() == 1 || of_petsc.option_lookups == 0) {  // On several PCREDUNDANT reads its options at every set-up.
-      EXPECT_LE(found.option_lookups, of_petsc.option_lookups) << stage;
+    EXPECT_EQ(found.objects, 0) << stage;
+    if (!has_factors) {
+      EXPECT_EQ(ranks() == 1 ? found.foreign : 0, 0) << stage;
+      EXPECT_EQ(found.option_lookups, 0) << stage;
     }
   };
   for (int step = 0; step < 3; ++step) {
@@ -107,7 +108,7 @@ TEST_P(AllocationsOfAStep, AreNone) {
           const DynamicsResult moved = burn.dynamics(state, h);
           return moved.converged && moved.iterations > 0;
         },
-        GetParam().of_petsc);
+        GetParam().has_factors);
     expect_none("end of the step", [&] { return burn.end_step(state, h).converged; });
   }
 }
@@ -120,8 +121,7 @@ INSTANTIATE_TEST_SUITE_P(
                              options.dynamics = Dynamics::elastic;
                              options.material.tensile_stiffness = 3e5;
                            },
-                           // Rigid patches: PETSc factorises their coarse matrix once a step.
-                           {0, 5, 0, 3}},
+                           true},
                       Case{"projection", [](Options& options) { options.dynamics = Dynamics::projection; }},
                       Case{"joint_projection",
                            [](Options& options) {
