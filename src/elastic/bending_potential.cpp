@@ -77,10 +77,13 @@ void BendingPotential::make_rows() {
 
 void BendingPotential::update_rows() {
   const auto is_same = [](const Curvature3& a, const Curvature3& b) { return (a == b).all(); };
-  if (std::equal(rows_of_.begin(), rows_of_.end(), stiffness_.begin(), stiffness_.end(), is_same)) {
+  // A crack changes weights, and may leave every stiffness as it is.
+  if (fits_of_rows_ == stencils_.fits() &&
+      std::equal(rows_of_.begin(), rows_of_.end(), stiffness_.begin(), stiffness_.end(), is_same)) {
     return;
   }
   rows_of_ = stiffness_;
+  fits_of_rows_ = stencils_.fits();
   std::fill(entries_.begin(), entries_.end(), 0);
   auto place = places_.begin();
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {

@@ -97,6 +97,7 @@ class BendingPotential : public Potential {
   std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: of a ghost's row
   std::vector<std::size_t> clamped_;  ///< stencils
   std::vector<Curvature3> rows_of_;   ///< the stiffness that `entries_` have
+  std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits, likewise
 };
 
 }  // namespace elastic

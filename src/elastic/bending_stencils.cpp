@@ -151,6 +151,7 @@ void BendingStencils::update(const Living& living) {
     }
     if (takes_part != fitted_[s]) {
       fit(stencil, takes_part);
+      ++fits_;
       fitted_[s] = takes_part;
     }
   }

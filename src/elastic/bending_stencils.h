@@ -49,6 +49,8 @@ class BendingStencils {
   const std::vector<PetscInt>& points() const { return points_; }
   /// w_k of each point; those of a stencil have the sum 0 [1/m^2].
   const std::vector<Curvature3>& weights() const { return weights_; }
+  /// How often weights have been found: as long as this stays they do.
+  std::size_t fits() const { return fits_; }
   /// Local drawn triangles round each centre, which give its normal.
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
 
@@ -94,6 +96,7 @@ class BendingStencils {
   std::vector<PetscInt> stencil_of_;       ///< of each local particle, -1: none
   std::vector<bool> living_before_;
   std::vector<bool> cracked_before_;
+  std::size_t fits_ = 0;
 };
 
 }  // namespace elastic

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numeric>
 #include <vector>
 
 #include "surface/shell.h"
@@ -151,13 +150,16 @@ TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient
   Eigen::Matrix3Xd product = Eigen::Matrix3Xd::Zero(3, w.cols());
   bent.potential.add_product(w.data(), product.data());
   const std::vector<VertexPair> pattern = bent.potential.pattern();
-  std::vector<PetscInt> places(pattern.size());
-  std::iota(places.begin(), places.end(), 0);
-  std::vector<Eigen::Matrix3d> blocks(pattern.size(), Eigen::Matrix3d::Zero());
-  bent.potential.add_hessian(HessianBlocks(places, blocks));
+  struct Sums : HessianBlocks {
+    explicit Sums(std::size_t pairs) : of_pair(pairs, Eigen::Matrix3d::Zero()) {}
+    void add(std::size_t pair, const Eigen::Matrix3d& block) const override { of_pair[pair] += block; }
+    mutable std::vector<Eigen::Matrix3d> of_pair;
+  };
+  const Sums blocks(pattern.size());
+  bent.potential.add_hessian(blocks);
   Eigen::Matrix3Xd by_blocks = Eigen::Matrix3Xd::Zero(3, w.cols());
   for (std::size_t k = 0; k < pattern.size(); ++k) {
-    by_blocks.col(pattern[k].row) += blocks[k] * w.col(pattern[k].column);
+    by_blocks.col(pattern[k].row) += blocks.of_pair[k] * w.col(pattern[k].column);
   }
   bent.x.values() += w;
   const Eigen::Matrix3Xd change = bent.gradient() - before;
