@@ -30,7 +30,7 @@ struct SheetMaterial {
   std::string shear_texture;
   std::string bending_texture;
   std::vector<double> stiffness_range{0, 1};  ///< factors where these textures are black and white
-  double damping = 0;                         ///< viscosity over stiffness [s]
+  double damping = 1e-3;                      ///< viscosity over stiffness [s]
 };
 
 void describe(OptionTable& table, SheetMaterial& options);

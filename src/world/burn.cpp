@@ -301,7 +301,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
       air_->begin_step({state.position, state.velocity, mass_, &state.living.triangles, state.time + h});
     }
     v.colwise() += h * options_.force.gravity;
-    v *= std::exp(-options_.force.damping * h);
+    v *= std::exp(-velocity_damping(options_) * h);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
       if (mass_[static_cast<std::size_t>(i)] == 0) {
         held_[static_cast<std::size_t>(i)] = true;

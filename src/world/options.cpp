@@ -37,7 +37,8 @@ void describe(OptionTable& table, ForceOptions& options) {
       .at_least(0)
       .help(
           "rate c at which velocities of a sheet fade, whatever moves with it: v exp(-c h), also of a free fall and of "
-          "a sheet as a whole; of a balloon: prism.mass_damping; by the air: force.air_density")
+          "a sheet as a whole. Unless given 0 with dynamics elastic, where sheet.damping damps what deforms, and 2/s "
+          "otherwise; of a balloon: prism.mass_damping; by the air: force.air_density")
       .source("README: parameters");
   describe(table, options.air);
 }
@@ -46,6 +47,11 @@ SheetOptions shell_options(const Options& options) {
   SheetOptions sheet = options.sheet;
   sheet.is_one_surface = options.dynamics == Dynamics::elastic;
   return sheet;
+}
+
+double velocity_damping(const Options& options) {
+  constexpr double of_projection = 2;  // [1/s]
+  return options.force.damping.value_or(options.dynamics == Dynamics::elastic ? 0 : of_projection);
 }
 
 bool balloon_burns(const Options& options) {

@@ -51,7 +51,7 @@ void describe(OptionTable& table, TimeOptions& options);
 /// External force on a sheet or a balloon.
 struct ForceOptions {
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< [m/s^2]
-  double damping = 2;                    ///< of the velocities [1/s]
+  std::optional<double> damping;         ///< of the velocities, see velocity_damping [1/s]
   AirOptions air;
 };
 
@@ -115,6 +115,8 @@ struct ObjectOptions {
 };
 /// How the mesh of a sheet becomes a shell: a sheet as a material has its lattice points in its surface.
 SheetOptions shell_options(const Options& options);
+/// Rate at which the velocities of a sheet fade: `force.damping`, or what follows from the dynamics [1/s].
+double velocity_damping(const Options& options);
 /// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
 bool balloon_burns(const Options& options);
 

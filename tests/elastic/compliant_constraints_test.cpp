@@ -166,6 +166,7 @@ double difference_after(int steps, double tensile, double bending, double h) {
   material.tensile_stiffness = tensile;
   material.shear_stiffness = 0.4 * tensile;
   material.bending_stiffness = bending;
+  material.damping = 0;
   ElasticOptions tight;
   tight.newton_tolerance = 1e-11;
   tight.newton_iterations = 200;

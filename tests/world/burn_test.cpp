@@ -127,6 +127,31 @@ TEST(Burn, uniform_burning_shrinks_all_lengths_alike) {
   }
 }
 
+TEST(Burn, nothing_slows_the_fall_of_an_elastic_sheet_unless_asked) {
+  Options options;
+  options.sheet.perturbation = 0;
+  Chain chain(PETSC_COMM_WORLD, irregular_mesh(8, 6, edge), options);
+  const double g = options.force.gravity.norm();
+  const int steps = 100;
+  for (int step = 0; step < steps; ++step) {
+    ASSERT_TRUE(chain.burn.advance(chain.state, step_length).converged);
+  }
+  const double speed = steps * step_length * g;
+  const double depth = step_length * step_length * g * steps * (steps + 1) / 2;
+  const Eigen::MatrixXd moved = chain.state.position.values() - chain.sheet.rest;
+  for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
+    EXPECT_LE((moved.col(i) - Eigen::Vector3d(0, 0, -depth)).norm(), 1e-10 * depth);
+    EXPECT_LE((chain.state.velocity.vector(i) - Eigen::Vector3d(0, 0, -speed)).norm(), 1e-10 * speed);
+  }
+  EXPECT_GT(options.material.damping, 0) << "what deforms is damped";
+  EXPECT_EQ(velocity_damping(options), 0);
+  options.dynamics = Dynamics::projection;
+  EXPECT_EQ(velocity_damping(options), 2);
+  options.dynamics = Dynamics::elastic;
+  options.force.damping = 3;
+  EXPECT_EQ(velocity_damping(options), 3);
+}
+
 TEST(Burn, free_sheet_falls_like_a_stone) {
   Options options = burning_options(0.8, 0.6);
   options.pins.clear();
