@@ -152,6 +152,30 @@ output: {directory: ball, name: ball}
   EXPECT_NEAR(pressure * 0.1 * std::cbrt(ratio) / 2, 3000 * strain, 0.03 * 3000 * strain);
 }
 
+TEST_F(SheetGasTest, ABallThatCracksOpenEndsItsRunAtItsStrength) {
+  const std::string ball = write("ball.yaml", R"(
+mesh: {shape: quad_ellipsoid, level: 3, semi_axes: [0.2 m, 0.2 m, 0.2 m]}
+sheet: {areal_density: 0.2, tensile_stiffness: 2000 N/m, damping: 5 ms}
+force: {gravity: [0, 0, 0], damping: 5}
+chambers: {air: {law: pressure, pressure: [[0, 0], [0.1, 2000]]}}
+ablation: {strength: 100 N/m, strength_scatter: 0.1}
+time: {step: 1 ms, end: 0.1 s}
+output: {directory: ball, name: ball}
+)");
+  std::string end;
+  for (const int ranks : {1, 3}) {
+    const std::string printed = succeed(ranks, {ball}).output;
+    const std::size_t begin = printed.find("the sheet round the gas is open: it has torn at vertex ");
+    ASSERT_NE(begin, std::string::npos) << printed;
+    const std::string text = printed.substr(begin, printed.find('\n', begin) - begin);
+    EXPECT_TRUE(end.empty() || end == text) << text;
+    end = text;
+    const auto found = history_of(folder() / "ball");
+    const double radius = 0.2 * std::cbrt(found.at("gas_volume_ratio").back());
+    EXPECT_NEAR(found.at("gas_pressure").back() * radius / 2, 100, 0.2 * 100) << "p R / 2, but for mesh and viscosity";
+  }
+}
+
 TEST_F(SheetGasTest, PressureActsOnWhatIsLeftAndNothingIsNumberedAnew) {
   const std::string printed = run(2, fire,
                                   {"-chambers_air_law", "pressure", "-chambers_air_amount_ratio", "",
