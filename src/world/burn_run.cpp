@@ -168,16 +168,6 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
-  if (const std::string words = burn_->solver_words(); !words.empty()) {
-    output_.console.tell(output_.heading() + "elastic solver: " + words);
-  }
-  constexpr double worth_a_word = 1.05;
-  if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
-    char times[32];
-    std::snprintf(times, sizeof times, "%.2g", excess);
-    output_.console.tell(output_.heading() + "some cells are so long that the sheet is " + times +
-                         " times as stiff along them as asked for; expected sides that differ by 1.7 at most");
-  }
 }
 
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -398,6 +388,21 @@ SheetLedger& BurnRun::ledger() {
     ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers());
   }
   return *ledger_;
+}
+
+std::vector<std::string> BurnRun::first_remarks() const {
+  std::vector<std::string> lines;
+  if (const std::string words = burn_->solver_words(); !words.empty()) {
+    lines.push_back("elastic solver: " + words);
+  }
+  constexpr double worth_a_word = 1.05;
+  if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
+    char times[32];
+    std::snprintf(times, sizeof times, "%.2g", excess);
+    lines.push_back("some cells are so long that the sheet is " + std::string(times) +
+                    " times as stiff along them as asked for; expected sides that differ by 1.7 at most");
+  }
+  return lines;
 }
 
 std::vector<std::string> BurnRun::remarks() const {

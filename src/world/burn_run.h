@@ -34,6 +34,7 @@ class BurnRun : public Object {
   bool is_gone() const override { return state_->pieces.present.empty(); }
   void draw(const FrameSink& write) override;
   void record(double h, int retries) override;
+  std::vector<std::string> first_remarks() const override;
   std::vector<std::string> remarks() const override;
   void save(Hdf5File& checkpoint) const override;
   void forget() override;

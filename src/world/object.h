@@ -83,6 +83,8 @@ class Object {
   virtual void draw(const FrameSink& write) = 0;
   /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
   virtual void record(double h, int retries) = 0;
+  /// What the start of the run's log says of the object, such as which solver it has picked.
+  virtual std::vector<std::string> first_remarks() const { return {}; }
   /// What the end of the run's log says of the run as a whole, such as steps that ended out of balance.
   virtual std::vector<std::string> remarks() const { return {}; }
 
