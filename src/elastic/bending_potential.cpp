@@ -18,6 +18,9 @@ Eigen::Map<const Eigen::Matrix3Xd> positions_of(const Field& x) { return {x.data
 /// Share of the undeformed area vector below which that of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double length_of_flat = 1 + sharp * sharp;  // squared: an unfolded sheet has a normal of length 1
+/// Viscosity over stiffness and step up to which the Hessian has it in all directions: half as many multiplications in
+/// a product are then worth more than the few iterations of Newton's method that this costs.
+constexpr double simple_damping = 1;
 
 }  // namespace
 
@@ -76,13 +79,20 @@ void BendingPotential::make_rows() {
 }
 
 void BendingPotential::update_rows() {
-  const auto is_same = [](const Curvature3& a, const Curvature3& b) { return (a == b).all(); };
   // A crack changes weights, and may leave every stiffness as it is.
-  if (fits_of_rows_ == stencils_.fits() &&
-      std::equal(rows_of_.begin(), rows_of_.end(), stiffness_.begin(), stiffness_.end(), is_same)) {
+  bool is_same = fits_of_rows_ == stencils_.fits() && rows_of_.size() == stiffness_.size();
+  rows_of_.resize(stiffness_.size());
+  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
+    Curvature3 stiffness = stiffness_[s];
+    if (!has_dashpots_) {
+      stiffness += dashpots_[s].stiffness;
+    }
+    is_same = is_same && (rows_of_[s] == stiffness).all();
+    rows_of_[s] = stiffness;
+  }
+  if (is_same) {
     return;
   }
-  rows_of_ = stiffness_;
   fits_of_rows_ = stencils_.fits();
   std::fill(entries_.begin(), entries_.end(), 0);
   auto place = places_.begin();
@@ -92,7 +102,7 @@ void BendingPotential::update_rows() {
       continue;
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = stiffness_[s] * stencils_.weights()[p];
+      const Curvature3 weighted = rows_of_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
         if (*place >= 0) {
           entries_[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
@@ -105,6 +115,7 @@ void BendingPotential::update_rows() {
 void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
   stencils_.update(living);
   is_damped_ = input.damping_over_step > 0;
+  has_dashpots_ = input.damping_over_step > simple_damping;
   const Curvature3 by_direction(input.stiffness[0], 2 * std::sqrt(input.stiffness[0] * input.stiffness[1]),
                                 input.stiffness[1]);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
@@ -275,7 +286,7 @@ void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   for (const double entry : entries_) {
     blocks.add(pair++, entry * Eigen::Matrix3d::Identity());
   }
-  if (is_damped_) {
+  if (has_dashpots_) {
     add_dashpots(blocks);
   }
   for (const std::size_t s : clamped_) {
@@ -337,7 +348,7 @@ void BendingPotential::add_product(const double* w, double* result) const {
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     add_product_along(stencil, n, stiffness_[s] + dashpots_[s].stiffness, w, result);
   }
-  for (std::size_t s = 0; is_damped_ && s < dashpots_.size(); ++s) {
+  for (std::size_t s = 0; has_dashpots_ && s < dashpots_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.area > 0 && !stencil.is_clamped) {
       add_product_along(stencil, dashpots_[s].normal, dashpots_[s].stiffness, w, result);

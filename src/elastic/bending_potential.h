@@ -23,7 +23,7 @@ inline namespace elastic {
 /// |n . (B - B_start)|^2 / 2: not what turns as a whole, nor B across the normal, which strain has, too.
 ///
 /// Both curvatures, exact and positive, are the Hessian without the change of the normals: positive semi-definite, and
-/// exact where B* or r is 0.
+/// exact where B* or r is 0. Weak viscosity it has in all directions in place of the normal's.
 class BendingPotential : public Potential {
  public:
   /// The sheet must outlive it. @param clamped see BendingStencils
@@ -89,6 +89,7 @@ class BendingPotential : public Potential {
   };
   std::vector<Dashpot> dashpots_;
   bool is_damped_ = false;
+  bool has_dashpots_ = false;  ///< the Hessian, along the normals
 
   // The Hessian of the stencils that are not clamped, a number for each pair of particles, in rows of the owned ones.
   std::vector<PetscInt> offsets_;
@@ -96,7 +97,7 @@ class BendingPotential : public Potential {
   std::vector<double> entries_;       ///< [N/m]
   std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: of a ghost's row
   std::vector<std::size_t> clamped_;  ///< stencils
-  std::vector<Curvature3> rows_of_;   ///< the stiffness that `entries_` have
+  std::vector<Curvature3> rows_of_;   ///< the stiffness, with weak viscosity, that `entries_` have
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits, likewise
 };
 

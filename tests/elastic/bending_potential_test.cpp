@@ -134,21 +134,30 @@ TEST(BendingPotentialTest, viscosity_resists_changes_of_curvature_alone) {
   EXPECT_NEAR(viscous.energy(), 51 * elastic.energy(), 1e-9 * viscous.energy()) << "curvature";
 }
 
-TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient) {
-  // Exact where the undeformed sheet is flat: the energy is quadratic.
+/// How the gradient of a wavy sheet changes with its positions, which move by `by`.
+struct Change {
+  Eigen::Matrix3Xd by;
+  Eigen::Matrix3Xd gradient;
+  Eigen::Matrix3Xd product;    ///< of the Hessian with `by`
+  Eigen::Matrix3Xd by_blocks;  ///< the same from its blocks
+};
+
+/// @param damping_over_step see BendingPotential::Input
+Change change_of_a_wavy_sheet(double damping_over_step) {
+  // The undeformed sheet is flat: the energy is quadratic.
   Bent bent(flat_sheet(PETSC_COMM_SELF, [](double x, double y) { return Eigen::Vector3d(x, y, 0); }), {2, 3});
   for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
     bent.x.vector(i).z() = 0.05 * std::sin(3 * bent.x.vector(i).x());
   }
-  bent.begin(bent.ones, 0, 7);
+  bent.begin(bent.ones, 0, damping_over_step);
   const Eigen::Matrix3Xd before = bent.gradient();
-  Eigen::Matrix3Xd w(3, bent.sheet.particles.local());
-  for (PetscInt i = 0; i < w.cols(); ++i) {
+  const PetscInt count = bent.sheet.particles.local();
+  Change change{Eigen::Matrix3Xd(3, count), {}, Eigen::Matrix3Xd::Zero(3, count), Eigen::Matrix3Xd::Zero(3, count)};
+  for (PetscInt i = 0; i < count; ++i) {
     const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
-    w.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+    change.by.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
   }
-  Eigen::Matrix3Xd product = Eigen::Matrix3Xd::Zero(3, w.cols());
-  bent.potential.add_product(w.data(), product.data());
+  bent.potential.add_product(change.by.data(), change.product.data());
   const std::vector<VertexPair> pattern = bent.potential.pattern();
   struct Sums : HessianBlocks {
     explicit Sums(std::size_t pairs) : of_pair(pairs, Eigen::Matrix3d::Zero()) {}
@@ -157,14 +166,29 @@ TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient
   };
   const Sums blocks(pattern.size());
   bent.potential.add_hessian(blocks);
-  Eigen::Matrix3Xd by_blocks = Eigen::Matrix3Xd::Zero(3, w.cols());
   for (std::size_t k = 0; k < pattern.size(); ++k) {
-    by_blocks.col(pattern[k].row) += blocks.of_pair[k] * w.col(pattern[k].column);
+    change.by_blocks.col(pattern[k].row) += blocks.of_pair[k] * change.by.col(pattern[k].column);
   }
-  bent.x.values() += w;
-  const Eigen::Matrix3Xd change = bent.gradient() - before;
-  EXPECT_LT((product - change).norm(), 1e-10 * change.norm());
-  EXPECT_LT((by_blocks - change).norm(), 1e-10 * change.norm());
+  bent.x.values() += change.by;
+  change.gradient = bent.gradient() - before;
+  return change;
+}
+
+TEST(BendingPotentialTest, products_with_the_hessian_are_changes_of_the_gradient) {
+  for (const double damping_over_step : {0.0, 7.0}) {
+    const Change change = change_of_a_wavy_sheet(damping_over_step);
+    EXPECT_LT((change.product - change.gradient).norm(), 1e-10 * change.gradient.norm());
+    EXPECT_LT((change.by_blocks - change.gradient).norm(), 1e-10 * change.gradient.norm());
+  }
+}
+
+TEST(BendingPotentialTest, weak_viscosity_makes_the_hessian_larger_than_it_is) {
+  const Change change = change_of_a_wavy_sheet(0.5);
+  const double exact = change.by.cwiseProduct(change.gradient).sum();
+  const double simple = change.by.cwiseProduct(change.product).sum();
+  EXPECT_GT(simple, exact);
+  EXPECT_LT(simple, 1.5 * exact);
+  EXPECT_LT((change.by_blocks - change.product).norm(), 1e-10 * change.product.norm());
 }
 
 /// The gradient of a crumpled sheet by persistent id, and a product with its Hessian.
