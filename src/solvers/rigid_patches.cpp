@@ -260,6 +260,12 @@ void RigidPatches::add_blocks() {
 
 void RigidPatches::fill_coarse() {
   const MPI_Comm comm = tangent_.vertices().comm;
+  for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
+    CoarseBlock& diagonal = coarse_block(p, p);
+    for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
+      diagonal(k, k) += rows_[static_cast<std::size_t>(p - first_patch_)].is_idle[static_cast<std::size_t>(k)] ? 1 : 0;
+    }
+  }
   if (on_any_rank(comm, !is_whole_)) {
     std::vector<PetscInt> own;
     std::vector<PetscInt> foreign;
@@ -277,11 +283,7 @@ void RigidPatches::fill_coarse() {
     is_whole_ = true;
   }
   for (PetscInt p = 0; p < own_patches(); ++p) {
-    CoarseRow& row = rows_[static_cast<std::size_t>(p)];
-    CoarseBlock& diagonal = coarse_block(first_patch_ + p, first_patch_ + p);
-    for (int k = 0; k < 6; ++k) {
-      diagonal(k, k) += row.is_idle[static_cast<std::size_t>(k)] ? 1 : 0;  // of any size, since nothing goes there
-    }
+    const CoarseRow& row = rows_[static_cast<std::size_t>(p)];
     const PetscInt number = first_patch_ + p;
     for (std::size_t k = 0; k < row.columns.size(); ++k) {
       check(MatSetValuesBlocked(coarse_, 1, &number, 1, &row.columns[k], row.blocks[k].data(), INSERT_VALUES));
@@ -293,7 +295,7 @@ void RigidPatches::fill_coarse() {
 
 void RigidPatches::renew(const Field& x) {
   lag_.renewed();
-  if (patch_.size() != static_cast<std::size_t>(tangent_.reach().local()) || motions_.components() == 0) {
+  if (motions_.components() == 0) {
     number_reach();
   }
   find_motions(x);
