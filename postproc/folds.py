@@ -24,13 +24,11 @@ Of a run of several objects a line each. --json prints a list with an entry an o
 
 import argparse
 import json
-import os
-import sys
-import xml.etree.ElementTree
 
 import numpy
-import vtk
 from vtk.util.numpy_support import vtk_to_numpy
+
+from run_frames import fail, frames, surface
 
 SHARP = 10  # [degrees]
 
@@ -44,32 +42,9 @@ def arguments():
     return parser.parse_args()
 
 
-def fail(problem):
-    sys.exit(f"folds.py: {problem}")
-
-
-def frames(pvd):
-    """Returns {object: [(time, file)]}; the object is "" where a run has one without a name."""
-    series = {}
-    try:
-        for entry in xml.etree.ElementTree.parse(pvd).getroot().iter("DataSet"):
-            series.setdefault(entry.get("name") or "", []).append(
-                (float(entry.get("timestep")), os.path.join(os.path.dirname(pvd), entry.get("file"))))
-    except (OSError, TypeError, ValueError, xml.etree.ElementTree.ParseError) as error:
-        fail(f"{pvd}: {error}; expected the .pvd of a run")
-    if not series:
-        fail(f"{pvd}: no frame; expected one at least")
-    return series
-
-
 def whole_cells(path):
     """Returns the places of the vertices (n, 3) [m] and the corners of the cells that are whole (m, 4), each in order."""
-    if not os.path.isfile(path):
-        fail(f"{path}: no such file, which the .pvd names")
-    reader = vtk.vtkXMLPPolyDataReader()
-    reader.SetFileName(path)
-    reader.Update()
-    data = reader.GetOutput()
+    data = surface(path)
     empty = numpy.zeros((0, 3)), numpy.zeros((0, 4), int)
     if data.GetNumberOfCells() == 0:
         return empty

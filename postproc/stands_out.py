@@ -17,13 +17,12 @@ import argparse
 import csv
 import glob
 import os
-import sys
-import xml.etree.ElementTree
 
 import numpy
-import vtk
 import yaml
 from vtk.util.numpy_support import vtk_to_numpy
+
+from run_frames import fail, frames, surface
 
 COLUMNS = ["time", "volume_ratio", "height", "seam", "stands_out", "stretch_part", "stretch_seam", "stretch_base"]
 SHOWN = ["stands_out", "stretch_part", "stretch_seam", "stretch_base"]
@@ -45,33 +44,17 @@ def arguments():
     return options
 
 
-def fail(problem):
-    sys.exit(f"stands_out.py: {problem}")
-
-
-def frames(folder):
-    """Returns times and files of the frames."""
+def the_pvd(folder):
+    """Returns the .pvd of the run in a folder."""
     files = [name for name in glob.glob(os.path.join(glob.escape(folder), "*.pvd")) if not name.endswith("_failed.pvd")]
     if len(files) != 1:
         fail(f"{folder}: {len(files)} .pvd files; expected the folder of a run, with one")
-    try:
-        sets = xml.etree.ElementTree.parse(files[0]).getroot().iter("DataSet")
-        series = [(float(entry.get("timestep")), os.path.join(folder, entry.get("file"))) for entry in sets]
-    except (OSError, TypeError, ValueError, xml.etree.ElementTree.ParseError) as error:
-        fail(f"{files[0]}: {error}; expected the .pvd of a run")
-    if not series:
-        fail(f"{files[0]}: no frame; expected one at least")
-    return series
+    return files[0]
 
 
 def read_frame(path):
     """Returns the points by vertex_id [m] and the triangles as three of these numbers each, sorted by cell_id."""
-    if not os.path.isfile(path):
-        fail(f"{path}: no such file, which the .pvd names")
-    reader = vtk.vtkXMLPPolyDataReader()
-    reader.SetFileName(path)
-    reader.Update()
-    data = reader.GetOutput()
+    data = surface(path)
     if data.GetPointData().GetArray("vertex_id") is None or data.GetNumberOfCells() == 0:
         fail(f"{path}: no triangles with vertex_id; expected a frame of a balloon")
     if data.GetPolys().GetNumberOfConnectivityIds() != 3 * data.GetNumberOfCells() or \
@@ -148,7 +131,7 @@ class Part:
 
 def measure(folder, options):
     """Returns the rows of COLUMNS of a run."""
-    series = frames(folder)
+    series = [frame for of_object in frames(the_pvd(folder)).values() for frame in of_object]
     points, triangles = read_frame(series[0][1])
     base = read_sphere(folder, options.base)
     spheres = [read_sphere(folder, name) for name in options.parts]
