@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "solvers/backtracking.h"
+#include "solvers/shell_operations.h"
 #include "solvers/vertex_potential.h"
 #include "surface/net_strain.h"
 
@@ -301,10 +302,7 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     }
     tangent_->update(positions, Curvature::positive);
     renew_preconditioner(positions);
-    double* values = nullptr;
-    check(VecGetArrayWrite(residual_, &values));
-    Eigen::Map<Eigen::Matrix3Xd>(values, 3, gradient_.cols()) = gradient_;
-    check(VecRestoreArrayWrite(residual_, &values));
+    copy_to(residual_, gradient_.reshaped());
     const LinearResult solved = solve(solver_, residual_, update_);
     result.iterations += solved.iterations;
     if (!solved.converged) {

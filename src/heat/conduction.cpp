@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/units.h"
 #include "solvers/ksp.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace heat {
@@ -17,13 +18,6 @@ namespace {
 constexpr int most_solves = 20;  ///< of a step
 
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
-
-void set(Vec vector, const Eigen::VectorXd& values) {
-  double* array = nullptr;
-  check(VecGetArrayWrite(vector, &array));
-  owned_values(array, values.size()) = values;
-  check(VecRestoreArrayWrite(vector, &array));
-}
 
 }  // namespace
 
@@ -90,32 +84,8 @@ void Conduction::create_shell() {
   const Layout& particles = surface_.particles;
   check(MatCreateShell(surface_.comm(), particles.owned, particles.owned, particles.global, particles.global, this,
                        matrix_.create()));
-  const auto product = +[](Mat matrix, Vec x, Vec y) -> PetscErrorCode {
-    return as_petsc_callback([&] {
-      void* self = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      const double* given = nullptr;
-      double* product_of_it = nullptr;
-      check(VecGetArrayRead(x, &given));
-      check(VecGetArrayWrite(y, &product_of_it));
-      static_cast<Conduction*>(self)->multiply(given, product_of_it);
-      check(VecRestoreArrayWrite(y, &product_of_it));
-      check(VecRestoreArrayRead(x, &given));
-    });
-  };
-  const auto diagonal = +[](Mat matrix, Vec out) -> PetscErrorCode {
-    return as_petsc_callback([&] {
-      void* self = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      const Eigen::VectorXd& values = static_cast<Conduction*>(self)->diagonal_;
-      double* array = nullptr;
-      check(VecGetArrayWrite(out, &array));
-      std::copy(values.begin(), values.end(), array);
-      check(VecRestoreArrayWrite(out, &array));
-    });
-  };
-  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
-  check(MatShellSetOperation(matrix_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal)));
+  set_shell_operation<&Conduction::multiply_vector>(matrix_, MATOP_MULT);
+  set_shell_operation<&Conduction::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
 }
 
 void Conduction::update_operator(const ConductionInput& input) {
@@ -154,6 +124,18 @@ void Conduction::update_operator(const ConductionInput& input) {
     check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
     check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
   }
+}
+
+void Conduction::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
+
+void Conduction::multiply_vector(Vec x, Vec product) {
+  const double* given = nullptr;
+  double* values = nullptr;
+  check(VecGetArrayRead(x, &given));
+  check(VecGetArrayWrite(product, &values));
+  multiply(given, values);
+  check(VecRestoreArrayWrite(product, &values));
+  check(VecRestoreArrayRead(x, &given));
 }
 
 void Conduction::multiply(const double* x, double* product) {
@@ -199,7 +181,7 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
     // The heat that flows at the estimated temperatures and is not in them yet.
     graph_.add_up_inflow(estimate_, sum_);
     remainder_ = sum_.head(owned) - graph_.capacity.cwiseProduct(after - before);
-    set(right_hand_side_, remainder_);
+    copy_to(right_hand_side_, remainder_);
     StageResult result = solve(ksp_, right_hand_side_, increment_);
     iterations += result.iterations;
     result.iterations = iterations;

@@ -50,6 +50,8 @@ class Conduction {
   void update_operator(const ConductionInput& input);
   /// (capacity + h K) x of the owned rows, both (owned). Collective.
   void multiply(const double* x, double* product);
+  void multiply_vector(Vec x, Vec product);
+  void copy_diagonal(Vec out) const;
   /// What may remain of a particle's balance, as a change of its temperature [K]. Collective.
   double limit_of_remainder(const Field& temperature) const;
 

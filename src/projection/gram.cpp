@@ -76,7 +76,8 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
     return;
   }
   check(MatCreateShell(springs_.layout.comm, owned, owned, PETSC_DETERMINE, PETSC_DETERMINE, this, other_.create()));
-  set_shell_operations<Gram, &Gram::multiply, &Gram::diagonal>(other_);
+  set_symmetric_product<&Gram::multiply>(other_);
+  set_shell_operation<&Gram::copy_diagonal>(other_, MATOP_GET_DIAGONAL);
   set_definite(other_);
   set_matrix_options(other_, prefix);
   offer_preconditioner(other_, LineElimination::type, preconditioner_);
@@ -136,6 +137,8 @@ void Gram::apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::
   }
   check(PetscLogFlops(9.0 * static_cast<double>(springs_.ends.size())));
 }
+
+void Gram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 
 void Gram::multiply(Vec in, Vec out) {
   apply_transpose(*gradient_, in, particle_sum_);

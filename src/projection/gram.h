@@ -67,6 +67,7 @@ class Gram {
 
  private:
   void multiply(Vec in, Vec out);
+  void copy_diagonal(Vec out) const;
   void update_lines();
 
   const SpringSet& springs_;

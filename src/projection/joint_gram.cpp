@@ -22,7 +22,8 @@ JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std:
   lambda_values_.assign(unknowns, 0);
   const auto count = static_cast<PetscInt>(unknowns);
   check(MatCreateShell(sheet.comm(), count, count, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-  set_shell_operations<JointGram, &JointGram::multiply, &JointGram::diagonal>(matrix_);
+  set_symmetric_product<&JointGram::multiply>(matrix_);
+  set_shell_operation<&JointGram::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
   set_definite(matrix_);
   set_matrix_options(matrix_, prefix);
   KspDefaults defaults{KSPCG, PCJACOBI, rtol, 10000};
@@ -107,11 +108,10 @@ void JointGram::multiply(Vec in_vector, Vec out_vector) {
   check(PetscLogFlops(20.0 * static_cast<double>(row)));
 }
 
+void JointGram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
+
 StageResult JointGram::solve(const std::vector<double>& right_hand_side) {
-  double* values = nullptr;
-  check(VecGetArrayWrite(right_hand_side_, &values));
-  std::copy(right_hand_side.begin(), right_hand_side.end(), values);
-  check(VecRestoreArrayWrite(right_hand_side_, &values));
+  copy_to(right_hand_side_, right_hand_side);
   const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_);
   const double* lambda = nullptr;
   check(VecGetArrayRead(lambda_, &lambda));

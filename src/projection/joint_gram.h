@@ -48,7 +48,7 @@ class JointGram {
 
  private:
   void multiply(Vec in_vector, Vec out_vector);
-  const std::vector<double>& diagonal() const { return diagonal_; }
+  void copy_diagonal(Vec out) const;
   void add_transpose(const double* lambda);
 
   const Sheet& sheet_;

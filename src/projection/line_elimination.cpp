@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "parallel/exchange.h"
 #include "solvers/ksp.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -189,15 +190,7 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   check(VecDuplicate(kept_values_, product_.create()));
 
   check(MatCreateShell(comm, unknowns, unknowns, PETSC_DETERMINE, PETSC_DETERMINE, this, schur_.create()));
-  PetscErrorCode (*product_function)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
-    return as_petsc_callback([&] {
-      LineElimination* self = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      self->multiply(in, out);
-    });
-  };
-  check(MatShellSetOperation(schur_, MATOP_MULT, reinterpret_cast<void (*)()>(product_function)));
-  check(MatShellSetOperation(schur_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product_function)));
+  set_symmetric_product<&LineElimination::multiply>(schur_);
   set_definite(schur_);
   set_matrix_options(schur_, prefix);
   preconditioner_ = {{}, [this](Vec in, Vec out) { kept_.solve(ReadArray(in), Array(out)); }, words()};

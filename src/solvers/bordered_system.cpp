@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -15,14 +16,7 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
   MPI_Comm_rank(comm, &rank_);
   const PetscInt rows = static_cast<PetscInt>(part_.columns().rows()) + (rank_ == 0 ? size() : 0);
   check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
-  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat matrix, Vec x, Vec y) {
-    return as_petsc_callback([&] {
-      BorderedSystem* self = nullptr;
-      check(MatShellGetContext(matrix, &self));
-      self->multiply(x, y);
-    });
-  };
-  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
+  set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
   check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
   for (int border = 0; border < size(); ++border) {
     check(VecDuplicate(part_solution_, influence_.emplace_back().create()));

@@ -7,19 +7,15 @@
 #include "base/error.h"
 #include "geometry/cross_matrix.h"
 #include "parallel/collective.h"
+#include "parallel/exchange.h"
 #include "parallel/partition.h"
 #include "solvers/ksp.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace solvers {
 
 namespace {
-
-const RigidPatches& patches_of(Mat matrix) {
-  RigidPatches* self = nullptr;
-  check(MatShellGetContext(matrix, &self));
-  return *self;
-}
 
 /// Owned vertices joined by the edges of triangles.
 CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>>& triangles) {
@@ -133,14 +129,8 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
 void RigidPatches::make_interpolation() {
   check(MatCreateShell(tangent_.vertices().comm, 3 * tangent_.vertices().owned, 6 * own_patches(), PETSC_DETERMINE,
                        PETSC_DETERMINE, this, interpolation_.create()));
-  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
-    return as_petsc_callback([&] { patches_of(matrix).interpolate(in, out); });
-  };
-  PetscErrorCode (*transposed)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
-    return as_petsc_callback([&] { patches_of(matrix).restrict_to_patches(in, out); });
-  };
-  check(MatShellSetOperation(interpolation_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
-  check(MatShellSetOperation(interpolation_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(transposed)));
+  set_shell_operation<&RigidPatches::interpolate>(interpolation_, MATOP_MULT);
+  set_shell_operation<&RigidPatches::restrict_to_patches>(interpolation_, MATOP_MULT_TRANSPOSE);
 }
 
 void RigidPatches::interpolate(Vec patches, Vec vertices) const {
@@ -175,13 +165,8 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
 /// Tells the patches of the vertices that are in reach of this rank's, and makes room for their motions.
 void RigidPatches::number_reach() {
   const Layout& reach = tangent_.reach();
-  patch_.resize(static_cast<std::size_t>(reach.owned));
-  Field numbers(reach, 1);
-  std::copy(patch_.begin(), patch_.end(), numbers.data());
-  numbers.update_ghosts();
-  for (PetscInt i = reach.owned; i < reach.local(); ++i) {
-    patch_.push_back(static_cast<PetscInt>(numbers.data()[i]));
-  }
+  patch_.resize(static_cast<std::size_t>(reach.local()));
+  update_ghosts(reach, patch_);
   motions_ = Field(reach, 18);
 }
 

@@ -10,31 +10,51 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// Gives a shell matrix, whose context is a Self, its operations: the product, of a symmetric matrix, and the diagonal
-/// of this rank's rows. Not collective.
-template <class Self, void (Self::*multiply)(Vec in, Vec out), const std::vector<double>& (Self::*diagonal)() const>
-void set_shell_operations(Mat matrix) {
-  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat shell, Vec in, Vec out) {
+/// A member function as PETSc calls it for a shell matrix, whose context is the object.
+template <auto method>
+struct ShellCallback;
+template <class Self, class... Arguments, void (Self::*method)(Arguments...)>
+struct ShellCallback<method> {
+  static PetscErrorCode call(Mat shell, Arguments... arguments) noexcept {
     return as_petsc_callback([&] {
       Self* self = nullptr;
       check(MatShellGetContext(shell, &self));
-      (self->*multiply)(in, out);
+      (self->*method)(arguments...);
     });
-  };
-  PetscErrorCode (*get_diagonal)(Mat, Vec) = [](Mat shell, Vec out) {
+  }
+};
+template <class Self, class... Arguments, void (Self::*method)(Arguments...) const>
+struct ShellCallback<method> {
+  static PetscErrorCode call(Mat shell, Arguments... arguments) noexcept {
     return as_petsc_callback([&] {
-      Self* self = nullptr;
-      double* values = nullptr;
+      const Self* self = nullptr;
       check(MatShellGetContext(shell, &self));
-      check(VecGetArrayWrite(out, &values));
-      const std::vector<double>& entries = (self->*diagonal)();
-      std::copy(entries.begin(), entries.end(), values);
-      check(VecRestoreArrayWrite(out, &values));
+      (self->*method)(arguments...);
     });
-  };
-  check(MatShellSetOperation(matrix, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
-  check(MatShellSetOperation(matrix, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product)));
-  check(MatShellSetOperation(matrix, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(get_diagonal)));
+  }
+};
+
+/// Gives a shell matrix an operation of its context. Not collective.
+/// @tparam method with the arguments that PETSc gives the operation after the matrix
+template <auto method>
+void set_shell_operation(Mat matrix, MatOperation operation) {
+  check(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(&ShellCallback<method>::call)));
+}
+
+/// The product of a symmetric matrix. Not collective.
+template <auto multiply>
+void set_symmetric_product(Mat matrix) {
+  set_shell_operation<multiply>(matrix, MATOP_MULT);
+  set_shell_operation<multiply>(matrix, MATOP_MULT_TRANSPOSE);
+}
+
+/// Copies the values of this rank's rows to a vector. Not collective.
+template <class Values>
+void copy_to(Vec vector, const Values& values) {
+  double* array = nullptr;
+  check(VecGetArrayWrite(vector, &array));
+  std::copy(values.begin(), values.end(), array);
+  check(VecRestoreArrayWrite(vector, &array));
 }
 
 }  // namespace solvers

@@ -10,6 +10,7 @@
 #include "parallel/collective.h"
 #include "solvers/block_product.h"
 #include "solvers/ksp.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -53,12 +54,6 @@ class VisitedBlocks : public HessianBlocks {
   const std::vector<std::array<PetscInt, 2>>& pairs_;
   const Take& take_;
 };
-
-Tangent& self_of(Mat matrix) {
-  Tangent* self = nullptr;
-  check(MatShellGetContext(matrix, &self));
-  return *self;
-}
 
 }  // namespace
 
@@ -242,32 +237,9 @@ void Tangent::make_shell() {
   check(MatCreateShell(vertices_.comm, 3 * owned(), 3 * owned(), PETSC_DETERMINE, PETSC_DETERMINE, this,
                        matrix_.create()));
   check(MatSetBlockSize(matrix_, 3));
-  PetscErrorCode (*product)(Mat, Vec, Vec) = [](Mat matrix, Vec in, Vec out) {
-    return as_petsc_callback([&] { self_of(matrix).multiply(in, out); });
-  };
-  PetscErrorCode (*diagonal)(Mat, Vec) = [](Mat matrix, Vec out) {
-    return as_petsc_callback([&] {
-      Tangent& self = self_of(matrix);
-      self.make_diagonal();
-      double* values = nullptr;
-      check(VecGetArrayWrite(out, &values));
-      for (std::size_t i = 0; i < self.diagonal_.size(); ++i) {
-        Eigen::Map<Eigen::Vector3d>(values + 3 * i) = self.diagonal_[i].diagonal();
-      }
-      check(VecRestoreArrayWrite(out, &values));
-    });
-  };
-  PetscErrorCode (*inverse_blocks)(Mat, const PetscScalar**) = [](Mat matrix, const PetscScalar** values) {
-    return as_petsc_callback([&] {
-      Tangent& self = self_of(matrix);
-      self.invert_diagonal();
-      *values = self.inverse_.empty() ? nullptr : self.inverse_.front().data();
-    });
-  };
-  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(product)));
-  check(MatShellSetOperation(matrix_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(product)));
-  check(MatShellSetOperation(matrix_, MATOP_GET_DIAGONAL, reinterpret_cast<void (*)()>(diagonal)));
-  check(MatShellSetOperation(matrix_, MATOP_INVERT_BLOCK_DIAGONAL, reinterpret_cast<void (*)()>(inverse_blocks)));
+  set_symmetric_product<&Tangent::multiply>(matrix_);
+  set_shell_operation<&Tangent::copy_diagonal>(matrix_, MATOP_GET_DIAGONAL);
+  set_shell_operation<&Tangent::give_inverse_blocks>(matrix_, MATOP_INVERT_BLOCK_DIAGONAL);
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
   set_matrix_options(matrix_, prefix_);
@@ -388,11 +360,22 @@ void Tangent::make_diagonal() {
   }
 }
 
-void Tangent::invert_diagonal() {
+void Tangent::copy_diagonal(Vec out) {
+  make_diagonal();
+  double* values = nullptr;
+  check(VecGetArrayWrite(out, &values));
+  for (std::size_t i = 0; i < diagonal_.size(); ++i) {
+    Eigen::Map<Eigen::Vector3d>(values + 3 * i) = diagonal_[i].diagonal();
+  }
+  check(VecRestoreArrayWrite(out, &values));
+}
+
+void Tangent::give_inverse_blocks(const PetscScalar** values) {
   make_diagonal();
   inverse_.resize(diagonal_.size());
   std::transform(diagonal_.begin(), diagonal_.end(), inverse_.begin(),
                  [](const Eigen::Matrix3d& block) -> Eigen::Matrix3d { return block.inverse(); });
+  *values = inverse_.empty() ? nullptr : inverse_.front().data();
 }
 
 void Tangent::multiply(Vec in, Vec out) {

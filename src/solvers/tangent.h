@@ -77,7 +77,8 @@ class Tangent {
   void make_shell();
   void assemble(Curvature curvature);
   void make_diagonal();
-  void invert_diagonal();
+  void copy_diagonal(Vec out);
+  void give_inverse_blocks(const PetscScalar** values);
   void multiply(Vec in, Vec out);
   /// Of all ranks; 1 where every direction is held. Collective. @param own_sum of the diagonal of the owned vertices
   double mean_of_diagonal(double own_sum) const;
