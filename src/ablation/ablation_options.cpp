@@ -44,8 +44,7 @@ void describe(OptionTable& table, AblationOptions& options) {
       .acts_with(tears)
       .help(
           "largest share by which the strength of a side of cells, or of a balloon's element, differs at random; "
-          "depends on "
-          "the seed and the persistent ids only");
+          "depends on the seed and the persistent ids only");
   table.add("ablation.seed", options.seed)
       .at_least(0)
       .acts_with(tears)

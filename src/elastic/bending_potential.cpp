@@ -178,22 +178,20 @@ Eigen::Matrix3d BendingPotential::second_derivatives(const Stencil& stencil, con
   return result;
 }
 
-BendingPotential::Curvature3 BendingPotential::change(std::size_t number, const Positions& x) const {
-  const Dashpot& dashpot = dashpots_[number];
-  const Stencil& stencil = stencils_.stencils()[number];
-  return (second_derivatives(stencil, x).transpose() * dashpot.normal).array() - dashpot.start;
+BendingPotential::Curvature3 BendingPotential::Dashpot::change(const Eigen::Matrix3d& second_derivatives) const {
+  return (second_derivatives.transpose() * normal).array() - start;
 }
 
 bool BendingPotential::needs_normal(std::size_t stencil) const {
   return stencils_.stencils()[stencil].is_clamped || !target_[stencil].isZero(0);
 }
 
-Eigen::Matrix3d BendingPotential::residual(std::size_t number, const Positions& x, Normal& normal) const {
-  const Stencil& stencil = stencils_.stencils()[number];
-  Eigen::Matrix3d result = second_derivatives(stencil, x);
+Eigen::Matrix3d BendingPotential::residual(std::size_t number, const Eigen::Matrix3d& second_derivatives,
+                                           const Positions& x, Normal& normal) const {
+  Eigen::Matrix3d result = second_derivatives;
   if (needs_normal(number)) {
     normal = normal_at(number, x);
-    if (stencil.is_clamped) {
+    if (stencils_.stencils()[number].is_clamped) {
       result = normal.direction * (normal.direction.transpose() * result).eval();
     }
     result -= normal.direction * target_[number].matrix().transpose();
@@ -205,11 +203,13 @@ double BendingPotential::value(const Field& x) const {
   double sum = 0;
   Normal normal;
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
-    if (stencils_.stencils()[s].centre < sheet_->particles.owned && stencils_.stencils()[s].area > 0) {
-      const Eigen::Array3d squares = residual(s, positions_of(x), normal).colwise().squaredNorm().transpose();
+    const Stencil& stencil = stencils_.stencils()[s];
+    if (stencil.centre < sheet_->particles.owned && stencil.area > 0) {
+      const Eigen::Matrix3d bent = second_derivatives(stencil, positions_of(x));
+      const Eigen::Array3d squares = residual(s, bent, positions_of(x), normal).colwise().squaredNorm().transpose();
       sum += (stiffness_[s] * squares).sum() / 2;
       if (is_damped_) {
-        sum += (dashpots_[s].stiffness * change(s, positions_of(x)).square()).sum() / 2;
+        sum += (dashpots_[s].stiffness * dashpots_[s].change(bent).square()).sum() / 2;
       }
     }
   }
@@ -226,11 +226,12 @@ void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) 
     if (stencil.area == 0) {
       continue;
     }
-    const Eigen::Matrix3d moments = residual(s, positions, normal) * stiffness_[s].matrix().asDiagonal();
+    const Eigen::Matrix3d bent = second_derivatives(stencil, positions);
+    const Eigen::Matrix3d moments = residual(s, bent, positions, normal) * stiffness_[s].matrix().asDiagonal();
     Eigen::Matrix3d all_moments = moments;
     if (is_damped_) {
       const Dashpot& dashpot = dashpots_[s];
-      all_moments += dashpot.normal * (dashpot.stiffness * change(s, positions)).matrix().transpose();
+      all_moments += dashpot.normal * (dashpot.stiffness * dashpot.change(bent)).matrix().transpose();
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {

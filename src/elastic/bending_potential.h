@@ -65,10 +65,9 @@ class BendingPotential : public Potential {
   Normal normal_at(std::size_t stencil, const Positions& x) const;
   /// B by columns.
   Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Positions& x) const;
-  /// r by columns. @param normal is set where it matters
-  Eigen::Matrix3d residual(std::size_t stencil, const Positions& x, Normal& normal) const;
-  /// n . (B - B_start) of a dashpot.
-  Curvature3 change(std::size_t stencil, const Positions& x) const;
+  /// r by columns. @param second_derivatives at x @param normal is set where it matters
+  Eigen::Matrix3d residual(std::size_t stencil, const Eigen::Matrix3d& second_derivatives, const Positions& x,
+                           Normal& normal) const;
   bool needs_normal(std::size_t stencil) const;
   void add_dashpots(const HessianBlocks& blocks) const;
   void add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness, const double* w,
@@ -86,6 +85,8 @@ class BendingPotential : public Potential {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Curvature3 start = Curvature3::Zero();      ///< n . B at the start of the step [1/m]
     Curvature3 stiffness = Curvature3::Zero();  ///< as stiffness_ [N m^3]
+    /// n . (B - B_start)
+    Curvature3 change(const Eigen::Matrix3d& second_derivatives) const;
   };
   std::vector<Dashpot> dashpots_;
   bool is_damped_ = false;

@@ -109,8 +109,8 @@ void describe_strain_limit(OptionTable& table, ProjectOptions& options) {
       .more_than(0)
       .help(
           "largest strain, a share, of the springs of the net (blue and green) at the end of a step, or the step "
-          "fails: "
-          "what is beyond it is brought back by further solves; springs of an elastic sheet stiffen from 0.8 of it on; "
+          "fails: what is beyond it is brought back by further solves; springs of an elastic sheet stiffen from 0.8 of "
+          "it on; "
           "none unless given");
 }
 

@@ -32,6 +32,14 @@ double excess(double error, double target, double strain) {
   return error - std::clamp(error, at(1 - std::min(strain, 1.0)), at(1 + strain));
 }
 
+/// Adds a solve to the result of a stage. @returns whether it has converged
+bool add_solve(StageResult& result, const StageResult& solved) {
+  result.iterations += solved.iterations;
+  result.converged = solved.converged;
+  result.reason = solved.reason;
+  return solved.converged;
+}
+
 }  // namespace
 
 ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
@@ -193,6 +201,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
   check(VecRestoreArrayWrite(system.right_hand_side, &values));
   StageResult result = system.lines != nullptr ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda)
                                                : solve(system.ksp, system.right_hand_side, system.lambda);
+  iterations_[index] += result.iterations;
   if (!result.converged) {
     return result;
   }
@@ -264,12 +273,7 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
       if (!sheet_.acts(colour)) {
         continue;
       }
-      const StageResult solved = project_colour(x, colour, input, limit);
-      result.iterations += solved.iterations;
-      iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
-      if (!solved.converged) {
-        result.converged = false;
-        result.reason = solved.reason;
+      if (!add_solve(result, project_colour(x, colour, input, limit))) {
         return result;
       }
     }
@@ -315,22 +319,13 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   // Negated, so that an error that is not a number is worked on, and fails, too.
   for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
     if (joint_ != nullptr) {
-      const StageResult solved = project_jointly(x, input);
-      result.iterations += solved.iterations;
-      if (!solved.converged) {
-        result.converged = false;
-        result.reason = solved.reason;
+      if (!add_solve(result, project_jointly(x, input))) {
         return result;
       }
       monitor(step, std::nullopt);
     } else {
       for (const Colour colour : colours_) {
-        const StageResult solved = project_colour(x, colour, input);
-        result.iterations += solved.iterations;
-        iterations_[static_cast<std::size_t>(colour)] += solved.iterations;
-        if (!solved.converged) {
-          result.converged = false;
-          result.reason = solved.reason;
+        if (!add_solve(result, project_colour(x, colour, input))) {
           return result;
         }
         monitor(step, colour);
@@ -346,10 +341,7 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
     }
   }
   if (options_.strain_limit) {
-    const StageResult limited = limit_strain(x, input);
-    result.iterations += limited.iterations;
-    result.converged = limited.converged;
-    result.reason = limited.reason;
+    add_solve(result, limit_strain(x, input));
     result.error = errors(x, input).total;
   }
   return result;

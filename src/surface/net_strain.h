@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -16,7 +17,9 @@ inline namespace surface {
 inline constexpr std::array<Colour, 2> net_colours{Colour::green, Colour::blue};
 
 /// Whether springs of a colour are of the net.
-inline bool is_of_net(Colour colour) { return colour == Colour::green || colour == Colour::blue; }
+inline bool is_of_net(Colour colour) {
+  return std::find(net_colours.begin(), net_colours.end(), colour) != net_colours.end();
+}
 
 /// How far springs are from their target lengths l: their strain is d/l - 1 at the length d.
 struct NetStrain {

@@ -213,8 +213,6 @@ StageResult Burn::limit_strain(const State& state) const {
 }
 
 DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
-  set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
-  set_stiffness_factors(state.mass);
   const ElasticResult moved = elastic_->advance(
       state.position, {state.target_length, volume_ratio_, stiffness_factor_, mass, held_, state.living, start_, h});
   if (tearing_) {
@@ -294,6 +292,10 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     mass_ = corner_masses(sheet_, state.mass);
   } else {
     mass_.assign(state.mass.data(), state.mass.data() + sheet_.particles.local());
+  }
+  if (elastic_ != nullptr) {
+    set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
+    set_stiffness_factors(state.mass);
   }
   {
     const auto timer = clock_.time("external force");  // eq. 8 and 9

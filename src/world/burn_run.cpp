@@ -293,7 +293,7 @@ void BurnRun::take_over(LoadedSheet loaded) {
 void BurnRun::find_end() {
   ended_ = is_gone() ? "the sheet has burnt away"
                      : hole(burn_->chambers(), *sheet_, state_->position, *state_, options_.ablation.loss_mass);
-  if (ended_.empty() && burn_->chambers().count() > 0) {
+  if (ended_.empty() && burn_->chambers().count() > 0 && options_.ablation.strength) {
     ended_ = torn_open();
   }
 }

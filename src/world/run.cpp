@@ -161,10 +161,8 @@ class Run {
     for (const std::string& line : record_.mesh) {
       console_.tell(line);
     }
-    for (const World::Member& member : world.members()) {
-      for (const std::string& line : member.object->first_remarks()) {
-        console_.tell(heading_of(member.name) + line);
-      }
+    for (const std::string& line : world.first_remarks()) {
+      console_.tell(line);
     }
     if (checkpoint_ != nullptr) {
       console_.tell("goes on from " + checkpoint_->path() + ": time " + time_text(world.time()) + ", step " +

@@ -94,14 +94,14 @@ std::string World::ended() const {
   return goes_on ? "" : reasons;
 }
 
-std::vector<std::string> World::remarks() const {
-  std::vector<std::string> lines;
+std::vector<std::string> World::gather(std::vector<std::string> (Object::*lines)() const) const {
+  std::vector<std::string> all;
   for (const Member& member : members_) {
-    for (const std::string& line : member.object->remarks()) {
-      lines.push_back(heading_of(member.name) + line);
+    for (const std::string& line : ((*member.object).*lines)()) {
+      all.push_back(heading_of(member.name) + line);
     }
   }
-  return lines;
+  return all;
 }
 
 void World::check_chosen_fields() {

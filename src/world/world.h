@@ -36,7 +36,9 @@ class World : public Chain {
   void keep() override;
   void restore() override;
   std::string ended() const override;
-  std::vector<std::string> remarks() const override;
+  /// See Object::first_remarks.
+  std::vector<std::string> first_remarks() const { return gather(&Object::first_remarks); }
+  std::vector<std::string> remarks() const override { return gather(&Object::remarks); }
   bool frame_due() const override { return writer_.due(time(), step()); }
   std::optional<double> next_frame_time() const override { return writer_.next_time(time()); }
   void draw() override;
@@ -49,6 +51,8 @@ class World : public Chain {
  private:
   /// Refuses names in `output.fields` that no object has a field of.
   void check_chosen_fields();
+  /// Lines of all objects, with their headings.
+  std::vector<std::string> gather(std::vector<std::string> (Object::*lines)() const) const;
   /// Whether the object took part in the last step: one of which nothing is left stays where it was.
   bool is_present(const Member& member) const { return member.object->state().step == step(); }
 
