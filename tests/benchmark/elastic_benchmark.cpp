@@ -11,7 +11,6 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -58,26 +57,13 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   Tangent tangent(sheet.particles, {&springs, &bending, inertia.get()},
                   std::vector<Eigen::Matrix3d>(particles, Eigen::Matrix3d::Identity()), TangentMatrix::shell, "");
   tangent.update(positions, Curvature::positive);
-  VecHandle in, out;
-  check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
-  check(VecSet(in, 1));
-  double best = 1e30;
-  for (auto _ : state) {
-    const auto start = std::chrono::steady_clock::now();
-    check(MatMult(tangent.matrix(), in, out));
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    best = std::min(best, seconds.count());
-  }
   std::ptrdiff_t with_stiffness = 0;
   for (const std::vector<double>& of_colour : material.stiffness(living)) {
     with_stiffness += std::count_if(of_colour.begin(), of_colour.end(), [](double k) { return k > 0; });
   }
   const double bytes = 40.0 * static_cast<double>(with_stiffness) +
                        12.0 * static_cast<double>(bending.pattern().size()) + 120.0 * static_cast<double>(particles);
-  state.counters["best_ms"] = 1e3 * best;
-  state.counters["megabytes"] = 1e-6 * bytes;
-  state.counters["triad_GB_per_s"] = 1e-9 * triad_bandwidth(bytes);
-  state.counters["times_triad"] = best * triad_bandwidth(bytes) / bytes;
+  time_products(state, tangent.matrix(), bytes);
 }
 
 [[maybe_unused]] const bool elastic_registered = [] {

@@ -13,7 +13,6 @@
 #include <benchmark/benchmark.h>
 #include <petscksp.h>
 
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -182,21 +181,7 @@ void product(benchmark::State& state, const std::string& mat_type, const std::st
   const Inflated& inflated = balloon(level);
   InflatedTangent tangent(inflated, options_of(mat_type, tangent_name), true);
   tangent.update();
-  VecHandle in, out;
-  check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
-  check(VecSet(in, 1));
-  double best = 1e30;
-  for (auto _ : state) {
-    const auto start = std::chrono::steady_clock::now();
-    check(MatMult(tangent.matrix(), in, out));
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    best = std::min(best, seconds.count());
-  }
-  const double bytes = product_bytes(inflated, mat_type, tangent_name);
-  state.counters["best_ms"] = 1e3 * best;
-  state.counters["megabytes"] = 1e-6 * bytes;
-  state.counters["triad_GB_per_s"] = 1e-9 * triad_bandwidth(bytes);
-  state.counters["times_triad"] = best * triad_bandwidth(bytes) / bytes;
+  time_products(state, tangent.matrix(), product_bytes(inflated, mat_type, tangent_name));
 }
 
 void update(benchmark::State& state, const std::string& mat_type, const std::string& tangent_name, int level) {

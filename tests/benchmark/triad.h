@@ -1,12 +1,16 @@
 #pragma once
 
 #include <benchmark/benchmark.h>
+#include <petscmat.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <map>
 #include <vector>
+
+#include "base/error.h"
+#include "base/handle.h"
 
 namespace pellicle {
 
@@ -45,6 +49,25 @@ inline double triad_bandwidth(double bytes) {
     }
   }
   return place->second;
+}
+
+/// Times products with a matrix. Counts the shortest, and its ratio to the triad's time on the bytes that a product has
+/// to read and write.
+inline void time_products(benchmark::State& state, Mat matrix, double bytes) {
+  VecHandle in, out;
+  check(MatCreateVecs(matrix, in.create(), out.create()));
+  check(VecSet(in, 1));
+  double best = 1e30;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    check(MatMult(matrix, in, out));
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    best = std::min(best, seconds.count());
+  }
+  state.counters["best_ms"] = 1e3 * best;
+  state.counters["megabytes"] = 1e-6 * bytes;
+  state.counters["triad_GB_per_s"] = 1e-9 * triad_bandwidth(bytes);
+  state.counters["times_triad"] = best * triad_bandwidth(bytes) / bytes;
 }
 
 }  // namespace pellicle

@@ -1,9 +1,6 @@
 // Elastic sheets that are pulled apart: stress, cracks, corners that double, pieces.
 
 #include <gtest/gtest.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGWriter.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +15,7 @@
 #include "tests/io/files.h"
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
+#include "tests/support/picture.h"
 #include "tests/support/run_folder.h"
 #include "tests/world/one_object.h"
 
@@ -56,21 +54,7 @@ SurfaceMesh strip_mesh(int cells) { return grid_mesh(cells, 2 * cells, width / c
 
 /// A picture that is black half-way up and white at both ends. Collective. @returns its path
 std::string weak_middle(const TestFolder& folder) {
-  const std::string path = folder / "weak.png";
-  if (folder.rank() == 0) {
-    vtkNew<vtkImageData> image;
-    image->SetDimensions(1, 3, 1);
-    image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
-    for (const int row : {0, 1, 2}) {
-      image->SetScalarComponentFromDouble(0, row, 0, 0, row == 1 ? 0 : 255);
-    }
-    vtkNew<vtkPNGWriter> writer;
-    writer->SetFileName(path.c_str());
-    writer->SetInputData(image);
-    writer->Write();
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
-  return path;
+  return write_picture(folder, 1, 3, [](int, int row) { return row == 1 ? 0 : 255; });
 }
 
 /// A run of a strip in steps of one length.

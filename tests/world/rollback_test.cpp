@@ -141,6 +141,22 @@ Written expect_no_trace(const MakeAndRun& make_and_run, double h) {
   return straight;
 }
 
+/// The same of a sheet of one mesh.
+Written expect_no_trace_of_a_sheet(Options options, const SurfaceMesh& mesh, double h) {
+  return expect_no_trace(
+      [&](const std::string& out, const std::vector<double>& attempts) {
+        options.output.directory = out;
+        options.output.name = "strip";
+        std::ostringstream silent;
+        Console console(PETSC_COMM_WORLD, 0, silent, false);
+        RunFolder folder(options.output);
+        OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options)), options, folder.output,
+                               console);
+        run_with_attempts(run, h, attempts);
+      },
+      h);
+}
+
 TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";
@@ -166,18 +182,7 @@ TEST(Rollback, AnAttemptOfABurningSheetLeavesNoTrace) {
                                          {"elastic", "successive"}}) {
     options.dynamics = dynamics;
     options.project.method = method;
-    const Written written = expect_no_trace(
-        [&options](const std::string& out, const std::vector<double>& attempts) {
-          options.output.directory = out;
-          options.output.name = "strip";
-          std::ostringstream silent;
-          Console console(PETSC_COMM_WORLD, 0, silent, false);
-          RunFolder folder(options.output);
-          OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(5, 1, 0.1), shell_options(options)), options,
-                                 folder.output, console);
-          run_with_attempts(run, h, attempts);
-        },
-        h);
+    const Written written = expect_no_trace_of_a_sheet(options, grid_mesh(5, 1, 0.1), h);
     EXPECT_EQ(written.tables.at("history.csv: pieces"), (std::vector<double>{1, 1, 1, 2, 2}));
   }
 }
@@ -197,18 +202,7 @@ TEST(Rollback, AnAttemptOfATearingSheetLeavesNoTrace) {
   options.pins["right"].box = {0.8 - 1e-6, -1, -1, 1, 1, 1};
   options.pins["right"].velocity = {1.5, 0, 0};
   constexpr double h = 2e-3;
-  const Written written = expect_no_trace(
-      [&options](const std::string& out, const std::vector<double>& attempts) {
-        options.output.directory = out;
-        options.output.name = "strip";
-        std::ostringstream silent;
-        Console console(PETSC_COMM_WORLD, 0, silent, false);
-        RunFolder folder(options.output);
-        OneObject<BurnRun> run(make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 8, 0.1), shell_options(options)), options,
-                               folder.output, console);
-        run_with_attempts(run, h, attempts);
-      },
-      h);
+  const Written written = expect_no_trace_of_a_sheet(options, grid_mesh(8, 8, 0.1), h);
   const std::vector<double>& sides = written.tables.at("history.csv: cracked_sides");
   EXPECT_GT(sides[2], 0);
   EXPECT_GT(sides[4], sides[2]);
