@@ -59,12 +59,18 @@ void check_options(KSP solver, TangentMatrix type) {
   }
 }
 
-/// Factorises with CHOLMOD, whose blocks suit patches; on several ranks on each the whole, which is small.
-void set_coarse_solver(KSP solver) {
+/// Factorises with CHOLMOD, whose blocks suit patches; on several ranks on each the whole while that is small, and
+/// beyond by algebraic multigrid, which shares the work: ML's, symmetric Gauss-Seidel by default.
+void set_coarse_solver(KSP solver, PetscInt patches) {
+  constexpr PetscInt small = 2000;
   PC pc = nullptr;
   int ranks = 1;
   check(KSPGetPC(solver, &pc));
   MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(solver)), &ranks);
+  if (ranks > 1 && patches > small) {
+    check(PCSetType(pc, PCML));
+    return;
+  }
   if (ranks > 1) {
     KSP whole = nullptr;
     check(PCSetType(pc, PCREDUNDANT));
@@ -106,7 +112,9 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
   check(KSPSetType(smoother, KSPPREONLY));
   check(PCSetType(smoother_pc, PCPBJACOBI));
   check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
-  set_coarse_solver(patches->coarse_solver_);
+  PetscInt coarse_unknowns = 0;
+  check(MatGetSize(patches->interpolation_, nullptr, &coarse_unknowns));
+  set_coarse_solver(patches->coarse_solver_, coarse_unknowns / 6);
   return patches;
 }
 
@@ -123,6 +131,12 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
     patch_.push_back(first_patch_ + p);
   }
   rows_.resize(static_cast<std::size_t>(count));
+  movement_.resize(6, count);
+  for (PetscInt i = 0; i < vertices.owned; ++i) {
+    if (!projectors_[static_cast<std::size_t>(i)].isIdentity(0)) {
+      constrained_.push_back(i);
+    }
+  }
   make_interpolation();
 }
 
@@ -138,13 +152,20 @@ void RigidPatches::interpolate(Vec patches, Vec vertices) const {
   double* out = nullptr;
   check(VecGetArrayRead(patches, &in));
   check(VecGetArrayWrite(vertices, &out));
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    movement_.col(static_cast<Eigen::Index>(p)).noalias() = basis_[p] * Eigen::Map<const Movement>(in + 6 * p);
+  }
   for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
-    Eigen::Map<Eigen::Vector3d>(out + 3 * i).noalias() =
-        motion(i) * Eigen::Map<const Eigen::Matrix<double, 6, 1>>(in + 6 * local_patch(i));
+    const auto of_patch = movement_.col(local_patch(i));
+    Eigen::Map<Eigen::Vector3d>(out + 3 * i) = of_patch.head<3>() + of_patch.tail<3>().cross(arm_.col(i));
+  }
+  for (const PetscInt i : constrained_) {
+    Eigen::Map<Eigen::Vector3d> shift(out + 3 * i);
+    shift = (projectors_[static_cast<std::size_t>(i)] * shift).eval();
   }
   check(VecRestoreArrayWrite(vertices, &out));
   check(VecRestoreArrayRead(patches, &in));
-  check(PetscLogFlops(36.0 * tangent_.vertices().owned));
+  check(PetscLogFlops(12.0 * tangent_.vertices().owned));
 }
 
 void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
@@ -152,14 +173,25 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
   double* out = nullptr;
   check(VecGetArrayRead(vertices, &in));
   check(VecGetArrayWrite(patches, &out));
-  std::fill_n(out, 6 * own_patches(), 0);
+  movement_.setZero();
+  const auto add = [this](PetscInt i, const Eigen::Vector3d& force) {
+    auto of_patch = movement_.col(local_patch(i));
+    of_patch.head<3>() += force;
+    of_patch.tail<3>() += arm_.col(i).cross(force);
+  };
   for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
-    Eigen::Map<Eigen::Matrix<double, 6, 1>>(out + 6 * local_patch(i)).noalias() +=
-        motion(i).transpose() * Eigen::Map<const Eigen::Vector3d>(in + 3 * i);
+    add(i, Eigen::Map<const Eigen::Vector3d>(in + 3 * i));
+  }
+  for (const PetscInt i : constrained_) {
+    const Eigen::Map<const Eigen::Vector3d> force(in + 3 * i);
+    add(i, projectors_[static_cast<std::size_t>(i)] * force - force);
+  }
+  for (std::size_t p = 0; p < rows_.size(); ++p) {
+    Eigen::Map<Movement>(out + 6 * p).noalias() = basis_[p].transpose() * movement_.col(static_cast<Eigen::Index>(p));
   }
   check(VecRestoreArrayWrite(patches, &out));
   check(VecRestoreArrayRead(vertices, &in));
-  check(PetscLogFlops(36.0 * tangent_.vertices().owned));
+  check(PetscLogFlops(15.0 * tangent_.vertices().owned));
 }
 
 /// Tells the patches of the vertices that are in reach of this rank's, and makes room for their motions.
@@ -168,6 +200,13 @@ void RigidPatches::number_reach() {
   patch_.resize(static_cast<std::size_t>(reach.local()));
   update_ghosts(reach, patch_);
   motions_ = Field(reach, 18);
+}
+
+/// How an owned vertex moves with shifts and turns of its patch.
+RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
+  Motion motion;
+  motion << Eigen::Matrix3d::Identity(), -cross_matrix(Eigen::Vector3d(arm_.col(vertex)));
+  return projectors_[static_cast<std::size_t>(vertex)] * motion;
 }
 
 /// Of each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
@@ -187,28 +226,27 @@ void RigidPatches::find_motions(const Field& x) {
     double& of_patch = radius_[local_patch(i)];
     of_patch = std::max(of_patch, (x.vector(i) - centre_.col(local_patch(i))).norm());
   }
-  gram_.assign(patches, Gram::Zero());
+  arm_.resize(3, owned);
+  basis_.assign(patches, Gram::Zero());
   for (PetscInt i = 0; i < owned; ++i) {
     const PetscInt p = local_patch(i);
-    const Eigen::Vector3d arm = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
-    Motion motion;
-    motion << Eigen::Matrix3d::Identity(), -cross_matrix(arm);
-    motion = (projectors_[static_cast<std::size_t>(i)] * motion).eval();
-    gram_[static_cast<std::size_t>(p)] += motion.transpose() * motion;
-    motions_.values().col(i) = motion.reshaped();
+    arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
+    const Motion motion = of_body(i);
+    basis_[static_cast<std::size_t>(p)] += motion.transpose() * motion;
   }
-  for (std::size_t p = 0; p < patches; ++p) {  // The Gram matrix becomes the basis's coordinates.
-    const Eigen::SelfAdjointEigenSolver<Gram> solver(gram_[p]);
+  for (std::size_t p = 0; p < patches; ++p) {
+    Gram& gram = basis_[p];
+    const Eigen::SelfAdjointEigenSolver<Gram> solver(gram);
     constexpr double negligible = 1e-6;
-    const double least = negligible * gram_[p].trace();
+    const double least = negligible * gram.trace();
     for (int k = 0; k < 6; ++k) {
       const double square = solver.eigenvalues()[k];
       rows_[p].is_idle[static_cast<std::size_t>(k)] = square <= least;
-      gram_[p].col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
+      gram.col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
     }
   }
   for (PetscInt i = 0; i < owned; ++i) {
-    motions_.values().col(i) = (motion(i) * gram_[static_cast<std::size_t>(local_patch(i))]).reshaped();
+    motions_.values().col(i) = (of_body(i) * basis_[static_cast<std::size_t>(local_patch(i))]).reshaped();
   }
   motions_.update_ghosts();
 }

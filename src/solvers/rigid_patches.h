@@ -53,6 +53,7 @@ class RigidPatches {
   using Motion = Eigen::Matrix<double, 3, 6>;
   using CoarseBlock = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
   using Gram = Eigen::Matrix<double, 6, 6>;
+  using Movement = Eigen::Matrix<double, 6, 1>;  ///< shift and turn of a body, or force and moment on it
   /// Blocks of a patch's row of the coarse matrix, in the order in which they were met.
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
@@ -65,6 +66,7 @@ class RigidPatches {
   void make_interpolation();
   void number_reach();
   void find_motions(const Field& x);
+  Motion of_body(PetscInt vertex) const;
   void add_blocks();
   CoarseBlock& coarse_block(PetscInt row, PetscInt column);
   void fill_coarse();
@@ -77,6 +79,7 @@ class RigidPatches {
   KSP solver_;
   const Tangent& tangent_;
   std::vector<Eigen::Matrix3d> projectors_;  ///< of the owned vertices
+  std::vector<PetscInt> constrained_;        ///< of them those whose projector is not the identity
   std::vector<PetscInt> patch_;              ///< global number, of each owned vertex, then of the others in reach
   PetscInt first_patch_ = 0;                 ///< global number of this rank's first
   Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach
@@ -85,7 +88,10 @@ class RigidPatches {
   Eigen::Matrix3Xd centre_;  ///< [m]
   Eigen::VectorXd count_;    ///< of vertices
   Eigen::VectorXd radius_;   ///< so that turns and shifts are of like size [m]
-  std::vector<Gram> gram_;   ///< of the motions
+  Eigen::Matrix3Xd arm_;     ///< from the patch's centre to each owned vertex, over its radius
+  std::vector<Gram> basis_;  ///< coordinates, as shifts and turns, of an orthonormal basis of the motions
+  mutable Eigen::Matrix<double, 6, Eigen::Dynamic>
+      movement_;             ///< of each patch, while it is interpolated or restricted
   bool is_whole_ = false;    ///< the coarse matrix has all blocks of the rows
   MatHandle interpolation_;  ///< shell, (3 vertices x 6 patches)
   MatHandle coarse_;         ///< interpolation^T tangent interpolation
