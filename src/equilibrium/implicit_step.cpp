@@ -36,9 +36,9 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 
 }  // namespace
 
-ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options)
+ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
     : options_(options),
-      potential_(model, options),
+      potential_(model, options, integrator),
       system_(potential_.tangent_matrix(), model.chambers.count(), options.solver_prefix,
               solver_defaults(options, !potential_.prescribed().empty())),
       patches_(RigidPatches::of(system_.solver(), potential_.tangent(), model.elements.membrane().triangles,
@@ -101,7 +101,11 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
     result.reason = words_of_failure(newton);
     potential_.move_to(unknowns_);
   }
-  position.values() = potential_.position().values();
+  potential_.write_end(position);
+  if (result.converged && potential_.ends_beyond() && potential_.inverted(position) > 0) {
+    result.converged = false;
+    result.reason = "the end of the step turns elements over: it is too long";
+  }
   pressure(potential_.prescribed()) = potential_.multiplier();
   return result;
 }

@@ -24,8 +24,8 @@ struct ImplicitResult {
   bool is_above_tolerance = false;  ///< whether that is more than PrismOptions::residual_tolerance, and not rounding
 };
 
-/// Implicit Euler for the wall and its gas (balloon paper, eq. 18 to 23), by SNES and KSP with prefix `prism_`: makes
-/// StepPotential stationary.
+/// An implicit step of the wall and its gas (balloon paper, eq. 18 to 23) by a TimeIntegrator, with SNES and KSP of
+/// prefix `prism_`: makes StepPotential stationary.
 ///
 /// Newton's steps are halved until no element has turned over since x^n and Pi falls (README: readings). The gas's
 /// rank-one part stays low-rank beside the assembled or matrix-free part.
@@ -40,12 +40,20 @@ struct ImplicitResult {
 class ImplicitStep {
  public:
   /// Collective. @throws Error on solver options that PETSc does not know
-  ImplicitStep(const BalloonModel& model, const PrismOptions& options);
+  ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator = {});
 
   /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step; to where
   /// Newton's method gave up when the result has not converged. Velocities, thickness, other pressures and time are the
   /// caller's. Collective.
   ImplicitResult advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start);
+
+  /// See StepPotential::acceleration.
+  Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start) {
+    return potential_.acceleration(position, start);
+  }
+
+  /// The step in progress.
+  const StepPotential& potential() const { return potential_; }
 
   /// Square root of the wall's undeformed area, the same on every rank [m].
   double length_scale() const { return potential_.length_scale(); }

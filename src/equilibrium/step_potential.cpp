@@ -22,15 +22,17 @@ double rank_one_share(GasTangent gas_tangent) { return gas_tangent == GasTangent
 
 }  // namespace
 
-StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& options)
+StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
     : model_(model),
       options_(options),
+      integrator_(integrator),
       wall_(model.elements, options),
       damping_(model.elements, model.mass, options),
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
       between_(model.elements.membrane().particles, 3),
-      predicted_(3, owned()) {
+      unaccelerated_(3, model.elements.membrane().particles.local()),
+      still_(3, model.elements.membrane().particles.local()) {
   const Membrane& membrane = model_.elements.membrane();
   MPI_Comm_rank(comm(), &rank_);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
@@ -68,8 +70,8 @@ void StepPotential::add_vertex_potentials() {
   };
   if (options_.inertia) {
     add([this](PetscInt i, const Eigen::Vector3d& x) {
-      const double stiffness = model_.mass[static_cast<std::size_t>(i)] / (h_ * h_);
-      const Eigen::Vector3d away = x - predicted_.col(i);
+      const double stiffness = model_.mass[static_cast<std::size_t>(i)] * integrator_.inertia(h_);
+      const Eigen::Vector3d away = x - unaccelerated_.col(i);
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
@@ -84,26 +86,74 @@ void StepPotential::add_vertex_potentials() {
 }
 
 void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start) {
-  h_ = start.h;
-  time_end_ = start.time + start.h;
-  start_.values() = position.values();
-  wall_.set_thickness(start.thickness_ratio);
-  damping_.begin_step(start_, start.thickness_ratio, h_);
-  model_.loads.begin_step(start_, time_end_, h_);
+  set_step(position, start, integrator_.share());
   const std::vector<Eigen::Matrix3d>& projectors = model_.constraints.projectors();
   const auto start_from = [&](double share) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
-      position_.vector(i) =
-          start_.vector(i) + share * h_ * (projectors[static_cast<std::size_t>(i)] * start.velocity.vector(i));
+      position_.vector(i) = start_.vector(i) + share * (projectors[static_cast<std::size_t>(i)] *
+                                                        integrator_.predicted(h_, start.motion(i)));
     }
-    model_.pins.impose(position_, time_end_);
+    lead_held();
   };
   start_from(1);
-  predicted_ = position_.values().leftCols(owned());
+  for (PetscInt i = 0; i < position_.values().cols(); ++i) {
+    const auto vertex = static_cast<std::size_t>(i);
+    const Motion motion = start.motion(i);
+    unaccelerated_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.unaccelerated(h_, motion);
+    still_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.still(h_, motion);
+    if (model_.pins.pinned()[vertex]) {  // They move evenly, whatever their velocity was.
+      unaccelerated_.col(i) = position_.vector(i);
+      still_.col(i) =
+          position_.vector(i) - (position_.vector(i) - start_.vector(i)) / (rate() * integrator_.share() * h_);
+    }
+  }
   if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
+  damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   multiplier_ = pressure(prescribed_);
+}
+
+/// What a step is about. @param share of it at which forces are in balance
+void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
+  h_ = start.h;
+  time_end_ = start.time + start.h;
+  time_ = share == 1 ? time_end_ : start.time + share * start.h;
+  start_.values() = position.values();
+  wall_.set_thickness(start.thickness_ratio);
+  model_.loads.begin_step(start_, time_, share > 0 ? share * h_ : h_);
+}
+
+/// Puts held vertices to where they are when forces are in balance: on their way straight to the end of the step.
+void StepPotential::lead_held() {
+  model_.pins.impose(position_, time_end_);
+  for (PetscInt i = 0; integrator_.share() != 1 && i < position_.values().cols(); ++i) {
+    if (model_.pins.pinned()[static_cast<std::size_t>(i)]) {
+      position_.vector(i) = start_.vector(i) + integrator_.share() * (position_.vector(i) - start_.vector(i));
+    }
+  }
+}
+
+void StepPotential::write_end(Field& position) const {
+  if (integrator_.share() == 1) {
+    position.values() = position_.values();
+    return;
+  }
+  position.values() = start_.values() + (position_.values() - start_.values()) / integrator_.share();
+  model_.pins.impose(position, time_end_);
+}
+
+Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepStart& start) {
+  set_step(position, start, 0);
+  position_.values() = position.values();
+  unaccelerated_ = position_.values();
+  still_ = position_.values() - start.velocity.values() / rate();
+  damping_.begin_step(start_, start.thickness_ratio, still_, rate());
+  Eigen::Matrix3Xd result = -gradient();
+  for (PetscInt i = 0; i < owned(); ++i) {
+    result.col(i) /= model_.mass[static_cast<std::size_t>(i)];
+  }
+  return result;
 }
 
 void StepPotential::write_to(Vec unknowns) const {
@@ -141,33 +191,30 @@ Eigen::VectorXd StepPotential::pressure_scales() const {
 
 Eigen::VectorXd StepPotential::excess_volume() const {
   Eigen::VectorXd excess(prescribed_.size());
-  std::transform(prescribed_.begin(), prescribed_.end(), excess.begin(), [this](int chamber) {
-    return volumes_[chamber] - model_.chambers.prescribed_volume(chamber, time_end_);
-  });
+  std::transform(prescribed_.begin(), prescribed_.end(), excess.begin(),
+                 [this](int chamber) { return volumes_[chamber] - model_.chambers.prescribed_volume(chamber, time_); });
   return excess;
 }
 
-double StepPotential::inverted() const {
-  return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(start_, position_)));
+double StepPotential::inverted(const Field& position) const {
+  return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(start_, position)));
 }
 
 void StepPotential::evaluate_gas() {
   volumes_ = model_.chambers.volumes(position_);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    gas_[static_cast<std::size_t>(chamber)] = model_.chambers.state(chamber, volumes_[chamber], time_end_);
+    gas_[static_cast<std::size_t>(chamber)] = model_.chambers.state(chamber, volumes_[chamber], time_);
   }
   for (std::size_t c = 0; c < prescribed_.size(); ++c) {
     gas_[static_cast<std::size_t>(prescribed_[c])].pressure = multiplier_[static_cast<Eigen::Index>(c)];
   }
 }
 
-void StepPotential::compute_residual(Vec residual) {
+/// Of Pi at x by the owned vertices, where they may move. Collective.
+Eigen::Matrix3Xd StepPotential::gradient() {
   evaluate_gas();
   squared_forces_.clear();
-  double* values = nullptr;
-  check(VecGetArrayWrite(residual, &values));
-  Eigen::Map<Eigen::Matrix3Xd> sum(values, 3, owned());
-  sum.setZero();
+  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, owned());
   const auto add = [&](Eigen::Matrix3Xd gradient) {
     for (PetscInt i = 0; i < owned(); ++i) {
       gradient.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
@@ -185,6 +232,14 @@ void StepPotential::compute_residual(Vec residual) {
     gas -= gas_[static_cast<std::size_t>(chamber)].pressure * model_.chambers.volume_gradient(chamber, position_);
   }
   add(std::move(gas));
+  return sum;
+}
+
+void StepPotential::compute_residual(Vec residual) {
+  const Eigen::Matrix3Xd sum = gradient();
+  double* values = nullptr;
+  check(VecGetArrayWrite(residual, &values));
+  Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned()) = sum;
   if (rank_ == 0) {
     const Eigen::VectorXd rows = -pressure_scales().cwiseProduct(excess_volume());
     std::copy(rows.begin(), rows.end(), values + 3 * owned());

@@ -9,6 +9,7 @@
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
+#include "equilibrium/time_scheme.h"
 #include "gas/chambers.h"
 #include "prism/damping_potential.h"
 #include "prism/prism_elements.h"
@@ -39,16 +40,24 @@ struct StepStart {
   const std::vector<double>& thickness_ratio;  ///< of the local elements
   double time = 0;                             ///< t^n [s]
   double h = 0;                                ///< [s]
+  const Field* acceleration = nullptr;         ///< a^n [m/s^2], ghosts up to date; null: 0
+
+  Motion motion(PetscInt i) const {
+    return {velocity.vector(i),
+            acceleration != nullptr ? Eigen::Vector3d(acceleration->vector(i)) : Eigen::Vector3d::Zero()};
+  }
 };
 
 /// What an implicit step makes stationary (balloon paper, eq. 18 to 23), its gradient and its second derivative:
 ///
-///     Pi(x) = sum_i m_i |x_i - x_i^n - h v_i^n|^2 / (2 h^2) + (x - x^n).C (x - x^n) / (2 h)
-///             + U(x) + W(V(x)) - sum_i m_i g.x_i + loads,
+///     Pi(x) = k/2 sum_i m_i |x_i - x_a,i|^2 + c/2 (x - x_v).C (x - x_v) + U(x) + W(V(x)) - sum_i m_i g.x_i + loads,
 ///
-/// with C = mass_damping M + stiffness_damping K(x^n), elastic energy U and the gas's potential W; without inertia the
-/// first term is left out. Eq. 23 divided by h^2 is its gradient. Of a chamber with a hole, whose pressure is given, W
-/// is minus the work on what is left of the wall, straight from x^n to x; a follower load has no potential.
+/// where x is what TimeIntegrator calls y, and k, c, x_a and x_v are its; of implicit Euler 1/h^2, 1/h, x^n + h v^n and
+/// x^n, and x is x^{n+1}. C = mass_damping M + stiffness_damping K has K at x^n, or with an integrator of second order
+/// at the predicted x. U is the elastic energy, W the gas's potential; without inertia the
+/// first term is left out. Eq. 23 divided by h^2 is the gradient for implicit Euler. Of a chamber with a hole, whose
+/// pressure is given, W is minus the work on what is left of the wall, straight from x^n to x; a follower load has no
+/// potential.
 ///
 /// It is a sum of potentials: wall, inertia, damping, weight, loads and the model's others. The gas stands beside them,
 /// since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
@@ -58,14 +67,28 @@ struct StepStart {
 class StepPotential {
  public:
   /// Collective.
-  StepPotential(const BalloonModel& model, const PrismOptions& options);
+  StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator = {});
   StepPotential(const StepPotential&) = delete;
   StepPotential& operator=(const StepPotential&) = delete;
 
-  /// From here on Pi is that of the step from `position`, which goes on at x^n + h v^n with held vertices in their
-  /// places; at x^n alone if that turns an element over or is more than one can bear. Collective.
+  /// From here on Pi is that of the step from `position`, which goes on at what follows from x^n + h v^n with held
+  /// vertices in their places; at x^n alone if that turns an element over or is more than one can bear. Collective.
   /// @param pressure of all chambers, where the multipliers start [Pa]
   void begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start);
+
+  /// Accelerations with which all forces but inertia are in balance at a moment, 0 of vertices that are held
+  /// (3 x owned) [m/s^2]. The step in progress is over. Collective.
+  /// @param start `h` is of no account but for friction, which is as if all moved like that for so long
+  Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
+
+  /// x^{n+1}, which x leads to (TimeIntegrator), with held vertices in their places; ghosts up to date. Not collective.
+  void write_end(Field& position) const;
+  /// Whether that is further on than x. Not collective.
+  bool ends_beyond() const { return integrator_.share() != 1; }
+  /// Velocity of a local vertex where forces are in balance, c (x - x_v) [m/s].
+  Eigen::Vector3d velocity(PetscInt i, const Eigen::Vector3d& x) const { return rate() * (x - still_.col(i)); }
+  /// c: by how much it changes with x [1/s].
+  double rate() const { return integrator_.rate(h_); }
 
   /// Goes to unknowns: positions of the owned vertices, then on rank 0 the multipliers over their scales. Collective.
   void move_to(Vec unknowns);
@@ -81,7 +104,9 @@ class StepPotential {
   /// V(x) - V* of the prescribed chambers when Pi or the residual was last asked for [m^3].
   Eigen::VectorXd excess_volume() const;
   /// Elements that have turned over since x^n, on all ranks. Collective.
-  double inverted() const;
+  double inverted() const { return inverted(position_); }
+  /// The same for other positions, ghosts up to date.
+  double inverted(const Field& position) const;
   /// Gradient of Pi at x, and the rows of the multipliers. Collective.
   void compute_residual(Vec residual);
   /// Norms of the forces of each potential and of the gas in the last residual [N]. Collective.
@@ -107,7 +132,10 @@ class StepPotential {
 
  private:
   void add_vertex_potentials();
+  void set_step(const Field& position, const StepStart& start, double share);
+  void lead_held();
   void evaluate_gas();
+  Eigen::Matrix3Xd gradient();
   double work_on_rest(int chamber);
   double bordering_stiffness(int chamber) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
@@ -115,6 +143,7 @@ class StepPotential {
 
   BalloonModel model_;
   PrismOptions options_;
+  TimeIntegrator integrator_;
   WallPotential wall_;
   DampingPotential damping_;
   std::vector<std::unique_ptr<Potential>> of_vertices_;  ///< inertia, weight, loads
@@ -127,11 +156,13 @@ class StepPotential {
 
   // The step in progress.
   double h_ = 0;
-  double time_end_ = 0;
+  double time_end_ = 0;                 ///< t^{n+1} [s]
+  double time_ = 0;                     ///< of balance [s]
   Field start_;                         ///< x^n
   Field position_;                      ///< x
   Field between_;                       ///< on the way from x^n to x
-  Eigen::Matrix3Xd predicted_;          ///< x^n + h v^n of the owned vertices
+  Eigen::Matrix3Xd unaccelerated_;      ///< x_a of the local vertices
+  Eigen::Matrix3Xd still_;              ///< x_v of the local vertices
   Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
   std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown
   Eigen::VectorXd multiplier_;          ///< pressures of the prescribed chambers [Pa]

@@ -13,23 +13,24 @@ DampingPotential::DampingPotential(const PrismElements& elements, const std::vec
       stiffness_damping_(options.stiffness_damping),
       stiffness_(elements, true) {}
 
-void DampingPotential::begin_step(const Field& start, const std::vector<double>& thickness_ratio, double h) {
-  start_ = start.values();
-  h_ = h;
+void DampingPotential::begin_step(const Field& at, const std::vector<double>& thickness_ratio,
+                                  const Eigen::Matrix3Xd& still, double rate) {
+  still_ = still;
+  rate_ = rate;
   if (multiplies()) {
-    stiffness_.update(start, thickness_ratio, {{}, Eigen::Vector3d::Zero()});
+    stiffness_.update(at, thickness_ratio, {{}, Eigen::Vector3d::Zero()});
   }
 }
 
 Eigen::Matrix3Xd DampingPotential::force(const Field& x) const {
-  const Eigen::Matrix3Xd displacement = x.values() - start_;
+  const Eigen::Matrix3Xd displacement = x.values() - still_;
   Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, displacement.cols());
   add_product(displacement.data(), result.data());
   return result.leftCols(membrane_.particles.owned);
 }
 
 double DampingPotential::value(const Field& x) const {
-  return force(x).cwiseProduct((x.values() - start_).leftCols(membrane_.particles.owned)).sum() / 2;
+  return force(x).cwiseProduct((x.values() - still_).leftCols(membrane_.particles.owned)).sum() / 2;
 }
 
 void DampingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const { gradient += force(x); }
@@ -48,21 +49,21 @@ std::vector<VertexPair> DampingPotential::pattern() const {
 void DampingPotential::add_hessian(const HessianBlocks& blocks) const {
   std::size_t first = 0;  // of the pairs of single vertices
   if (multiplies()) {
-    stiffness_.add_blocks(stiffness_damping_ / h_, blocks);
+    stiffness_.add_blocks(stiffness_damping_ * rate_, blocks);
     first = 9 * membrane_.triangles.size();
   }
   for (std::size_t i = 0; i < mass_.size(); ++i) {
-    blocks.add(first + i, mass_damping_ * mass_[i] / h_ * Eigen::Matrix3d::Identity());
+    blocks.add(first + i, mass_damping_ * mass_[i] * rate_ * Eigen::Matrix3d::Identity());
   }
 }
 
 void DampingPotential::add_product(const double* w, double* result) const {
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     Eigen::Map<Eigen::Vector3d>(result + 3 * i) +=
-        mass_damping_ * mass_[i] / h_ * Eigen::Map<const Eigen::Vector3d>(w + 3 * i);
+        mass_damping_ * mass_[i] * rate_ * Eigen::Map<const Eigen::Vector3d>(w + 3 * i);
   }
   if (multiplies()) {
-    stiffness_.add_product(stiffness_damping_ / h_, w, result);
+    stiffness_.add_product(stiffness_damping_ * rate_, w, result);
   }
 }
 

@@ -9,16 +9,19 @@
 namespace pellicle {
 inline namespace prism {
 
-/// Damping over a step h as a potential, (x - x^n).C (x - x^n) / (2 h) with C = mass_damping M + stiffness_damping K
-/// (balloon paper, eq. 18). K is the elements' stiffness at x^n without what would give one of them negative
-/// eigenvalues. Nothing here communicates.
+/// Damping in a step as a potential, c (x - x_v).C (x - x_v) / 2 where c (x - x_v) is the velocity and C = mass_damping
+/// M
+/// + stiffness_damping K (balloon paper, eq. 18). K is the elements' stiffness, at positions fixed in the step, without
+/// what would give one of them negative eigenvalues. Nothing here communicates.
 class DampingPotential : public Potential {
  public:
   /// Elements and masses must outlive it. @param mass of the owned vertices [kg]
   DampingPotential(const PrismElements& elements, const std::vector<double>& mass, const PrismOptions& options);
 
-  /// From here on the step is that of length h from `start`, x^n with its thicknesses.
-  void begin_step(const Field& start, const std::vector<double>& thickness_ratio, double h);
+  /// For the step to come. @param at where K is taken, with its thicknesses @param still x_v of the local vertices [m]
+  /// @param rate c [1/s]
+  void begin_step(const Field& at, const std::vector<double>& thickness_ratio, const Eigen::Matrix3Xd& still,
+                  double rate);
 
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
@@ -29,15 +32,15 @@ class DampingPotential : public Potential {
   void add_product(const double* w, double* result) const override;
 
  private:
-  /// C (x - x^n) / h of the owned vertices [N].
+  /// c C (x - x_v) of the owned vertices [N].
   Eigen::Matrix3Xd force(const Field& x) const;
 
   const Membrane& membrane_;
   const std::vector<double>& mass_;
   double mass_damping_;
   double stiffness_damping_;
-  double h_ = 0;
-  Eigen::Matrix3Xd start_;     ///< x^n of the local vertices
+  double rate_ = 0;            ///< c [1/s]
+  Eigen::Matrix3Xd still_;     ///< x_v of the local vertices
   MetricStiffness stiffness_;  ///< K, if stiffness_damping is not 0
 };
 

@@ -15,13 +15,17 @@ inline namespace world {
 struct BalloonState : ObjectState {
   /// At rest in the undeformed shape. The membrane must outlive the state. Collective.
   /// @param burns whether it has BurningFields, for which the membrane must be burnable (set_burnable)
-  BalloonState(const Membrane& membrane, int chambers, bool burns = false)
+  /// @param accelerates whether its steps go on with accelerations (TimeIntegrator::is_second_order)
+  BalloonState(const Membrane& membrane, int chambers, bool burns = false, bool accelerates = false)
       : ObjectState(membrane.particles, {membrane.elements.owned, membrane.elements.local()}),
         pressure(add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, chambers)) {
     position.values() = membrane.rest;
     thickness_ratio.assign(thickness_ratio.size(), 1.0);
     if (burns) {
       burning.emplace(*this, membrane);
+    }
+    if (accelerates) {
+      acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3);
     }
   }
   BalloonState(BalloonState&&) = default;
@@ -34,6 +38,7 @@ struct BalloonState : ObjectState {
   std::vector<double>& thickness_ratio = add<std::vector<double>>({"thickness_ratio", "", Item::cell, Drawn::yes});
   Eigen::VectorXd& pressure;  ///< across the wall, of each chamber, the same on every rank
   std::optional<BurningFields> burning;
+  Field* acceleration = nullptr;  ///< of generalized alpha, which is not quite that of this moment [m/s^2]
 };
 
 }  // namespace world

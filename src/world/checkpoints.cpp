@@ -230,6 +230,9 @@ std::string object_of(const std::string& key) {
 
 /// Whether a run may go on with another value.
 bool may_change(const OptionTable& table, const std::string& key) {
+  if (key == "time.scheme") {  // Another one goes on from other fields.
+    return false;
+  }
   const std::string group = key.substr(0, key.find('.'));
   const auto& options = table.options();
   const auto option =

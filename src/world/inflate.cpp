@@ -21,6 +21,31 @@ Wall wall_of(const Membrane& membrane, const Options& options) {
       Textures(membrane.comm()).values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
 }
 
+/// @throws Error on what generalized alpha does not go with
+TimeIntegrator integrator_of(const Options& options) {
+  if (options.time.scheme == TimeScheme::implicit_euler) {
+    return {};
+  }
+  const auto refuse = [](const std::string& what) {
+    throw Error("time.scheme: generalized_alpha does not go with " + what + ", expected implicit_euler");
+  };
+  if (!options.prism.inertia) {
+    refuse("prism.inertia: false, without which there are no accelerations");
+  }
+  if (balloon_burns(options)) {
+    refuse("a balloon that heats, burns or tears");
+  }
+  if (options.wall.thickness_rule == WallThickness::global_volume) {
+    refuse("prism.thickness: global, whose volume is preserved behind the step");
+  }
+  for (const auto& [name, chamber] : options.chambers) {
+    if (chamber.law == GasLaw::volume) {
+      refuse("chambers." + name + ".law: volume");
+    }
+  }
+  return TimeIntegrator::generalized_alpha(options.time.spectral_radius);
+}
+
 }  // namespace
 
 void make_burnable(Membrane& membrane, const Options& options) {
@@ -54,6 +79,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       wall_(wall_of(membrane, options)),
       mass_(vertex_masses(membrane, wall_)),
       elements_(membrane, wall_),
+      integrator_(integrator_of(options)),
       pins_(membrane, options.pins),
       constraints_(membrane, options.symmetry, pins_),
       chambers_(membrane, options.gas, options.chambers, constraints_.origin(), constraints_.has_planes(),
@@ -82,12 +108,14 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   if (options.force.air.density > 0) {
     air_.emplace(membrane, options.force.air);
-    // (x - x^n).D (x - x^n) / (2 h) - b.(x - x^n): its gradient is D v - b with the velocity v at the end of the step.
+    // v.D v / (2 c) - b.(x - x^n): its gradient is D v - b with the velocity v = c (x - x_v) of the step.
     drag_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
-      const Eigen::Vector3d moved = x - start_.vector(i);
-      const Eigen::Matrix3d stiffness = air_->resistance(i) / h_;
+      const StepPotential& step = implicit_->potential();
+      const Eigen::Vector3d velocity = step.velocity(i, x);
+      const Eigen::Vector3d resistance = air_->resistance(i) * velocity;
       const Eigen::Vector3d push = air_->push(i);
-      return PointPotential{moved.dot(stiffness * moved) / 2 - push.dot(moved), stiffness * moved - push, stiffness};
+      return PointPotential{velocity.dot(resistance) / (2 * step.rate()) - push.dot(x - start_.vector(i)),
+                            resistance - push, step.rate() * air_->resistance(i)};
     });
   }
   make_solvers();
@@ -105,7 +133,7 @@ void Inflate::make_solvers() {
     model.others.push_back(drag_.get());
   }
   implicit_.reset();
-  implicit_.emplace(model, options_.prism);
+  implicit_.emplace(model, options_.prism, integrator_);
   if (wall_.preserve_volume) {
     volume_preservation_ =
         std::make_unique<VolumePreservation>(membrane_, wall_, constraints_.projectors(), options_.volume);
@@ -113,7 +141,7 @@ void Inflate::make_solvers() {
 }
 
 BalloonState Inflate::initial_state() const {
-  BalloonState state(membrane_, chambers_.count(), burns());
+  BalloonState state(membrane_, chambers_.count(), burns(), integrator_.is_second_order());
   const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
   for (Eigen::Index i = 0; i < noise.cols(); ++i) {
     state.position.vector(i) += constraints_.projectors()[static_cast<std::size_t>(i)] * noise.col(i);
@@ -145,9 +173,9 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   h_ = h;
   {
     const auto timer = clock_.time("implicit step");
-    set_drag(state);
-    static_cast<ImplicitResult&>(step) =
-        implicit_->advance(state.position, state.pressure, {state.velocity, state.thickness_ratio, state.time, h});
+    begin_acceleration(state);
+    set_drag(state, integrator_.share());
+    static_cast<ImplicitResult&>(step) = implicit_->advance(state.position, state.pressure, start_of_step(state));
     if (!step.converged) {
       return step;
     }
@@ -171,16 +199,47 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     state.time += h;
     ++state.step;
     set_pressures(state);
-    const Eigen::MatrixXd velocity = (state.position.values() - start_.values()) / h;
-    if (velocity.cols() > 0) {
-      step.step_error =
-          h / 2 * (velocity - state.velocity.values()).colwise().norm().maxCoeff() / implicit_->length_scale();
-    }
+    step.step_error = move_on(state) / implicit_->length_scale();
     MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
-    state.velocity.values() = velocity;
   }
   tear(state);
   return step;
+}
+
+StepStart Inflate::start_of_step(const BalloonState& state) const {
+  return {state.velocity, state.thickness_ratio, state.time, h_, state.acceleration};
+}
+
+/// The accelerations from which the first step goes on, if they count. Collective.
+void Inflate::begin_acceleration(BalloonState& state) {
+  if (state.acceleration == nullptr || state.step > 0) {
+    return;
+  }
+  state.acceleration->values().setZero();
+  set_drag(state, 0);
+  const Eigen::Matrix3Xd acceleration = implicit_->acceleration(state.position, start_of_step(state));
+  state.acceleration->values().leftCols(acceleration.cols()) = acceleration;
+  state.acceleration->update_ghosts();
+}
+
+/// Velocities, and accelerations if they count, from the positions before and after the step. @returns the largest
+/// error of this rank's vertices [m]
+double Inflate::move_on(BalloonState& state) const {
+  double error = 0;
+  for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
+    const Eigen::Vector3d displacement = state.position.vector(i) - start_.vector(i);
+    const Motion before = start_of_step(state).motion(i);
+    Motion after = integrator_.end(h_, displacement, before);
+    if (integrator_.is_second_order() && pins_.pinned()[static_cast<std::size_t>(i)]) {
+      after = {displacement / h_, Eigen::Vector3d::Zero()};  // They move evenly in each step.
+    }
+    error = std::max(error, integrator_.error(h_, before, after));
+    state.velocity.vector(i) = after.velocity;
+    if (state.acceleration != nullptr) {
+      state.acceleration->vector(i) = after.acceleration;
+    }
+  }
+  return error;
 }
 
 /// Heat, combustion and ablation. Collective.
@@ -201,12 +260,21 @@ StageResult Inflate::burn(BalloonState& state, double h) {
 }
 
 /// The air's drag in the step to come. Collective.
-void Inflate::set_drag(const BalloonState& state) {
+/// @param share of the step at which forces are in balance
+void Inflate::set_drag(const BalloonState& state, double share) {
   if (!air_) {
     return;
   }
-  air_->begin_step(
-      {state.position, state.velocity, {}, burning_ ? &state.burning->living.triangles : nullptr, state.time + h_});
+  if (!integrator_.is_second_order()) {
+    air_->begin_step(
+        {state.position, state.velocity, {}, burning_ ? &state.burning->living.triangles : nullptr, state.time + h_});
+    return;
+  }
+  Field position(membrane_.particles, 3);
+  Field velocity(membrane_.particles, 3);
+  position.values() = state.position.values() + share * h_ * state.velocity.values();
+  velocity.values() = state.velocity.values() + share * h_ * state.acceleration->values();
+  air_->begin_step({position, velocity, {}, nullptr, state.time + share * h_});
 }
 
 void Inflate::hold_what_has_left(BalloonState& state) const {

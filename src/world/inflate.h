@@ -20,7 +20,7 @@ inline namespace world {
 /// How a step of the balloon went.
 struct InflateStep : ImplicitResult {
   int heat_iterations = 0;
-  double step_error = 0;  ///< |x - x^n - h v^n| / 2 at most, over the square root of the wall's area
+  double step_error = 0;  ///< TimeIntegrator::error at most, over the square root of the wall's area
 };
 
 /// Gives the membrane of a balloon that burns what that takes (set_burnable): the masses of its wall. Leaves others as
@@ -29,11 +29,13 @@ struct InflateStep : ImplicitResult {
 void make_burnable(Membrane& membrane, const Options& options);
 
 /// The chain of the balloon paper (Algorithm 1): gas and implicit step, volume preservation, velocities. Where the wall
-/// burns (balloon_burns) heat, combustion and ablation come before.
+/// burns (balloon_burns) heat, combustion and ablation come before. By generalized alpha (TimeOptions::scheme) the step
+/// starts from accelerations, too, which follow from the forces in the first one.
 class Inflate {
  public:
   /// Builds the wall, its gas and what holds it. Membrane, options and clock must outlive it. Collective.
-  /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads
+  /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads, and on what generalized alpha
+  /// does not go with: no inertia, a wall that burns or whose volume is preserved as a whole, a prescribed volume
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock);
 
   /// The undeformed shape with its initial noise, at rest at time 0, pins in their places. Collective.
@@ -68,7 +70,10 @@ class Inflate {
   void tear(BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);
-  void set_drag(const BalloonState& state);
+  void set_drag(const BalloonState& state, double share);
+  StepStart start_of_step(const BalloonState& state) const;
+  void begin_acceleration(BalloonState& state);
+  double move_on(BalloonState& state) const;
   /// What the gas has at the state's positions and time; prescribed volumes keep their multipliers. Collective.
   void set_pressures(BalloonState& state) const;
 
@@ -78,6 +83,7 @@ class Inflate {
   Wall wall_;
   std::vector<double> mass_;  ///< of the owned vertices at present [kg]
   PrismElements elements_;
+  TimeIntegrator integrator_;
   Pins pins_;
   Constraints constraints_;
   Chambers chambers_;

@@ -10,6 +10,18 @@ inline namespace world {
 
 void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
+  table.add("time.scheme", options.scheme)
+      .help(
+          "of a balloon, implicit_euler: of first order, takes energy out of what rings; generalized_alpha: of second "
+          "order, keeps it but for what the step does not resolve")
+      .source("balloon paper, eq. 18; Chung and Hulbert 1993");
+  table.add("time.spectral_radius", options.spectral_radius)
+      .range(0, 1)
+      .acts_with(one_of("time.scheme", options.scheme, {TimeScheme::generalized_alpha}))
+      .help(
+          "by what a step multiplies motions much faster than it; 1: nothing is damped, and angular momentum is kept, "
+          "too")
+      .source("Chung and Hulbert 1993, eq. 25");
   table.add("time.end", options.end).unit("s").at_least(0).help("the run ends at this time");
   table.add("time.max_steps", options.max_steps).at_least(0).help("or after so many steps; 0: no such limit");
   table.add("time.max_retries", options.max_retries)
@@ -197,6 +209,7 @@ void describe(OptionTable& table, Options& options) {
                                                                    options.dynamics == Dynamics::elastic;
                                                           }});
   table.find_key("time.tolerance")->acts_with(inflates);
+  table.find_key("time.scheme")->acts_with(inflates);
   table.find_key("sheet.imbalance_limit")->acts_with(burns);
   table.find_key("ablation.compact_fraction")->acts_with({"no chambers", [&chambers = options.chambers] {
                                                             return chambers.empty();

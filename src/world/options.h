@@ -16,6 +16,7 @@
 #include "constraints/point_loads.h"
 #include "contact/bodies.h"
 #include "elastic/elastic_options.h"
+#include "equilibrium/time_scheme.h"
 #include "gas/gas_options.h"
 #include "heat/heat_options.h"
 #include "io/output_options.h"
@@ -33,10 +34,12 @@ inline namespace world {
 
 /// The clock of a run.
 struct TimeOptions {
-  double step = 2e-3;              ///< h [s]
-  double end = 1;                  ///< [s]
-  int max_steps = 0;               ///< 0: no limit
-  int max_retries = 6;             ///< how often `step` may be halved after failures
+  Choice<TimeScheme> scheme = TimeScheme::implicit_euler;  ///< of balloons; sheets go by implicit Euler
+  double spectral_radius = 0.8;                            ///< of generalized alpha
+  double step = 2e-3;                                      ///< h [s]
+  double end = 1;                                          ///< [s]
+  int max_steps = 0;                                       ///< 0: no limit
+  int max_retries = 6;                                     ///< how often `step` may be halved after failures
   double tolerance = 0;            ///< of a step's error, a share of the sheet's size; 0: steps of equal length
   std::optional<double> max_step;  ///< with a tolerance [s]
 

@@ -24,8 +24,9 @@ double next_length(double h, double length, const StepResult& step, const TimeOp
   if (options.tolerance == 0) {
     return std::min(2 * h, options.step);
   }
-  // The error of a step of the implicit Euler method grows with h^2.
-  const double wanted = 0.9 * std::sqrt(options.tolerance / step.step_error.value()) * h;
+  // See TimeIntegrator::error.
+  const double power = options.scheme == TimeScheme::generalized_alpha ? 3 : 2;
+  const double wanted = 0.9 * std::pow(options.tolerance / step.step_error.value(), 1 / power) * h;
   return std::clamp(std::clamp(wanted, 0.5 * h, std::max(2 * h, length)), options.shortest_step(),
                     options.longest_step());
 }

@@ -66,7 +66,7 @@ class Chain {
 /// A step that fails is put back and tried again with half its length, down to `time.step` halved `time.max_retries`
 /// times: however hard a run becomes, its steps do not die away. Afterwards the length doubles up to `time.step`. With
 /// `time.tolerance` > 0 the next length follows from the estimated error e of the step instead, h times
-/// sqrt(tolerance/e), within the bounds of the options. Collective.
+/// sqrt(tolerance/e), or by generalized alpha the cube root, within the bounds of the options. Collective.
 /// A signal that is to end the run (see stop_signal.h) ends it after the step in which it came, whose frame and row are
 /// written.
 /// @throws Error when a step failed at every length tried, after the state in which the last try failed and the last

@@ -139,7 +139,7 @@ struct InflatedTangent {
                 options.mat_type, "prism_") {
     wall.set_thickness(given.thickness_ratio);
     wall.set_load(loads ? given.load_pressure : std::vector<double>(), Eigen::Vector3d::Zero());
-    damping.begin_step(given.positions, given.thickness_ratio, h);
+    damping.begin_step(given.positions, given.thickness_ratio, given.positions.values(), 1 / h);
   }
 
   void update() { tangent.update(inflated.positions, Curvature::exact); }

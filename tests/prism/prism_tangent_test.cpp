@@ -79,7 +79,7 @@ class BalloonTangent {
   void damp(double factor, const Field& start) {
     options.stiffness_damping = factor;
     damping = std::make_unique<DampingPotential>(balloon_.elements, no_mass_, options);
-    damping->begin_step(start, balloon_.thickness_ratio, 1);
+    damping->begin_step(start, balloon_.thickness_ratio, start.values(), 1);
   }
 
   Mat matrix() {

@@ -77,6 +77,17 @@ TEST_F(BalloonRanksTest, EveryPartitionerInASceneWithEverything) {
   }
 }
 
+TEST_F(BalloonRanksTest, ASceneWithEverythingByGeneralizedAlpha) {
+  write("balloons.obj", balloon_scene_mesh());
+  const Arguments scene{write("scene.yaml", balloon_scene), "-time_scheme", "generalized_alpha", "-time_max_steps",
+                        "20"};
+  const DrawnFrame one = run(1, scene);
+  EXPECT_GT(history_.at("gas_volume_ball").back(), 1.3 * history_.at("gas_volume_ball").front()) << "the ball swells";
+  for (const int ranks : {2, 3, 4}) {
+    expect_same_balloon(one, run(ranks, scene), agreement, std::to_string(ranks) + " ranks");
+  }
+}
+
 TEST_F(BalloonRanksTest, PrescribedVolumeAndQuasiStatic) {
   write("balloons.obj", balloon_scene_mesh());
   const Arguments scene{write("scene.yaml", balloon_scene),

@@ -174,6 +174,24 @@ TEST_F(RestartTest, ABalloonOnTheSameRanksAndOnOthers) {
   }
 }
 
+// Its steps go on from accelerations, too, which the checkpoint must have.
+TEST_F(RestartTest, ABalloonByGeneralizedAlpha) {
+  const Arguments scene = balloon() + Arguments{"-time_scheme", "generalized_alpha", "-time_step", "2ms"};
+  run(2, scene, "whole", {"-time_max_steps", "20"});
+  run(2, scene, "same", {"-time_max_steps", "10"});
+  copy("same", "other");
+  go_on(2, scene, "same", {"-time_max_steps", "20"});
+  expect_same_bits("whole", "same");
+  go_on(3, scene, "other", {"-time_max_steps", "20"});
+  expect_same_frames(at("whole"), at("other"), "scene", expect_same_balloon);
+  expect_same_history(at("whole"), at("other"));
+
+  const CommandResult refusal =
+      pellicle(1, scene + Arguments{"-output_directory", "same", "-restart", "same", "-time_scheme", "implicit_euler"});
+  EXPECT_EQ(refusal.exit_code, 1);
+  EXPECT_NE(refusal.errors.find("time.scheme: implicit_euler, was generalized_alpha"), std::string::npos) << refusal;
+}
+
 TEST_F(RestartTest, IntoAnotherFolderAndWithOtherOptions) {
   const Arguments scene = small_sheet();
   run(1, scene, "out");

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace pellicle {
+inline namespace equilibrium {
+
+/// See TimeIntegrator.
+enum class TimeScheme { implicit_euler, generalized_alpha };
+inline const std::vector<std::string>& names_of(TimeScheme) {
+  static const std::vector<std::string> names{"implicit_euler", "generalized_alpha"};
+  return names;
+}
+
+/// How a vertex moves at the end of a step.
+struct Motion {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< [m/s]
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< [m/s^2]; of implicit Euler always 0
+};
+
+/// A step of length h from x^n, v^n, a^n to x^{n+1}, by implicit Euler or by generalized alpha (Chung and Hulbert, A
+/// time integration algorithm for structural dynamics with improved numerical dissipation, J. Appl. Mech. 60, 1993).
+/// The forces are in balance at y = x^n + s (x^{n+1} - x^n), at the time t^n + s h: there
+///
+///     M a(y) + C v(y) + dU/dy(y) = 0,  a(y) = k (y - y_a),  v(y) = c (y - y_v),
+///
+/// and y is the unknown of the step, so that inertia and damping are potentials of it, m k |y - y_a|^2 / 2 and
+/// c (y - y_v).C (y - y_v) / 2. For implicit Euler s = 1, k = 1/h^2, c = 1/h, y_a = x^n + h v^n, y_v = x^n.
+///
+/// For generalized alpha y is their x_{n+1-alpha_f}, and a(y) their a_{n+1-alpha_m}, with
+/// x^{n+1} = x^n + h v^n + h^2 ((1/2 - beta) a^n + beta a^{n+1}) and v^{n+1} = v^n + h ((1 - gamma) a^n + gamma
+/// a^{n+1}). The spectral radius of the fastest motions gives all four (their eq. 25); the error in positions is of
+/// order h^2. With 1 it is the midpoint rule, which keeps angular momentum too.
+class TimeIntegrator {
+ public:
+  /// Implicit Euler.
+  TimeIntegrator() = default;
+  /// @param spectral_radius 0 to 1: by what a step multiplies motions that are much faster than it; 1: no dissipation
+  static TimeIntegrator generalized_alpha(double spectral_radius);
+
+  /// Whether it goes on with accelerations, and its error is of order h^2; else h.
+  bool is_second_order() const { return is_second_order_; }
+  /// s
+  double share() const { return 1 - alpha_f_; }
+  /// k [1/s^2]
+  double inertia(double h) const { return (1 - alpha_m_) / (beta_ * h * h * share()); }
+  /// c [1/s]
+  double rate(double h) const { return gamma_ / (beta_ * h); }
+  /// y_a - x^n [m]. @param start v^n and a^n
+  Eigen::Vector3d unaccelerated(double h, const Motion& start) const {
+    return share() * h * (start.velocity + h * (0.5 - beta_ / (1 - alpha_m_)) * start.acceleration);
+  }
+  /// y_v - x^n [m]
+  Eigen::Vector3d still(double h, const Motion& start) const {
+    return ((share() * gamma_ / beta_ - 1) * start.velocity -
+            share() * h * (1 - gamma_ / (2 * beta_)) * start.acceleration) /
+           rate(h);
+  }
+  /// y - x^n without forces, where Newton's method starts [m].
+  Eigen::Vector3d predicted(double h, const Motion& start) const { return share() * h * start.velocity; }
+  /// v^{n+1} and a^{n+1}. @param displacement x^{n+1} - x^n [m]
+  Motion end(double h, const Eigen::Vector3d& displacement, const Motion& start) const;
+  /// Estimated error of the step in x^{n+1} [m]: of implicit Euler |x^{n+1} - x^n - h v^n| / 2, which goes with h^2; of
+  /// generalized alpha |1/6 - beta| h^2 |a^{n+1} - a^n|, which goes with h^3 (Zienkiewicz and Xie, A simple error
+  /// estimator and adaptive time stepping procedure for dynamic analysis, Earthquake Eng. Struct. Dyn. 20, 1991).
+  double error(double h, const Motion& start, const Motion& end) const;
+
+ private:
+  // Those of implicit Euler: gamma/beta = 1 and y_a without a^n, which is 0.
+  bool is_second_order_ = false;
+  double alpha_m_ = 0;
+  double alpha_f_ = 0;
+  double beta_ = 1;
+  double gamma_ = 1;
+};
+
+}  // namespace equilibrium
+}  // namespace pellicle
