@@ -125,7 +125,7 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   projectors_.assign(projectors.begin(), projectors.begin() + vertices.owned);
   const int count = (static_cast<int>(vertices.owned) + patch_size - 1) / patch_size;
   std::vector<int> patch;
-  together(vertices.comm, [&] { patch = partition_with_metis(vertex_graph(vertices.owned, triangles), count); });
+  together(vertices.comm, [&] { patch = split_in_patches(vertex_graph(vertices.owned, triangles), count); });
   first_patch_ = number_owned(vertices.comm, count).first;
   for (const int p : patch) {
     patch_.push_back(first_patch_ + p);
