@@ -74,6 +74,8 @@ def arguments():
     parser.add_argument("--view", type=direction, default=DIRECTIONS["oblique"], metavar="VIEW",
                         help=f"{', '.join(DIRECTIONS)} or X,Y,Z towards the camera (oblique)")
     parser.add_argument("--zoom", type=positive, default=1.0, help="above 1: closer (1)")
+    parser.add_argument("--heights", type=positive, default=1.0, metavar="FACTOR",
+                        help="draw the surface so many times as high along z, shallow wrinkles (1)")
     parser.add_argument("--edges", action="store_true", help="draw the mesh too")
     parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
     options = parser.parse_args()
@@ -102,6 +104,14 @@ def open_run(folder):
     objects = dict.fromkeys(entry.get("name") for entry in xml.etree.ElementTree.parse(files[0]).iter("DataSet"))
     sources = [simple.ExtractBlock(Input=reader, Selectors=[f"/Root/{name}"]) if name else reader for name in objects]
     return os.path.basename(files[0])[:-4], reader, sources
+
+
+def raised(source, factor):
+    """The same surface, so many times as high along z."""
+    transform = simple.Transform(Input=source)
+    transform.Transform = "Transform"
+    transform.Transform.Scale = [1, 1, factor]
+    return transform
 
 
 def chosen(times, count):
@@ -289,6 +299,8 @@ def main():
     pictures = chosen(times, options.frames)
 
     simple.UpdatePipeline(time=times[0], proxy=reader)
+    if options.heights != 1:
+        sources = [raised(source, options.heights) for source in sources]
     objects = []  # source, whether it is a balloon, field that colours it, range of the field
     low, high = [math.inf] * 3, [-math.inf] * 3
     for source in sources:
