@@ -263,22 +263,65 @@ RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt col
   return of_patch.blocks[place];
 }
 
-/// Adds up interpolation^T tangent interpolation. What is symmetric is computed once, on ranks that own both sides.
+/// Adds up interpolation^T tangent interpolation, first of shifts and turns in place of the bases, which then come in.
+/// What is symmetric is computed once, on ranks that own both sides.
 void RigidPatches::add_blocks() {
   const PetscInt last = first_patch_ + own_patches();
+  const auto is_own = [&](PetscInt patch) { return patch >= first_patch_ && patch < last; };
+  std::vector<bool> is_constrained(projectors_.size(), false);
+  for (const PetscInt i : constrained_) {
+    is_constrained[static_cast<std::size_t>(i)] = true;
+  }
   tangent_.visit([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
     const PetscInt p = patch_[static_cast<std::size_t>(i)];
     const PetscInt q = patch_[static_cast<std::size_t>(j)];
-    const bool is_foreign = q < first_patch_ || q >= last;
-    if (!is_foreign && (q < p || (p == q && j < i))) {
+    if (is_own(q) && (q < p || (p == q && j < i))) {
       return;
     }
-    const CoarseBlock product = motion(i).transpose() * (block * motion(j)).eval();
-    coarse_block(p, q) += product;
-    if (!is_foreign && i != j) {
-      coarse_block(q, p) += product.transpose();
+    Eigen::Matrix3d allowed = block;
+    if (is_constrained[static_cast<std::size_t>(i)]) {
+      allowed = projectors_[static_cast<std::size_t>(i)] * block;
+    }
+    Motion forces;  // on vertex i
+    if (is_own(q)) {
+      if (is_constrained[static_cast<std::size_t>(j)]) {
+        allowed *= projectors_[static_cast<std::size_t>(j)];
+      }
+      forces.leftCols<3>() = allowed;
+      for (int row = 0; row < 3; ++row) {
+        forces.row(row).tail<3>() = arm_.col(j).cross(allowed.row(row).transpose()).transpose();
+      }
+    } else {
+      forces.noalias() = allowed * motion(j);
+    }
+    CoarseBlock product;
+    product.topRows<3>() = forces;
+    for (int column = 0; column < 6; ++column) {
+      product.col(column).tail<3>() = arm_.col(i).cross(forces.col(column));
+    }
+    CoarseBlock& sum = coarse_block(p, q);
+    sum += product;
+    if (p == q && i != j) {
+      sum += product.transpose();
     }
   });
+  for (PetscInt p = first_patch_; p < last; ++p) {
+    CoarseRow& row = rows_[static_cast<std::size_t>(p - first_patch_)];
+    for (std::size_t k = 0; k < row.columns.size(); ++k) {
+      const PetscInt q = row.columns[k];
+      if (is_own(q) && q < p) {
+        continue;
+      }
+      CoarseBlock& block = row.blocks[k];
+      block = (basis_[static_cast<std::size_t>(p - first_patch_)].transpose() * block).eval();
+      if (is_own(q)) {
+        block *= basis_[static_cast<std::size_t>(q - first_patch_)];
+        if (p != q) {
+          coarse_block(q, p) = block.transpose();
+        }
+      }
+    }
+  }
 }
 
 void RigidPatches::fill_coarse() {
