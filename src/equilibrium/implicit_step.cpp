@@ -39,14 +39,18 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
     : options_(options),
       potential_(model, options, integrator),
-      system_(potential_.tangent_matrix(), model.chambers.count(), options.solver_prefix,
-              solver_defaults(options, !potential_.prescribed().empty())),
+      system_(potential_.tangent_matrix(), model.chambers.count() + (integrator.arc_length() ? 1 : 0),
+              options.solver_prefix,
+              solver_defaults(options, integrator.is_static() || !potential_.prescribed().empty())),
       patches_(RigidPatches::of(system_.solver(), potential_.tangent(), model.elements.membrane().triangles,
                                 model.constraints.projectors(), options.patch_size)) {
   if (!potential_.prescribed().empty()) {
     bordered_.emplace(system_, potential_.prescribed(), potential_.pressure_scales());
   }
-  Mat matrix = bordered_ ? bordered_->matrix() : system_.matrix();
+  if (integrator.arc_length()) {
+    path_.emplace(system_);
+  }
+  Mat matrix = path_ ? path_->matrix() : bordered_ ? bordered_->matrix() : system_.matrix();
   check(MatCreateVecs(matrix, unknowns_.create(), residual_.create()));
   // Rounding of positions alone leaves some 3 to 4 epsilon times this: it does not shrink with the elements, since
   // their stiffness does not either. A balloon at rest ends its steps here.
@@ -57,6 +61,9 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   if (bordered_) {
     defaults.fields.border = "pressure";
     defaults.fields.border_rows = bordered_->border_rows();
+  } else if (path_) {
+    defaults.fields.border = "load";
+    defaults.fields.border_rows = path_->border_rows();
   }
   defaults.atol = rounding_;
   defaults.rtol = options.snes_rtol;
@@ -159,7 +166,9 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
   if (concave_iterations_ > 0) {
     words +=
         "; the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
-        "that the balloon can hold (to go there prescribe its volume or its amount of gas), or the step is too long";
+        "that the balloon can hold (to go there prescribe its volume or its amount of gas, or give time.arc_length), "
+        "or the "
+        "step is too long";
   }
   return words;
 }
@@ -186,6 +195,9 @@ void ImplicitStep::update_jacobian() {
     }
   }
   potential_.update_tangent(Curvature::exact, system_);
+  if (path_) {
+    path_->update(potential_.load_rate(), potential_.path_scale());
+  }
 }
 
 /// The step of Newton's method, J y = r, or of the positive tangent in J's place (see the class).
@@ -216,6 +228,9 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
   if (bordered_) {
     return bordered_->solve(right_hand_side, solution);
   }
+  if (path_) {
+    return path_->solve(right_hand_side, solution);
+  }
   LinearResult result = system_.solve(right_hand_side, solution);
   double curvature = 0;  // y.A y
   check(VecDot(right_hand_side, solution, &curvature));
@@ -228,6 +243,15 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
 /// Steps back from Newton's step until no element turns over and the potential falls; with prescribed volumes the
 /// potential and what the multipliers make of the volumes' errors.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
+  if (path_) {
+    return backtrack(
+        [&](double share) -> std::optional<double> {
+          check(VecWAXPY(step.trial, -share, step.descent, step.position));
+          potential_.move_to(step.trial);
+          return potential_.inverted() > 0 ? std::nullopt : std::optional(0.0);
+        },
+        0, 0, 0);
+  }
   double weight = 0;  // of the volumes' errors: more than any multiplier makes them an exact penalty
   double slope = 0;
   const auto merit = [&] {

@@ -6,6 +6,7 @@
 
 #include "equilibrium/step_potential.h"
 #include "solvers/bordered_system.h"
+#include "solvers/load_border.h"
 #include "solvers/newton.h"
 #include "solvers/rigid_patches.h"
 
@@ -36,7 +37,8 @@ struct ImplicitResult {
 /// solved again with a tangent that is positive definite by construction (Curvature::positive). So the steps are the
 /// same everywhere, and near a minimum the tangent is exact.
 ///
-/// Chambers of prescribed volume add their pressures as unknowns: a bordered system.
+/// Chambers of prescribed volume add their pressures as unknowns: a bordered system. So does the loads' time by arc
+/// length: such a step is no minimum, and its search asks only that no element turns over.
 class ImplicitStep {
  public:
   /// Collective. @throws Error on solver options that PETSc does not know
@@ -72,6 +74,7 @@ class ImplicitStep {
   LowRankSystem system_;  ///< of the positions
   std::unique_ptr<RigidPatches> patches_;   ///< of its preconditioner, if it is multigrid
   std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
+  std::optional<LoadBorder> path_;          ///< of positions and the loads' time, if by arc length
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress

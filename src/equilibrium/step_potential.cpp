@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/error.h"
@@ -32,7 +33,8 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       position_(model.elements.membrane().particles, 3),
       between_(model.elements.membrane().particles, 3),
       unaccelerated_(3, model.elements.membrane().particles.local()),
-      still_(3, model.elements.membrane().particles.local()) {
+      still_(3, model.elements.membrane().particles.local()),
+      direction_(model.elements.membrane().particles, 3) {
   const Membrane& membrane = model_.elements.membrane();
   MPI_Comm_rank(comm(), &rank_);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
@@ -52,15 +54,17 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
   // small stretch, since not every material can go that far.
   constexpr double strain = 1e-3;
-  double sums[2] = {0, 0};
+  double sums[3] = {0, 0, 0};
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     sums[0] += model_.elements.wall().rest[e].area;
   }
   position_.values() = (1 + strain) * membrane.rest;
   sums[1] = wall_.value(position_);
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm());
+  sums[2] = std::accumulate(model.mass.begin(), model.mass.end(), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, comm());
   length_scale_ = std::sqrt(sums[0]);
   force_scale_ = sums[1] * std::pow(0.5 / strain, 2) / length_scale_;
+  total_mass_ = sums[2];
 }
 
 void StepPotential::add_vertex_potentials() {
@@ -68,7 +72,16 @@ void StepPotential::add_vertex_potentials() {
     of_vertices_.push_back(make_vertex_potential(model_.elements.membrane().particles, function));
     potentials_.push_back(of_vertices_.back().get());
   };
-  if (options_.inertia) {
+  if (integrator_.is_static()) {
+    add([this](PetscInt i, const Eigen::Vector3d& x) {
+      constexpr double share = 1e-6;  // of the stiffness of the wall
+      const double stiffness =
+          share * force_scale_ / length_scale_ * model_.mass[static_cast<std::size_t>(i)] / total_mass_;
+      const Eigen::Vector3d away = x - start_.vector(i);
+      return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
+                            stiffness * Eigen::Matrix3d::Identity()};
+    });
+  } else if (options_.inertia) {
     add([this](PetscInt i, const Eigen::Vector3d& x) {
       const double stiffness = model_.mass[static_cast<std::size_t>(i)] * integrator_.inertia(h_);
       const Eigen::Vector3d away = x - unaccelerated_.col(i);
@@ -101,13 +114,15 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
     const Motion motion = start.motion(i);
     unaccelerated_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.unaccelerated(h_, motion);
     still_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.still(h_, motion);
-    if (model_.pins.pinned()[vertex]) {  // They move evenly, whatever their velocity was.
+    if (model_.pins.pinned()[vertex] && !integrator_.is_static()) {  // They move evenly, whatever their velocity was.
       unaccelerated_.col(i) = position_.vector(i);
       still_.col(i) =
           position_.vector(i) - (position_.vector(i) - start_.vector(i)) / (rate() * integrator_.share() * h_);
     }
   }
-  if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
+  if (integrator_.arc_length()) {
+    begin_path(start);
+  } else if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
@@ -132,6 +147,74 @@ void StepPotential::lead_held() {
       position_.vector(i) = start_.vector(i) + integrator_.share() * (position_.vector(i) - start_.vector(i));
     }
   }
+}
+
+/// The step begins where the last one ended; Newton's first iteration goes along the tangent of the path. Collective.
+void StepPotential::begin_path(const StepStart& start) {
+  path_length_ = *integrator_.arc_length() * h_;
+  time_end_ = start.time;
+  time_ = start.time;
+  position_.values() = start_.values();
+  model_.loads.begin_step(start_, time_, h_);
+  direction_.values() = start.direction->values();
+  double norm = direction_.values().squaredNorm();
+  MPI_Allreduce(MPI_IN_PLACE, &norm, 1, MPI_DOUBLE, MPI_SUM, comm());
+  if (norm > 0) {
+    return;
+  }
+  damping_.begin_step(start_, start.thickness_ratio, still_, rate());  // The first step: to where the loads push.
+  const Eigen::VectorXd load = load_rate();
+  for (PetscInt i = 0; i < owned(); ++i) {
+    direction_.vector(i) = -load.segment<3>(3 * i) / model_.mass[static_cast<std::size_t>(i)];
+  }
+  direction_.update_ghosts();
+  set_unit_length(direction_);
+}
+
+/// Where it is not 0 everywhere. Collective.
+void StepPotential::set_unit_length(Field& direction) const {
+  double square = 0;
+  for (PetscInt i = 0; i < owned(); ++i) {
+    square += model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction.vector(i).squaredNorm();
+  }
+  square = sum_over_ranks(comm(), square);
+  if (square > 0) {
+    direction.values() /= std::sqrt(square);
+  }
+}
+
+void StepPotential::write_direction(const Field& position, Field& direction) const {
+  for (PetscInt i = 0; i < position.values().cols(); ++i) {
+    direction.vector(i) = model_.constraints.projectors()[static_cast<std::size_t>(i)] *
+                          Eigen::Vector3d(position.vector(i) - start_.vector(i));
+  }
+  set_unit_length(direction);
+}
+
+/// How far x is along the path. Collective.
+double StepPotential::along_path() const {
+  double sum = 0;
+  for (PetscInt i = 0; i < owned(); ++i) {
+    sum += model_.mass[static_cast<std::size_t>(i)] / total_mass_ *
+           direction_.vector(i).dot(position_.vector(i) - start_.vector(i));
+  }
+  return sum_over_ranks(comm(), sum);
+}
+
+Eigen::VectorXd StepPotential::load_rate() {
+  const double time = time_;
+  const Eigen::Matrix3Xd here = gradient();
+  const double step = 1e-5 * h_;
+  const auto set_time = [this](double at) {
+    time_ = at;
+    time_end_ = at;
+    model_.loads.begin_step(start_, time_, h_);
+    lead_held();
+  };
+  set_time(time + step);
+  const Eigen::Matrix3Xd later = gradient();
+  set_time(time);
+  return ((later - here) / step).reshaped();
 }
 
 void StepPotential::write_end(Field& position) const {
@@ -163,6 +246,9 @@ void StepPotential::write_to(Vec unknowns) const {
   if (rank_ == 0) {
     const Eigen::VectorXd scaled = multiplier_.cwiseQuotient(pressure_scales());
     std::copy(scaled.begin(), scaled.end(), values + 3 * owned());
+    if (integrator_.arc_length()) {
+      values[3 * owned()] = time_;
+    }
   }
   check(VecRestoreArray(unknowns, &values));
 }
@@ -174,12 +260,21 @@ void StepPotential::move_to(Vec unknowns) {
   if (rank_ == 0) {
     const Eigen::Map<const Eigen::VectorXd> scaled(values + 3 * owned(), multiplier_.size());
     multiplier_ = scaled.cwiseProduct(pressure_scales());
+    if (integrator_.arc_length()) {
+      time_ = values[3 * owned()];
+    }
   }
   check(VecRestoreArrayRead(unknowns, &values));
   if (!prescribed_.empty()) {
     MPI_Bcast(multiplier_.data(), static_cast<int>(multiplier_.size()), MPI_DOUBLE, 0, comm());
   }
   position_.update_ghosts();
+  if (integrator_.arc_length()) {
+    MPI_Bcast(&time_, 1, MPI_DOUBLE, 0, comm());
+    time_end_ = time_;
+    model_.loads.begin_step(start_, time_, h_);
+    lead_held();
+  }
 }
 
 Eigen::VectorXd StepPotential::pressure_scales() const {
@@ -237,12 +332,16 @@ Eigen::Matrix3Xd StepPotential::gradient() {
 
 void StepPotential::compute_residual(Vec residual) {
   const Eigen::Matrix3Xd sum = gradient();
+  const double excess_length = integrator_.arc_length() ? along_path() - path_length_ : 0;
   double* values = nullptr;
   check(VecGetArrayWrite(residual, &values));
   Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned()) = sum;
   if (rank_ == 0) {
     const Eigen::VectorXd rows = -pressure_scales().cwiseProduct(excess_volume());
     std::copy(rows.begin(), rows.end(), values + 3 * owned());
+    if (integrator_.arc_length()) {
+      values[3 * owned()] = path_scale() * excess_length;
+    }
   }
   check(VecRestoreArrayWrite(residual, &values));
 }
@@ -271,8 +370,9 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
   wall_.set_load(std::move(load_pressure), model_.constraints.origin());
   tangent_->update(position_, curvature);
 
-  Eigen::MatrixXd gradients(3 * owned(), model_.chambers.count());
-  Eigen::VectorXd coefficients(model_.chambers.count());
+  const int columns = model_.chambers.count() + (integrator_.arc_length() ? 1 : 0);
+  Eigen::MatrixXd gradients(3 * owned(), columns);
+  Eigen::VectorXd coefficients(columns);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
     Eigen::Matrix3Xd gradient = model_.chambers.volume_gradient(chamber, position_);
     for (PetscInt i = 0; i < owned(); ++i) {
@@ -284,6 +384,17 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
                                  ? bordering_stiffness(chamber)
                                  : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
     coefficients[chamber] = curvature == Curvature::positive ? std::max(stiffness, 0.0) : stiffness;
+  }
+  if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
+    double scale = force_scale_ / length_scale_;
+    for (const GasState& gas : gas_) {
+      scale += std::abs(gas.pressure) * std::cbrt(std::abs(gas.volume));
+    }
+    coefficients[columns - 1] = 10 * scale;
+    for (PetscInt i = 0; i < owned(); ++i) {
+      gradients.col(columns - 1).segment<3>(3 * i) =
+          model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction_.vector(i);
+    }
   }
   system.update(gradients, coefficients);
 }

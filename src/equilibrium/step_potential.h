@@ -38,9 +38,10 @@ struct BalloonModel {
 struct StepStart {
   const Field& velocity;                       ///< v^n [m/s], ghosts up to date
   const std::vector<double>& thickness_ratio;  ///< of the local elements
-  double time = 0;                             ///< t^n [s]
+  double time = 0;                             ///< t^n, by arc length that of the loads [s]
   double h = 0;                                ///< [s]
   const Field* acceleration = nullptr;         ///< a^n [m/s^2], ghosts up to date; null: 0
+  const Field* direction = nullptr;            ///< by arc length: of the path, see StepPotential::write_direction
 
   Motion motion(PetscInt i) const {
     return {velocity.vector(i),
@@ -62,6 +63,11 @@ struct StepStart {
 /// It is a sum of potentials: wall, inertia, damping, weight, loads and the model's others. The gas stands beside them,
 /// since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
 ///
+/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of
+/// what a wall's stiffness is like. By arc length the loads' time t is an unknown, too: the row of the residual is a
+/// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
+/// and w the vertices' shares of the mass. Of c and of lengths count the motions that are free.
+///
 /// A chamber of prescribed volume has no W: its pressure p is the multiplier of V(x) = V*, an unknown beside x, as p
 /// over its pressure scale, and the row of the residual is that scale times V* - V(x).
 class StepPotential {
@@ -81,16 +87,26 @@ class StepPotential {
   /// @param start `h` is of no account but for friction, which is as if all moved like that for so long
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
 
+  /// At which forces are in balance; by arc length it is the loads' [s].
+  double time() const { return time_; }
+  /// By arc length: the derivative of the residual by the loads' time, of the owned vertices [N/s]. Collective.
+  Eigen::VectorXd load_rate();
+  /// By arc length: unit of the residual's row [N/m].
+  double path_scale() const { return force_scale_ / length_scale_; }
+  /// By arc length: c of a step that begins as this one did and goes to `position`, all local vertices. Its root mean
+  /// square is 1. Collective.
+  void write_direction(const Field& position, Field& direction) const;
+
   /// x^{n+1}, which x leads to (TimeIntegrator), with held vertices in their places; ghosts up to date. Not collective.
   void write_end(Field& position) const;
   /// Whether that is further on than x. Not collective.
   bool ends_beyond() const { return integrator_.share() != 1; }
-  /// Velocity of a local vertex where forces are in balance, c (x - x_v) [m/s].
-  Eigen::Vector3d velocity(PetscInt i, const Eigen::Vector3d& x) const { return rate() * (x - still_.col(i)); }
-  /// c: by how much it changes with x [1/s].
+  /// c and x_v of a local vertex, whose velocity where forces are in balance is c (x - x_v) [1/s, m].
   double rate() const { return integrator_.rate(h_); }
+  Eigen::Vector3d still(PetscInt i) const { return still_.col(i); }
 
-  /// Goes to unknowns: positions of the owned vertices, then on rank 0 the multipliers over their scales. Collective.
+  /// Goes to unknowns: positions of the owned vertices, then on rank 0 the multipliers over their scales, or by arc
+  /// length the loads' time. Collective.
   void move_to(Vec unknowns);
   void write_to(Vec unknowns) const;
 
@@ -116,7 +132,7 @@ class StepPotential {
   /// Sets the sparse part of the second derivative at x, and as low-rank part the volumes' gradients g with the gas's
   /// stiffness; of a prescribed chamber with several times what the pressure can fall with the volume beyond a limit
   /// point (BorderedSystem). Collective.
-  /// @param system of `tangent_matrix`, with a column a chamber
+  /// @param system of `tangent_matrix`, with a column a chamber and by arc length one more, of the row that it adds
   void update_tangent(Curvature curvature, LowRankSystem& system);
 
   Mat tangent_matrix() const { return tangent_->matrix(); }
@@ -134,6 +150,9 @@ class StepPotential {
   void add_vertex_potentials();
   void set_step(const Field& position, const StepStart& start, double share);
   void lead_held();
+  void begin_path(const StepStart& start);
+  double along_path() const;
+  void set_unit_length(Field& direction) const;
   void evaluate_gas();
   Eigen::Matrix3Xd gradient();
   double work_on_rest(int chamber);
@@ -152,6 +171,7 @@ class StepPotential {
   int rank_ = 0;
   double length_scale_ = 0;
   double force_scale_ = 0;
+  double total_mass_ = 0;  ///< [kg]
   std::vector<int> prescribed_;
 
   // The step in progress.
@@ -166,6 +186,8 @@ class StepPotential {
   Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
   std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown
   Eigen::VectorXd multiplier_;          ///< pressures of the prescribed chambers [Pa]
+  Field direction_;                     ///< c, if by arc length
+  double path_length_ = 0;              ///< s [m]
   std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
 };
 

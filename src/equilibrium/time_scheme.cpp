@@ -15,6 +15,22 @@ TimeIntegrator TimeIntegrator::generalized_alpha(double spectral_radius) {
   return result;
 }
 
+TimeIntegrator TimeIntegrator::statics(std::optional<double> arc_length) {
+  TimeIntegrator result;
+  result.is_static_ = true;
+  result.arc_length_ = arc_length;
+  return result;
+}
+
+Eigen::Vector3d TimeIntegrator::still(double h, const Motion& start) const {
+  if (!is_second_order_) {
+    return Eigen::Vector3d::Zero();
+  }
+  return ((share() * gamma_ / beta_ - 1) * start.velocity -
+          share() * h * (1 - gamma_ / (2 * beta_)) * start.acceleration) /
+         rate(h);
+}
+
 Motion TimeIntegrator::end(double h, const Eigen::Vector3d& displacement, const Motion& start) const {
   if (!is_second_order_) {
     return {displacement / h, Eigen::Vector3d::Zero()};

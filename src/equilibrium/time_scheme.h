@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,9 +9,9 @@ namespace pellicle {
 inline namespace equilibrium {
 
 /// See TimeIntegrator.
-enum class TimeScheme { implicit_euler, generalized_alpha };
+enum class TimeScheme { implicit_euler, generalized_alpha, statics };
 inline const std::vector<std::string>& names_of(TimeScheme) {
-  static const std::vector<std::string> names{"implicit_euler", "generalized_alpha"};
+  static const std::vector<std::string> names{"implicit_euler", "generalized_alpha", "statics"};
   return names;
 }
 
@@ -33,6 +34,10 @@ struct Motion {
 /// x^{n+1} = x^n + h v^n + h^2 ((1/2 - beta) a^n + beta a^{n+1}) and v^{n+1} = v^n + h ((1 - gamma) a^n + gamma
 /// a^{n+1}). The spectral radius of the fastest motions gives all four (their eq. 25); the error in positions is of
 /// order h^2. With 1 it is the midpoint rule, which keeps angular momentum too.
+///
+/// Statics has neither inertia nor damping, k = c = 0: x^{n+1} is an equilibrium with the loads at its time. Otherwise
+/// it is as implicit Euler. By arc length the time of the loads is an unknown, and a step goes as far along the path of
+/// equilibria as the arc length in a second says, times h.
 class TimeIntegrator {
  public:
   /// Implicit Euler.
@@ -40,24 +45,26 @@ class TimeIntegrator {
   /// @param spectral_radius 0 to 1: by what a step multiplies motions that are much faster than it; 1: no dissipation
   static TimeIntegrator generalized_alpha(double spectral_radius);
 
+  /// @param arc_length root-mean-square displacement of the free vertices in a second [m/s]; none: the loads have the
+  /// time of the step
+  static TimeIntegrator statics(std::optional<double> arc_length);
+
+  bool is_static() const { return is_static_; }
+  const std::optional<double>& arc_length() const { return arc_length_; }
   /// Whether it goes on with accelerations, and its error is of order h^2; else h.
   bool is_second_order() const { return is_second_order_; }
   /// s
   double share() const { return 1 - alpha_f_; }
   /// k [1/s^2]
-  double inertia(double h) const { return (1 - alpha_m_) / (beta_ * h * h * share()); }
+  double inertia(double h) const { return is_static_ ? 0 : (1 - alpha_m_) / (beta_ * h * h * share()); }
   /// c [1/s]
-  double rate(double h) const { return gamma_ / (beta_ * h); }
+  double rate(double h) const { return is_static_ ? 0 : gamma_ / (beta_ * h); }
   /// y_a - x^n [m]. @param start v^n and a^n
   Eigen::Vector3d unaccelerated(double h, const Motion& start) const {
     return share() * h * (start.velocity + h * (0.5 - beta_ / (1 - alpha_m_)) * start.acceleration);
   }
   /// y_v - x^n [m]
-  Eigen::Vector3d still(double h, const Motion& start) const {
-    return ((share() * gamma_ / beta_ - 1) * start.velocity -
-            share() * h * (1 - gamma_ / (2 * beta_)) * start.acceleration) /
-           rate(h);
-  }
+  Eigen::Vector3d still(double h, const Motion& start) const;
   /// y - x^n without forces, where Newton's method starts [m].
   Eigen::Vector3d predicted(double h, const Motion& start) const { return share() * h * start.velocity; }
   /// v^{n+1} and a^{n+1}. @param displacement x^{n+1} - x^n [m]
@@ -68,6 +75,8 @@ class TimeIntegrator {
   double error(double h, const Motion& start, const Motion& end) const;
 
  private:
+  bool is_static_ = false;
+  std::optional<double> arc_length_;
   // Those of implicit Euler: gamma/beta = 1 and y_a without a^n, which is 0.
   bool is_second_order_ = false;
   double alpha_m_ = 0;

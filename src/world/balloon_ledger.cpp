@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "surface/membrane_geometry.h"
 #include "world/gas_of_object.h"
 
 namespace pellicle {
@@ -20,6 +21,10 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
   columns.insert(columns.end(), {{"rubber_volume_ratio", ""},
                                  {"thickness_min", "m"},
                                  {"thickness_max", "m"},
+                                 {"thickness_ratio_min", ""},
+                                 {"thickness_ratio_max", ""},
+                                 {"element_volume_ratio_min", ""},
+                                 {"element_volume_ratio_max", ""},
                                  {"inverted_elements", ""},
                                  {"newton_iterations", ""},
                                  {"linear_iterations", ""},
@@ -31,7 +36,15 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
     columns.push_back({"heat_iterations", ""});
     columns.push_back({"mass_torn", "kg"});
   }
+  if (chain.goes_by_arc_length()) {
+    columns.push_back({"load_time", "s"});
+  }
   return columns;
+}
+
+double area_of(const double* positions, const std::array<PetscInt, 3>& triangle) {
+  const auto [e12, e13] = edges_of(positions, triangle);
+  return e12.cross(e13).norm() / 2;
 }
 
 }  // namespace
@@ -77,15 +90,22 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
   const Membrane& membrane = elements.membrane();
   enum Sum { rubber, elastic, inverted, count };
   std::array<double, count> sums{};
-  std::array<double, 2> maxima{-HUGE_VAL, -HUGE_VAL};  // thickness, minus thickness
+  // Of thickness, its ratio and an element's volume ratio: the largest, and minus the least.
+  std::array<std::array<double, 2>, 3> maxima;
+  maxima.fill({-HUGE_VAL, -HUGE_VAL});
   sums[rubber] = elements.volume(state.position, state.thickness_ratio);
   sums[elastic] = elements.energy(state.position, state.thickness_ratio);
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     if (elements.stiffness(e) == 0) {
       continue;
     }
-    const double thickness = elements.wall().thickness[e] * state.thickness_ratio[e];
-    maxima = {std::max(maxima[0], thickness), std::max(maxima[1], -thickness)};
+    const double ratio = state.thickness_ratio[e];
+    const double area = area_of(state.position.data(), membrane.triangles[e]);
+    const std::array<double, 3> values{elements.wall().thickness[e] * ratio, ratio,
+                                       ratio * area / elements.wall().rest[e].area};
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      maxima[k] = {std::max(maxima[k][0], values[k]), std::max(maxima[k][1], -values[k])};
+    }
   }
   if (last_position_ == nullptr) {
     last_position_ = std::make_unique<Field>(membrane.particles, 3);
@@ -94,18 +114,22 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
   }
   last_position_->values() = state.position.values();
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, membrane.comm());
-  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPI_DOUBLE, MPI_MAX, membrane.comm());
+  MPI_Allreduce(MPI_IN_PLACE, maxima.front().data(), 6, MPI_DOUBLE, MPI_MAX, membrane.comm());
 
-  std::vector<double> own = gas_values(chain_.chambers(), state, state.pressure.data());
+  std::vector<double> own = gas_values(chain_.chambers(), state, state.pressure.data(), state.time_of_loads());
   own.insert(own.end(),
-             {sums[rubber] / initial_rubber_volume_, -maxima[1], maxima[0], sums[inverted],
-              static_cast<double>(step.newton_iterations), static_cast<double>(step.linear_iterations),
-              static_cast<double>(step.concave_iterations), step.residual, step.relative_residual, sums[elastic]});
+             {sums[rubber] / initial_rubber_volume_, -maxima[0][1], maxima[0][0], -maxima[1][1], maxima[1][0],
+              -maxima[2][1], maxima[2][0], sums[inverted], static_cast<double>(step.newton_iterations),
+              static_cast<double>(step.linear_iterations), static_cast<double>(step.concave_iterations), step.residual,
+              step.relative_residual, sums[elastic]});
   if (chain_.burns()) {
     double torn = state.burning->mass_torn;
     MPI_Allreduce(MPI_IN_PLACE, &torn, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
     own.push_back(static_cast<double>(step.heat_iterations));
     own.push_back(torn);
+  }
+  if (state.load_time != nullptr) {
+    own.push_back(*state.load_time);
   }
   ledger_.add({membrane, state, chain_.mass().data(), state.burning ? &*state.burning : nullptr, chain_.heat_capacity(),
                h, retries},

@@ -15,8 +15,7 @@ inline namespace world {
 struct BalloonState : ObjectState {
   /// At rest in the undeformed shape. The membrane must outlive the state. Collective.
   /// @param burns whether it has BurningFields, for which the membrane must be burnable (set_burnable)
-  /// @param accelerates whether its steps go on with accelerations (TimeIntegrator::is_second_order)
-  BalloonState(const Membrane& membrane, int chambers, bool burns = false, bool accelerates = false)
+  BalloonState(const Membrane& membrane, int chambers, bool burns = false)
       : ObjectState(membrane.particles, {membrane.elements.owned, membrane.elements.local()}),
         pressure(add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, chambers)) {
     position.values() = membrane.rest;
@@ -24,9 +23,13 @@ struct BalloonState : ObjectState {
     if (burns) {
       burning.emplace(*this, membrane);
     }
-    if (accelerates) {
-      acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3);
-    }
+  }
+  /// Its steps go on with accelerations (TimeIntegrator::is_second_order). Collective.
+  void add_acceleration() { acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3); }
+  /// Its steps go by arc length (TimeIntegrator::arc_length). Collective.
+  void add_path() {
+    load_time = &add<double>({"load_time", "s", Item::object});
+    direction = &add<Field>({"path_direction", "", Item::particle}, 3);
   }
   BalloonState(BalloonState&&) = default;
   BalloonState& operator=(const BalloonState& other) {
@@ -39,6 +42,11 @@ struct BalloonState : ObjectState {
   Eigen::VectorXd& pressure;  ///< across the wall, of each chamber, the same on every rank
   std::optional<BurningFields> burning;
   Field* acceleration = nullptr;  ///< of generalized alpha, which is not quite that of this moment [m/s^2]
+  double* load_time = nullptr;    ///< by arc length: at which the loads are [s]
+  Field* direction = nullptr;     ///< by arc length: of the last step, see StepPotential::write_direction
+
+  /// By which pressures, places of pins and other loads go [s].
+  double time_of_loads() const { return load_time != nullptr ? *load_time : time; }
 };
 
 }  // namespace world

@@ -230,7 +230,7 @@ std::string object_of(const std::string& key) {
 
 /// Whether a run may go on with another value.
 bool may_change(const OptionTable& table, const std::string& key) {
-  if (key == "time.scheme") {  // Another one goes on from other fields.
+  if (key == "time.scheme" || key == "time.arc_length") {  // Another one goes on from other fields.
     return false;
   }
   const std::string group = key.substr(0, key.find('.'));

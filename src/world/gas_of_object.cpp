@@ -19,14 +19,15 @@ std::vector<History::Column> gas_columns(const Chambers& chambers) {
   return columns;
 }
 
-std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure) {
+std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure,
+                               double time) {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
   const Eigen::VectorXd volumes = chambers.volumes(state.position);
   GasState all;
   double initial_volume = 0;
   std::vector<double> of_chambers;
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
-    GasState gas = chambers.state(chamber, volumes[chamber], state.time);
+    GasState gas = chambers.state(chamber, volumes[chamber], time);
     gas.pressure = chambers.prescribes_volume(chamber) ? pressure[chamber] : gas.pressure;
     const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
     all.volume += gas.volume;

@@ -18,7 +18,8 @@ std::vector<History::Column> gas_columns(const Chambers& chambers);
 
 /// Their values. Collective.
 /// @param pressure of each chamber, of which those of prescribed volume are looked at [Pa]
-std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure);
+/// @param time of the amounts, temperatures and pressures that are given [s]
+std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure, double time);
 
 /// Where a chamber that needs a closed surface has a hole: chamber, element, place, in words and the same on all ranks.
 /// Empty: nowhere. Collective.

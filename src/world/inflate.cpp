@@ -21,15 +21,17 @@ Wall wall_of(const Membrane& membrane, const Options& options) {
       Textures(membrane.comm()).values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
 }
 
-/// @throws Error on what generalized alpha does not go with
+/// @throws Error on what generalized alpha and the arc length do not go with
 TimeIntegrator integrator_of(const Options& options) {
-  if (options.time.scheme == TimeScheme::implicit_euler) {
-    return {};
+  const bool is_alpha = options.time.scheme == TimeScheme::generalized_alpha;
+  if (!is_alpha && !options.time.arc_length) {
+    return options.time.scheme == TimeScheme::statics ? TimeIntegrator::statics({}) : TimeIntegrator();
   }
-  const auto refuse = [](const std::string& what) {
-    throw Error("time.scheme: generalized_alpha does not go with " + what + ", expected implicit_euler");
+  const auto refuse = [is_alpha](const std::string& what) {
+    throw Error((is_alpha ? "time.scheme: generalized_alpha does not go with " : "time.arc_length: does not go with ") +
+                what + ", expected " + (is_alpha ? "implicit_euler" : "none"));
   };
-  if (!options.prism.inertia) {
+  if (is_alpha && !options.prism.inertia) {
     refuse("prism.inertia: false, without which there are no accelerations");
   }
   if (balloon_burns(options)) {
@@ -38,12 +40,16 @@ TimeIntegrator integrator_of(const Options& options) {
   if (options.wall.thickness_rule == WallThickness::global_volume) {
     refuse("prism.thickness: global, whose volume is preserved behind the step");
   }
+  if (!is_alpha && options.force.air.density > 0) {
+    refuse("force.air_density");
+  }
   for (const auto& [name, chamber] : options.chambers) {
     if (chamber.law == GasLaw::volume) {
       refuse("chambers." + name + ".law: volume");
     }
   }
-  return TimeIntegrator::generalized_alpha(options.time.spectral_radius);
+  return is_alpha ? TimeIntegrator::generalized_alpha(options.time.spectral_radius)
+                  : TimeIntegrator::statics(options.time.arc_length);
 }
 
 }  // namespace
@@ -108,14 +114,14 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   if (options.force.air.density > 0) {
     air_.emplace(membrane, options.force.air);
-    // v.D v / (2 c) - b.(x - x^n): its gradient is D v - b with the velocity v = c (x - x_v) of the step.
+    // c (x - x_v).D (x - x_v) / 2 - b.(x - x^n): its gradient is D v - b with the step's velocity v = c (x - x_v).
     drag_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
       const StepPotential& step = implicit_->potential();
-      const Eigen::Vector3d velocity = step.velocity(i, x);
-      const Eigen::Vector3d resistance = air_->resistance(i) * velocity;
+      const Eigen::Matrix3d stiffness = step.rate() * air_->resistance(i);
+      const Eigen::Vector3d moved = x - step.still(i);
       const Eigen::Vector3d push = air_->push(i);
-      return PointPotential{velocity.dot(resistance) / (2 * step.rate()) - push.dot(x - start_.vector(i)),
-                            resistance - push, step.rate() * air_->resistance(i)};
+      return PointPotential{moved.dot(stiffness * moved) / 2 - push.dot(x - start_.vector(i)), stiffness * moved - push,
+                            stiffness};
     });
   }
   make_solvers();
@@ -133,7 +139,16 @@ void Inflate::make_solvers() {
     model.others.push_back(drag_.get());
   }
   implicit_.reset();
-  implicit_.emplace(model, options_.prism, integrator_);
+  PrismOptions prism = options_.prism;
+  if (integrator_.is_static()) {
+    prism.inertia = false;
+    prism.mass_damping = 0;
+    prism.stiffness_damping = 0;
+  }
+  if (integrator_.arc_length()) {
+    prism.positive_elements = false;  // Where a path goes the whole tangent says.
+  }
+  implicit_.emplace(model, prism, integrator_);
   if (wall_.preserve_volume) {
     volume_preservation_ =
         std::make_unique<VolumePreservation>(membrane_, wall_, constraints_.projectors(), options_.volume);
@@ -141,7 +156,13 @@ void Inflate::make_solvers() {
 }
 
 BalloonState Inflate::initial_state() const {
-  BalloonState state(membrane_, chambers_.count(), burns(), integrator_.is_second_order());
+  BalloonState state(membrane_, chambers_.count(), burns());
+  if (integrator_.is_second_order()) {
+    state.add_acceleration();
+  }
+  if (integrator_.arc_length()) {
+    state.add_path();
+  }
   const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
   for (Eigen::Index i = 0; i < noise.cols(); ++i) {
     state.position.vector(i) += constraints_.projectors()[static_cast<std::size_t>(i)] * noise.col(i);
@@ -198,6 +219,10 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     const auto timer = clock_.time("velocity");
     state.time += h;
     ++state.step;
+    if (integrator_.arc_length()) {
+      *state.load_time = implicit_->potential().time();
+      implicit_->potential().write_direction(state.position, *state.direction);
+    }
     set_pressures(state);
     step.step_error = move_on(state) / implicit_->length_scale();
     MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
@@ -207,7 +232,7 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
 }
 
 StepStart Inflate::start_of_step(const BalloonState& state) const {
-  return {state.velocity, state.thickness_ratio, state.time, h_, state.acceleration};
+  return {state.velocity, state.thickness_ratio, state.time_of_loads(), h_, state.acceleration, state.direction};
 }
 
 /// The accelerations from which the first step goes on, if they count. Collective.
@@ -342,7 +367,7 @@ void Inflate::set_pressures(BalloonState& state) const {
   const Eigen::VectorXd volumes = chambers_.volumes(state.position);
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     if (!chambers_.prescribes_volume(chamber)) {
-      state.pressure[chamber] = chambers_.state(chamber, volumes[chamber], state.time).pressure;
+      state.pressure[chamber] = chambers_.state(chamber, volumes[chamber], state.time_of_loads()).pressure;
     }
   }
 }

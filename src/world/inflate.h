@@ -35,7 +35,8 @@ class Inflate {
  public:
   /// Builds the wall, its gas and what holds it. Membrane, options and clock must outlive it. Collective.
   /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads, and on what generalized alpha
-  /// does not go with: no inertia, a wall that burns or whose volume is preserved as a whole, a prescribed volume
+  /// and the arc length do not go with: no inertia, a wall that burns or whose volume is preserved as a whole, a
+  /// prescribed volume, air
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock);
 
   /// The undeformed shape with its initial noise, at rest at time 0, pins in their places. Collective.
@@ -53,6 +54,7 @@ class Inflate {
   /// Makes what follows from the other fields of a state that `advance` has not left so. Collective.
   void follow(BalloonState& state);
 
+  bool goes_by_arc_length() const { return integrator_.arc_length().has_value(); }
   bool burns() const { return burning_.has_value(); }
   double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]
   double loss_mass() const { return options_.ablation.loss_mass; }  ///< m^loss as a share of m^init

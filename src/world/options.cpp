@@ -13,7 +13,8 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.scheme", options.scheme)
       .help(
           "of a balloon, implicit_euler: of first order, takes energy out of what rings; generalized_alpha: of second "
-          "order, keeps it but for what the step does not resolve")
+          "order, keeps it but for what the step does not resolve; statics: every step ends in equilibrium, without "
+          "inertia and damping")
       .source("balloon paper, eq. 18; Chung and Hulbert 1993");
   table.add("time.spectral_radius", options.spectral_radius)
       .range(0, 1)
@@ -22,6 +23,15 @@ void describe(OptionTable& table, TimeOptions& options) {
           "by what a step multiplies motions much faster than it; 1: nothing is damped, and angular momentum is kept, "
           "too")
       .source("Chung and Hulbert 1993, eq. 25");
+  table.add("time.arc_length", options.arc_length)
+      .unit("m/s")
+      .more_than(0)
+      .acts_with(one_of("time.scheme", options.scheme, {TimeScheme::statics}))
+      .help(
+          "follows the path of equilibria beyond limit points: the vertices move so far in a second, root mean square, "
+          "and the loads have a time of their own, which may go back (history.csv: load_time); unless given the loads' "
+          "time is that of the run")
+      .source("Riks 1979");
   table.add("time.end", options.end).unit("s").at_least(0).help("the run ends at this time");
   table.add("time.max_steps", options.max_steps).at_least(0).help("or after so many steps; 0: no such limit");
   table.add("time.max_retries", options.max_retries)
@@ -210,6 +220,13 @@ void describe(OptionTable& table, Options& options) {
                                                           }});
   table.find_key("time.tolerance")->acts_with(inflates);
   table.find_key("time.scheme")->acts_with(inflates);
+  table.find_key("prism.positive_elements")->acts_with({"no time.arc_length", [&options] {
+                                                          return !options.time.arc_length.has_value();
+                                                        }});
+  for (const char* key : {"prism.inertia", "prism.mass_damping", "prism.stiffness_damping"}) {
+    table.find_key(key)->acts_with(
+        one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}));
+  }
   table.find_key("sheet.imbalance_limit")->acts_with(burns);
   table.find_key("ablation.compact_fraction")->acts_with({"no chambers", [&chambers = options.chambers] {
                                                             return chambers.empty();

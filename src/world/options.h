@@ -36,6 +36,7 @@ inline namespace world {
 struct TimeOptions {
   Choice<TimeScheme> scheme = TimeScheme::implicit_euler;  ///< of balloons; sheets go by implicit Euler
   double spectral_radius = 0.8;                            ///< of generalized alpha
+  std::optional<double> arc_length;                        ///< of statics: displacement in a second [m/s]
   double step = 2e-3;                                      ///< h [s]
   double end = 1;                                          ///< [s]
   int max_steps = 0;                                       ///< 0: no limit

@@ -114,7 +114,7 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& ch
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
   if (chambers.count() > 0) {
-    const std::vector<double> of_gas = gas_values(chambers, state, state.pressure.data());
+    const std::vector<double> of_gas = gas_values(chambers, state, state.pressure.data(), state.time);
     own.insert(own.end(), of_gas.begin(), of_gas.end());
   }
   ledger_.add({sheet, state, state.mass.data(), &state, options_.heat.capacity, h, retries}, own);

@@ -103,6 +103,22 @@ TEST_F(BalloonRanksTest, PrescribedVolumeAndQuasiStatic) {
   }
 }
 
+TEST_F(BalloonRanksTest, ThePathThroughTheLimitPointsAlsoFromACheckpoint) {
+  const Arguments path{deck("limit_points"), "-mesh_level", "2", "-prism_snes_rtol", "1e-10",
+                       "-prism_ksp_rtol",    "1e-10"};
+  const DrawnFrame one = run(1, path);
+  const std::vector<double> load_time = history_.at("load_time");
+  EXPECT_LT(load_time.back(), load_time[5]) << "it has gone back";
+  EXPECT_GT(load_time.back(), load_time[21]) << "and forth";
+  for (const int ranks : {2, 4}) {
+    expect_same_balloon(one, run(ranks, path), agreement, std::to_string(ranks) + " ranks");
+    EXPECT_NEAR(history_.at("load_time").back(), load_time.back(), 1e-7);
+  }
+  const std::string printed =
+      succeed(2, path + Arguments{"-verify_restart", "8", "-output_directory", "verified"}).output;
+  EXPECT_NE(printed.find("fields are the same"), std::string::npos) << printed;
+}
+
 TEST_F(BalloonRanksTest, WhereMostIsHeld) {
   // The preconditioner's patches of vertices that cannot move, or of very few.
   const Arguments sphere =

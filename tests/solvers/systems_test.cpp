@@ -6,6 +6,7 @@
 
 #include "solvers/backtracking.h"
 #include "solvers/bordered_system.h"
+#include "solvers/load_border.h"
 #include "solvers/newton.h"
 #include "tests/solvers/chain_matrix.h"
 #include "tests/support/solver_options.h"
@@ -170,6 +171,52 @@ TEST(BorderedSystem, is_solved_where_only_the_border_holds_the_matrix) {
   given.set(b, values, 1);
   EXPECT_TRUE(system.solve(b, x).converged);
   EXPECT_LT(given.difference(x, dense.partialPivLu().solve(values), 1), 1e-7);
+}
+
+// Where T' has a negative direction, too, which the row forbids: T less a multiple of the row's column.
+TEST(LoadBorder, solves_and_multiplies_as_the_dense_matrix_does) {
+  const Eigen::VectorXd load = some_values(size).reverse();
+  constexpr double scale = 3;
+  for (const double of_first : {0.5, -0.02}) {
+    Eigen::MatrixXd columns = some_columns();
+    if (of_first < 0) {
+      columns.col(0) = columns.col(1);
+    }
+    System given({0, 0}, -0.9);
+    given.system.update(columns.middleRows(given.first, given.end - given.first), Eigen::Vector2d(of_first, 5));
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size + 1, size + 1);
+    dense.topLeftCorner(size, size) = dense_chain(size, -0.9) + of_first * columns.col(0) * columns.col(0).transpose();
+    dense.topRightCorner(size, 1) = load;
+    dense.bottomLeftCorner(1, size) = scale * columns.col(1).transpose();
+    const Eigen::MatrixXd without_border = dense.topLeftCorner(size, size);
+    EXPECT_EQ(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(without_border).eigenvalues()[0] < 0, of_first < 0);
+    LoadBorder border(given.system);
+    border.update(load.segment(given.first, given.end - given.first), scale);
+    VecHandle x;
+    VecHandle b;
+    check(MatCreateVecs(border.matrix(), x.create(), b.create()));
+    const Eigen::VectorXd values = some_values(size + 1);
+    given.set(b, values, 1);
+    EXPECT_EQ(border.border_value(b), values[size]);
+    const LinearResult result = border.solve(b, x);
+    EXPECT_TRUE(result.converged) << result.reason;
+    EXPECT_LT(given.difference(x, dense.partialPivLu().solve(values), 1), 1e-7);
+    check(MatMult(border.matrix(), b, x));
+    EXPECT_LT(given.difference(x, dense * values, 1), 1e-12);
+  }
+}
+
+TEST(LoadBorder, has_no_solution_where_the_loads_do_not_change) {
+  System given({0.5, 20}, -0.9);
+  LoadBorder border(given.system);
+  border.update(Eigen::VectorXd::Zero(given.end - given.first), 3);
+  VecHandle x;
+  VecHandle b;
+  check(MatCreateVecs(border.matrix(), x.create(), b.create()));
+  given.set(b, some_values(size + 1), 1);
+  const LinearResult result = border.solve(b, x);
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.reason, "the loads do not change any more");
 }
 
 TEST(Backtracking, finds_the_longest_share_that_lowers_the_merit) {

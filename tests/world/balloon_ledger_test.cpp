@@ -156,6 +156,8 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
     double inverted = 0;
     double thinnest = HUGE_VAL;
     double thickest = 0;
+    std::array<double, 2> ratio{HUGE_VAL, 0};         // of the thickness, least and largest
+    std::array<double, 2> volume_ratio{HUGE_VAL, 0};  // of elements
     for (const auto& face : mesh_.faces) {
       const double initial = area(rest_, face).norm() * thickness_of(is_small(face));
       const double here = thickness(x, face);
@@ -165,6 +167,10 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
       inverted += area(x, face).dot(area(before, face)) < 0 ? 1 : 0;
       thinnest = std::min(thinnest, here);
       thickest = std::max(thickest, here);
+      const double of_thickness = here / thickness_of(is_small(face));
+      ratio = {std::min(ratio[0], of_thickness), std::max(ratio[1], of_thickness)};
+      const double of_volume = area(x, face).norm() * here / initial;
+      volume_ratio = {std::min(volume_ratio[0], of_volume), std::max(volume_ratio[1], of_volume)};
     }
     TableRow row{{"time", state.time},
                  {"step", state.step},
@@ -179,6 +185,10 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
                  {"rubber_volume_ratio", rubber / initial_rubber},
                  {"thickness_min", thinnest},
                  {"thickness_max", thickest},
+                 {"thickness_ratio_min", ratio[0]},
+                 {"thickness_ratio_max", ratio[1]},
+                 {"element_volume_ratio_min", volume_ratio[0]},
+                 {"element_volume_ratio_max", volume_ratio[1]},
                  {"inverted_elements", inverted},
                  {"newton_iterations", state.step == 0 ? 0 : 1},
                  {"linear_iterations", step.linear_iterations},

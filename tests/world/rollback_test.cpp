@@ -49,7 +49,9 @@ TEST(Rollback, AssigningAStatePutsEveryFieldBack) {
 
 TEST(Rollback, AssigningABalloonsStatePutsEveryFieldBack) {
   const Membrane membrane = make_membrane(PETSC_COMM_SELF, icosphere_mesh(0, 1), {});
-  BalloonState state(membrane, 2, false, true);
+  BalloonState state(membrane, 2);
+  state.add_acceleration();
+  state.add_path();
   BalloonState copy(membrane, 2);
   expect_put_back(state, copy);
 }

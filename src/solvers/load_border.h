@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "solvers/low_rank_system.h"
+
+namespace pellicle {
+inline namespace solvers {
+
+/// [T', l; S g^T, 0] [x; z] = [r; q]: a load z, by which the residual of a system changes with l, is one more unknown,
+/// and one more row says how far to go along g: the path of equilibria beyond a limit point, where T' is singular
+/// (Riks, An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Struct. 15, 1979).
+/// g is the last column of a LowRankSystem, T' its T with what the columns before add. Solved by block elimination. In
+/// place of T' stands the system's own A, with rho g g^T of that column and r changed accordingly: the solution is the
+/// same, and A stays positive definite where T' is so only on the x with g^T x = 0. rho is the column's coefficient.
+///
+/// A vector of such a system has the rows of T, and one more at the end of rank 0's.
+class LoadBorder {
+ public:
+  /// Collective. @param part must outlive the border
+  explicit LoadBorder(LowRankSystem& part);
+  LoadBorder(const LoadBorder&) = delete;  // The matrix points to this object.
+  LoadBorder& operator=(const LoadBorder&) = delete;
+
+  /// The system's matrix, which can be multiplied with.
+  Mat matrix() const { return matrix_; }
+  /// Rows of the border on this rank: one on rank 0.
+  PetscInt border_rows() const { return rank_ == 0 ? 1 : 0; }
+
+  /// @param load l of the owned rows @param scale S
+  void update(const Eigen::VectorXd& load, double scale);
+
+  /// Where l has no part along which the row could go there is no solution. Collective.
+  LinearResult solve(Vec right_hand_side, Vec solution);
+
+  /// The border's entry of a vector, on every rank. Collective.
+  double border_value(Vec vector) const;
+
+ private:
+  void multiply(Vec x, Vec y);
+  Eigen::Index rows() const { return part_.columns().rows(); }
+  int last() const { return part_.count() - 1; }
+
+  LowRankSystem& part_;
+  int rank_ = 0;
+  MatHandle matrix_;
+  Eigen::VectorXd load_;  ///< l
+  double scale_ = 1;      ///< S
+  VecHandle part_right_hand_side_;
+  VecHandle part_solution_;
+  VecHandle influence_;  ///< A^-1 l
+};
+
+}  // namespace solvers
+}  // namespace pellicle
