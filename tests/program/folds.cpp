@@ -130,7 +130,8 @@ TEST_P(LongFolds, OfADeckAreNoStitches) {
 INSTANTIATE_TEST_SUITE_P(Decks, LongFolds,
                          testing::Values("burning_paper", "hot_ball", "hot_sphere_a", "hot_sphere_b", "hot_sphere_c",
                                          "hot_sphere_d", "sheet_weights_a", "sheet_weights_b", "sheet_weights_c",
-                                         "sheet_weights_d", "half_burns", "curtain", "roof", "shirt", "burning_torus"),
+                                         "sheet_weights_d", "half_burns", "curtain", "roof", "shirt", "burning_torus",
+                                         "paper_lantern"),
                          [](const auto& deck) { return std::string(deck.param); });
 
 class LongCrumpling : public FoldsTest {
