@@ -25,6 +25,7 @@ struct Material {
   double c2 = 0;                    ///< Mooney-Rivlin [Pa]
   std::vector<double> ogden_mu;     ///< [Pa]
   std::vector<double> ogden_alpha;  ///< exponents, as many
+  bool wrinkles = false;            ///< metric_energy is relaxed: by tension field, see there
 };
 
 inline const std::vector<std::string>& names_of(Material::Law) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace pellicle {
 inline namespace prism {
@@ -54,6 +55,96 @@ InPlaneDensity in_plane_density(const EnergyDensity& psi, ThicknessRule rule, do
     result.td -= tc * dc / cc;
     result.dd -= dc * dc / cc;
   }
+  return result;
+}
+
+/// psi at a state, with its c.
+struct InPlaneState {
+  InPlaneDensity psi;
+  double c;
+};
+
+/// @param given c of ThicknessRule::fixed, or where the search for that of plane_stress starts
+InPlaneState in_plane_state(const Material& material, ThicknessRule rule, double t, double d, double given) {
+  double c = given;
+  if (rule == ThicknessRule::incompressible) {
+    c = 1 / d;
+  } else if (rule == ThicknessRule::plane_stress) {
+    c = balanced_c(material, t, d, c);
+  }
+  return {in_plane_density(energy_density(material, t, d, c), rule, d), c};
+}
+
+/// f(x, y) = psi(x + y, x y) of the squared principal stretches x >= y, with derivatives.
+struct PrincipalDensity {
+  double x, y, xx, xy, yy;
+};
+
+PrincipalDensity principal_density(const InPlaneDensity& psi, double x, double y) {
+  return {psi.t + psi.d * y, psi.t + psi.d * x, psi.tt + 2 * psi.td * y + psi.dd * y * y,
+          psi.tt + psi.td * (x + y) + psi.dd * x * y + psi.d, psi.tt + 2 * psi.td * x + psi.dd * x * x};
+}
+
+/// y at which f_y = 0 for an x > 1: Newton's method in ln y, kept inside the bracket found so far. NaN if it finds
+/// none.
+double natural_width(const Material& material, ThicknessRule rule, double x, double given) {
+  constexpr double longest_step = 1;  // of ln y
+  double lower = 0;
+  double upper = x;
+  double y = 1 / std::sqrt(x);
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const InPlaneState state = in_plane_state(material, rule, x + y, x * y, given);
+    const PrincipalDensity f = principal_density(state.psi, x, y);
+    const double slope = f.y * y;  // by ln y
+    const double curvature = f.yy * y * y + slope;
+    (slope > 0 ? upper : lower) = y;
+    double step = curvature > 0 ? -slope / curvature : (slope > 0 ? -longest_step : longest_step);
+    const bool converged = std::abs(step) < 1e-8;  // quadratic: what is left after it is rounding
+    step = std::min(std::max(step, -longest_step), longest_step);
+    const double next = y * std::exp(step);
+    if (converged) {
+      return next;
+    }
+    y = next > lower && next < upper ? next : std::sqrt(std::max(lower, 1e-12 * upper) * upper);
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// The relaxed energy where the wall wrinkles or is slack; nothing where it is taut.
+/// @param psi at a, not relaxed @param given as for in_plane_state
+std::optional<MetricEnergy> relaxed(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                                    const Eigen::Vector3d& a, const InPlaneDensity& psi, double given) {
+  constexpr double rounding = 1e-10;  // of a strain: at rest the wall is taut
+  const Eigen::Matrix3d map = cauchy_green_of_metric(rest);
+  const Eigen::Vector3d green = map * a;  // C11, C22, sqrt(2) C12
+  const double half = (green[0] - green[1]) / 2, shear = green[2] / std::sqrt(2.0);
+  const double radius = std::hypot(half, shear);
+  const double x = (green[0] + green[1]) / 2 + radius;
+  const PrincipalDensity here = principal_density(psi, x, x - 2 * radius);
+  if (here.y >= -rounding * std::abs(here.yy) || (x > 1 && radius < rounding)) {
+    return std::nullopt;
+  }
+  MetricEnergy result;
+  result.gradient.setZero();
+  result.hessian.setZero();
+  if (x <= 1) {
+    return result;
+  }
+  const double y = natural_width(material, rule, x, given);
+  const InPlaneState natural = in_plane_state(material, rule, x + y, x * y, given);
+  const PrincipalDensity f = principal_density(natural.psi, x, y);
+  // By the energy w(x) of uniaxial tension along the unit vector n, with m across: dx = n.dC n, and the second
+  // derivative of x along dC is 2 (n.dC m)^2 over the difference of the eigenvalues.
+  const double slope = f.x;
+  const double curvature = f.xx - f.xy * f.xy / f.yy;
+  const double cos2 = half / radius, sin2 = shear / radius;  // of twice the angle of n
+  const double root = std::sqrt(2.0);
+  const Eigen::Vector3d along = map.transpose() * Eigen::Vector3d((1 + cos2) / 2, (1 - cos2) / 2, sin2 / root);
+  const Eigen::Vector3d across = map.transpose() * Eigen::Vector3d(-sin2 / 2, sin2 / 2, cos2 / root);
+  result.energy = rest.volume * natural.psi.value;
+  result.gradient = rest.volume * slope * along;
+  result.hessian = rest.volume * (curvature * along * along.transpose() + slope / radius * across * across.transpose());
+  result.thickness_ratio = std::sqrt(natural.c);
   return result;
 }
 
@@ -114,15 +205,16 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
     return collapsed();
   }
   const double d = scale * determinant;
-  double c = given_ratio * given_ratio;
-  if (rule == ThicknessRule::incompressible) {
-    c = 1 / d;
-  } else if (rule == ThicknessRule::plane_stress) {
-    c = balanced_c(material, t, d, c);
-  }
-  const InPlaneDensity psi = in_plane_density(energy_density(material, t, d, c), rule, d);
+  const double given = given_ratio * given_ratio;
+  const InPlaneState state = in_plane_state(material, rule, t, d, given);
+  const InPlaneDensity& psi = state.psi;
   if (!std::isfinite(psi.value)) {
     return collapsed();
+  }
+  if (material.wrinkles) {
+    if (const auto wrinkled = relaxed(material, rule, rest, a, psi, given)) {
+      return std::isfinite(wrinkled->energy) ? *wrinkled : collapsed();
+    }
   }
 
   MetricEnergy result;
@@ -135,7 +227,7 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
   result.hessian(2, 0) += psi.d * scale;
   result.hessian(1, 1) -= 2 * psi.d * scale;
   result.hessian *= rest.volume;
-  result.thickness_ratio = std::sqrt(c);
+  result.thickness_ratio = std::sqrt(state.c);
   return result;
 }
 

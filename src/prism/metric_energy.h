@@ -50,6 +50,13 @@ struct MetricEnergy {
   double thickness_ratio = 1;  ///< h/h0 = sqrt(c)
 };
 
+/// Of a material that wrinkles it is the relaxed energy of tension-field theory, for a wall so thin that it bears no
+/// compression (Pipkin, The relaxed energy density for isotropic elastic membranes, IMA J. Appl. Math. 36, 1986;
+/// Steigmann, Tension-field theory, Proc. R. Soc. Lond. A 429, 1990). With the principal stretches l1 >= l2, and w(l1)
+/// the width l2 at which there is no stress across the tension: where l2 >= w it is what it was (taut); where l1 > 1
+/// and l2 < w that at (l1, w), uniaxial tension (wrinkled); where l1 <= 1 and l2 < w 0 (slack), its derivatives too.
+/// The thickness is that of the wall in its wrinkles. Not for a thickness that is given and not 1.
+///
 /// Infinite energy and nothing finite else where the element has collapsed (no area) or, for plane_stress, no thickness
 /// balances it.
 /// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress

@@ -238,6 +238,7 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
                                                                       : ThicknessRule::fixed;
   wall.preserve_volume = options.thickness_rule == WallThickness::global_volume;
   wall.materials.push_back(wall_material(options.material));
+  wall.materials.back().wrinkles = options.wrinkling == Wrinkling::tension_field;  // and so do those of regions
   wall.material.assign(membrane.triangles.size(), 0);
   wall.density.assign(membrane.triangles.size(), options.density);
   wall.thickness = wall_thickness(membrane, options, texture);

@@ -154,6 +154,13 @@ void describe(OptionTable& table, WallOptions& options) {
       .more_than(0)
       .help("undeformed density of the wall")
       .source("balloon paper, eq. 19; README: parameters");
+  table.add("wall.wrinkling", options.wrinkling)
+      .acts_with(one_of("prism.thickness", options.thickness_rule,
+                        {WallThickness::incompressible, WallThickness::plane_stress, WallThickness::fixed}))
+      .help(
+          "none: the wall bears compression, and wrinkles as its elements do; tension_field: it bears none, as a wall "
+          "does that is thin beside its wrinkles, which are finer than the elements")
+      .source("Pipkin 1986, Steigmann 1990");
   // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
   const auto is_used = [&options](Material::Law law) {
     const Material::Law of_wall = options.material.law;

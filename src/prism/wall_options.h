@@ -56,6 +56,13 @@ inline const std::vector<std::string>& names_of(WallThickness) {
   return names;
 }
 
+/// none: it bears compression, and wrinkles as its elements do; tension_field: relaxed, see metric_energy.
+enum class Wrinkling { none, tension_field };
+inline const std::vector<std::string>& names_of(Wrinkling) {
+  static const std::vector<std::string> names{"none", "tension_field"};
+  return names;
+}
+
 /// What the wall of a balloon is made of.
 struct WallOptions {
   Choice<WallThickness> thickness_rule = WallThickness::incompressible;
@@ -64,6 +71,7 @@ struct WallOptions {
   std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
+  Choice<Wrinkling> wrinkling = Wrinkling::none;
   MaterialOptions<Material::Law, double> material{Material::Law::neo_hookean, 4e5,         0, 2e5, 2e4,
                                                   {6.3e5, 1.2e3, -1e4},       {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;

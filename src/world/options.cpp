@@ -220,6 +220,7 @@ void describe(OptionTable& table, Options& options) {
                                                           }});
   table.find_key("time.tolerance")->acts_with(inflates);
   table.find_key("time.scheme")->acts_with(inflates);
+  table.find_key("wall.wrinkling")->acts_with(one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}));
   table.find_key("prism.positive_elements")->acts_with({"no time.arc_length", [&options] {
                                                           return !options.time.arc_length.has_value();
                                                         }});
