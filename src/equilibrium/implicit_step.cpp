@@ -17,6 +17,16 @@ namespace {
 /// What a residual is compared with at least, over the potential's force scale: a balloon at rest has no forces.
 constexpr double negligible_force = 1e-6;
 
+/// By which a tangent that is not positive definite goes over to the positive one, until it is; 1 is the whole way.
+constexpr double share_step = 0.125;
+
+/// Options of a step. One that ends when it has converged has the exact tangent near its end, since Newton's method
+/// converges slowly without it, and where that is not positive definite changes it no more than it must.
+PrismOptions options_of_step(PrismOptions options, bool is_static) {
+  options.positive_elements = options.positive_elements && (is_static || options.newton == NewtonEnd::fixed);
+  return options;
+}
+
 KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes) {
   KspDefaults defaults;
   // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
@@ -38,7 +48,7 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 
 ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
     : options_(options),
-      potential_(model, options, integrator),
+      potential_(model, options_of_step(options, integrator.is_static()), integrator),
       system_(potential_.tangent_matrix(), model.chambers.count() + (integrator.arc_length() ? 1 : 0),
               options.solver_prefix,
               solver_defaults(options, integrator.is_static() || !potential_.prescribed().empty())),
@@ -95,6 +105,7 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
   potential_.begin_step(position, pressure, start);
   potential_.write_to(unknowns_);
   concave_iterations_ = 0;
+  last_share_ = 0;
   const NewtonResult newton = newton_->solve(unknowns_);
 
   ImplicitResult result;
@@ -200,7 +211,7 @@ void ImplicitStep::update_jacobian() {
   }
 }
 
-/// The step of Newton's method, J y = r, or of the positive tangent in J's place (see the class).
+/// The step of Newton's method, J y = r, or of a tangent in J's place that is positive definite (see the class).
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   LinearResult result = solve_once(right_hand_side, solution);
   const auto again = [&] {
@@ -216,12 +227,30 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     update_jacobian();
     again();
   }
-  if (result.solved == Solved::concave) {
-    ++concave_iterations_;
-    potential_.update_tangent(Curvature::positive, system_);
+  if (result.solved != Solved::concave) {
+    last_share_ = 0;
+    return result;
+  }
+  ++concave_iterations_;
+  double share = potential_.blends() ? std::max(last_share_ - share_step, share_step) : 1;
+  set_tangent(share);
+  again();
+  while (result.solved == Solved::concave && share < 1) {
+    share = std::min(share + share_step, 1.0);
+    set_tangent(share);
     again();
   }
+  last_share_ = share;
   return result;
+}
+
+/// 0: the exact tangent; 1: the positive one.
+void ImplicitStep::set_tangent(double positive_share) {
+  if (positive_share == 1) {
+    potential_.update_tangent(Curvature::positive, system_);
+  } else {
+    potential_.update_tangent(Curvature::exact, system_, positive_share);
+  }
 }
 
 LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {

@@ -355,8 +355,11 @@ std::vector<double> StepPotential::force_norms() const {
   return norms;
 }
 
-void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
+void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
   evaluate_gas();
+  if (blends()) {
+    wall_.set_positive_share(positive_share);
+  }
   const Membrane& membrane = model_.elements.membrane();
   std::vector<double> load_pressure;
   if (model_.gas_tangent == GasTangent::exact && model_.chambers.count() > 0) {
@@ -383,7 +386,8 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system) {
     const double stiffness = model_.chambers.prescribes_volume(chamber)
                                  ? bordering_stiffness(chamber)
                                  : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
-    coefficients[chamber] = curvature == Curvature::positive ? std::max(stiffness, 0.0) : stiffness;
+    const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
+    coefficients[chamber] = std::max(stiffness, left * stiffness);
   }
   if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
     double scale = force_scale_ / length_scale_;

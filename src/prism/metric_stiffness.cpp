@@ -138,7 +138,7 @@ void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std:
 }  // namespace
 
 MetricStiffness::MetricStiffness(const PrismElements& elements, bool positive)
-    : elements_(&elements), positive_(positive) {
+    : elements_(&elements), left_out_(positive ? 1 : 0) {
   const auto& triangles = elements.membrane().triangles;
   batches_.resize((triangles.size() + lanes - 1) / lanes);  // Unused lanes stay zero: nothing, on vertex 0.
   for (std::size_t e = 0; e < triangles.size(); ++e) {
@@ -153,7 +153,7 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
   const auto& triangles = elements_->membrane().triangles;
   static const PetscLogEvent event = log_event("PrismStiffness");
   // Scaled entries, and the tests of positive_part; what it does where there is something to leave out is not counted.
-  const double by_element = 3 + 2 * 6 + 1 + (positive_ ? 7 + 17 : 0);
+  const double by_element = 3 + 2 * 6 + 1 + (left_out_ > 0 ? 7 + 17 : 0);
   const LogScope scope(event, elements_->energy_flops() + by_element * static_cast<double>(triangles.size()));
   for (std::size_t e = 0; e < triangles.size(); ++e) {
     StiffnessBatch& batch = batches_[e / lanes];
@@ -164,8 +164,12 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
       batch.e13[c][lane] = e13[c];
     }
     const MetricEnergy energy = elements_->element_energy(e, positions, thickness_ratio[e]);
-    const MetricTangent tangent =
-        positive_ ? positive_part(energy, elements_->rest(e)) : MetricTangent{energy.gradient, energy.hessian};
+    MetricTangent tangent{energy.gradient, energy.hessian};
+    if (left_out_ > 0) {
+      const MetricTangent positive = positive_part(energy, elements_->rest(e));
+      tangent.gradient = (1 - left_out_) * tangent.gradient + left_out_ * positive.gradient;
+      tangent.hessian = (1 - left_out_) * tangent.hessian + left_out_ * positive.hessian;
+    }
     const Eigen::Vector3d scale(2, 1, 2);
     int k = 0;
     for (int i = 0; i < 3; ++i) {

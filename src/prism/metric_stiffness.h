@@ -36,13 +36,16 @@ class MetricStiffness : public ElementStiffness {
   /// positive_part
   MetricStiffness(const PrismElements& elements, bool positive);
 
+  /// From the next update on this share of what would give an element negative eigenvalues is left out, 0 to 1.
+  void leave_out(double share) { left_out_ = share; }
+
   void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) override;
   void add_product(double factor, const double* w, double* result) const override;
   void add_blocks(double factor, const HessianBlocks& blocks) const override;
 
  private:
   const PrismElements* elements_;
-  bool positive_;
+  double left_out_;  ///< 1: all of it
   std::vector<StiffnessBatch> batches_;
 };
 

@@ -45,7 +45,8 @@ void describe(OptionTable& table, PrismOptions& options) {
       .acts_with(one_of("prism.tangent", options.tangent, {ElementTangent::exact}))
       .help(
           "leave compressive stresses out of the geometric stiffness, so that no element's matrix has a negative "
-          "eigenvalue")
+          "eigenvalue; a step in time of newton: converged leaves them out only where the tangent is not positive "
+          "definite, and as little of them as it must")
       .source("README: readings");
   table.add("prism.line_search", options.line_search)
       .help("halve a Newton step until no element turns over and the potential of the step falls")

@@ -9,9 +9,13 @@ inline namespace prism {
 
 namespace {
 
-std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options) {
+/// @param blended the same, if it is exact and knows its positive part
+std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options,
+                                                 MetricStiffness*& blended) {
   if (options.tangent == ElementTangent::exact) {
-    return std::make_unique<MetricStiffness>(elements, options.positive_elements);
+    auto stiffness = std::make_unique<MetricStiffness>(elements, options.positive_elements);
+    blended = options.positive_elements ? nullptr : stiffness.get();
+    return stiffness;
   }
   return std::make_unique<GradientStiffness>(
       elements, options.tangent == ElementTangent::paper ? Director::left_out : Director::varied);
@@ -34,7 +38,7 @@ std::vector<VertexPair> pairs_of_elements(const Membrane& membrane) {
 
 WallPotential::WallPotential(const PrismElements& elements, const PrismOptions& options)
     : elements_(elements),
-      exact_(make_stiffness(elements, options)),
+      exact_(make_stiffness(elements, options, blended_)),
       positive_(elements, true),
       in_use_(exact_.get()),
       thickness_ratio_(elements.membrane().triangles.size(), 1.0) {}
@@ -42,6 +46,11 @@ WallPotential::WallPotential(const PrismElements& elements, const PrismOptions& 
 void WallPotential::set_load(std::vector<double> pressure, const Eigen::Vector3d& origin) {
   pressure_ = std::move(pressure);
   origin_ = origin;
+}
+
+void WallPotential::set_positive_share(double share) {
+  positive_share_ = share;
+  blended_->leave_out(share);
 }
 
 void WallPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
@@ -55,7 +64,11 @@ void WallPotential::update_hessian(const Field& x, Curvature curvature) {
     positive_.update(x, thickness_ratio_, {{}, origin_});
     in_use_ = &positive_;
   } else {
-    exact_->update(x, thickness_ratio_, {pressure_, origin_});
+    std::vector<double> pressure = pressure_;
+    for (double& p : pressure) {
+      p *= 1 - positive_share_;
+    }
+    exact_->update(x, thickness_ratio_, {pressure, origin_});
     in_use_ = exact_.get();
   }
 }

@@ -28,6 +28,12 @@ class WallPotential : public Potential {
   /// @param origin about which it is taken [m]
   void set_load(std::vector<double> pressure, const Eigen::Vector3d& origin);
 
+  /// Whether the exact Hessian can go over to the positive one step by step.
+  bool blends() const { return blended_ != nullptr; }
+  /// From the next update on the exact Hessian has this share of the way to the positive one behind it, 0 to 1: of each
+  /// element's compression and of the pressure's stiffness so much is left out. Not collective. Only if it `blends`.
+  void set_positive_share(double share);
+
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override { return pairs_of_elements(elements_.membrane()); }
@@ -38,11 +44,13 @@ class WallPotential : public Potential {
 
  private:
   const PrismElements& elements_;
+  MetricStiffness* blended_ = nullptr;  ///< `exact_`, if it can be blended
   std::unique_ptr<ElementStiffness> exact_;
   MetricStiffness positive_;
   const ElementStiffness* in_use_;  ///< one of the two
   std::vector<double> thickness_ratio_;
   std::vector<double> pressure_;
+  double positive_share_ = 0;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
 };
 

@@ -94,6 +94,9 @@ class BalloonTangent {
     }
     wall_->set_thickness(balloon_.thickness_ratio);
     wall_->set_load(load_pressure, Eigen::Vector3d::Zero());
+    if (wall_->blends()) {
+      wall_->set_positive_share(positive_share);
+    }
     tangent_->update(balloon_.x, positive ? Curvature::positive : Curvature::exact);
     return tangent_->matrix();
   }
@@ -130,6 +133,7 @@ class BalloonTangent {
   std::vector<Eigen::Matrix3d>& vertex_blocks;
   std::unique_ptr<DampingPotential> damping;
   bool positive = false;
+  double positive_share = 0;  ///< of the exact one
 };
 
 /// An inflated balloon, dented, with compressed elements here and there.
@@ -394,6 +398,28 @@ TEST(WallTangent, a_positive_one_is_positive_definite_whatever_the_state) {
       tangent.positive = false;
       EXPECT_LT(lowest_eigenvalue(tangent.matrix()), -0.1 * stiffness_scale) << "the exact one again";
     }
+  }
+}
+
+// K_s = (1 - s) K + s K+, with K+ that of positive elements without the pressure's stiffness.
+TEST(WallTangent, an_exact_one_goes_over_to_the_positive_one_in_proportion) {
+  Balloon balloon(PETSC_COMM_SELF, 1, wall_options("incompressible"));
+  balloon.deform({0.8, 0.7, 1.1}, 0.02);
+  const Field direction = balloon.random_field(1, 4);
+  const auto pressure = std::vector<double>(balloon.membrane.triangles.size(), 1e4);
+  for (const char* type : {"baij", "shell"}) {
+    BalloonTangent tangent(balloon, {type, "exact"});
+    tangent.load_pressure = pressure;
+    const auto product = [&](double share) {
+      tangent.positive_share = share;
+      return tangent.times(direction);
+    };
+    const Eigen::Matrix3Xd exact = product(0);
+    const Eigen::Matrix3Xd positive = BalloonTangent(balloon, {type, "exact"}, true).times(direction);
+    EXPECT_GT(largest(positive - exact), 0.1 * largest(exact));
+    EXPECT_LE(largest(product(1) - positive), 1e-12 * largest(exact)) << type;
+    EXPECT_LE(largest(product(0.25) - 0.75 * exact - 0.25 * positive), 1e-12 * largest(exact)) << type;
+    EXPECT_LE(largest(product(0) - exact), 0) << type;
   }
 }
 
