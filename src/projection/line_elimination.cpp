@@ -1,9 +1,11 @@
 #include "projection/line_elimination.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "solvers/ksp.h"
 #include "solvers/shell_operations.h"
@@ -11,14 +13,26 @@
 namespace pellicle {
 inline namespace projection {
 
-LineMatrices::LineMatrices(const SpringSet& set, std::vector<std::vector<PetscInt>> lines) {
-  std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+namespace {
+
+/// Without a shift a straight line between two pins is singular: a pivot of this share of the diagonal stands for none.
+constexpr double negligible = 1e-12;
+
+}  // namespace
+
+LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines)
+    : ends_(lines.size()) {
+  std::vector<std::size_t> order(lines.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return lines[a].size() > lines[b].size(); });
   for (std::size_t first = 0; first < lines.size(); first += lanes) {
     const std::size_t start = springs_.size();
-    springs_.resize(start + lanes * lines[first].size(), -1);
+    springs_.resize(start + lanes * lines[order[first]].size(), -1);
     links_.resize(springs_.size());
     for (std::size_t lane = 0; lane < std::min(lanes, lines.size() - first); ++lane) {
-      const std::vector<PetscInt>& line = lines[first + lane];
+      const std::vector<PetscInt>& line = lines[order[first + lane]];
+      ends_[order[first + lane]] = {start + lane, start + lanes * (line.size() - 1) + lane};
       for (std::size_t k = 0; k < line.size(); ++k) {
         const std::size_t unknown = start + lanes * k + lane;
         springs_[unknown] = line[k];
@@ -60,8 +74,6 @@ void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matr
       coupling_[i] = (link.signed_particle & 1) == 0 ? product : -product;
     }
   }
-  // Without a shift a straight line between two pins is singular: a tiny pivot stands for none.
-  constexpr double negligible = 1e-12;
   Lanes inverse = Lanes::Zero();
   for (std::size_t i = 0; i < springs_.size(); i += lanes) {
     const Eigen::Map<const Lanes> entry(diagonal_.data() + i);
@@ -72,6 +84,30 @@ void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matr
     Eigen::Map<Lanes>(inverse_pivot_.data() + i) = inverse;
   }
   check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
+}
+
+void LineMatrices::invert_at_ends() {
+  inverse_first_.resize(springs_.size());
+  Lanes inverse = Lanes::Zero();  // of the pivot, eliminated from the lines' last springs
+  for (std::size_t i = springs_.size(); i >= lanes; i -= lanes) {
+    const Eigen::Map<const Lanes> entry(diagonal_.data() + i - lanes);
+    const Eigen::Map<const Lanes> coupling(coupling_.data() + i);
+    inverse = (entry - coupling * coupling * inverse).max(negligible * entry).inverse();
+    Eigen::Map<Lanes>(inverse_first_.data() + i - lanes) = inverse;
+  }
+}
+
+double LineMatrices::inverse_at_end(std::size_t line, std::size_t end) const {
+  return end == 0 ? inverse_first_[ends_[line][0]] : inverse_pivot_[ends_[line][1]];
+}
+
+double LineMatrices::inverse_between_ends(std::size_t line) const {
+  const auto [first, last] = ends_[line];
+  double inverse = inverse_pivot_[last];
+  for (std::size_t i = first + lanes; i <= last; i += lanes) {
+    inverse *= -factor_[i];
+  }
+  return inverse;
 }
 
 void LineMatrices::multiply_and_subtract(const double* in, const double* subtrahend, double* out) const {
@@ -150,7 +186,115 @@ class Array {
   double* values_ = nullptr;
 };
 
+/// Entry of J W J^T of two springs with one common particle.
+double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
+                const std::vector<double>& inverse_mass) {
+  const auto& own = set.ends[static_cast<std::size_t>(pair.own)];
+  const auto& other = set.ends[static_cast<std::size_t>(pair.other)];
+  const std::size_t end = own[0] == other[0] || own[0] == other[1] ? 0 : 1;
+  const double product =
+      inverse_mass[static_cast<std::size_t>(own[end])] * gradient.col(pair.own).dot(gradient.col(pair.other));
+  return own[end] == other[end] ? product : -product;
+}
+
 }  // namespace
+
+JoinedLines::JoinedLines(const SpringSet& set, LineFamily family)
+    : set_(set), matrices_(set, family.lines), family_(std::move(family)) {
+  for (std::size_t line = 0; line < family_.lines.size(); ++line) {
+    if (unknowns_.size() < family_.separators.size() &&
+        family_.lines[line].front() == family_.separators[unknowns_.size()]) {
+      unknowns_.push_back(matrices_.at_end(line, 0));
+    }
+  }
+  family_.lines.clear();
+  coupling_.resize(family_.ends.size());
+  separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
+  right_.resize(static_cast<std::size_t>(family_.separators_of_all));
+  if (!right_.empty()) {
+    correction_.assign(static_cast<std::size_t>(matrices_.size()), 0);
+  }
+}
+
+void JoinedLines::sum_over_ranks(std::vector<double>& of_separators) const {
+  MPI_Allreduce(MPI_IN_PLACE, of_separators.data(), static_cast<int>(of_separators.size()), MPI_DOUBLE, MPI_SUM,
+                set_.layout.comm);
+}
+
+void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+                         const std::vector<double>& inverse_mass) {
+  matrices_.update(diagonal, gradient, inverse_mass);
+  if (right_.empty()) {
+    return;
+  }
+  matrices_.invert_at_ends();
+  const std::size_t count = right_.size();
+  std::fill(separators_.begin(), separators_.end(), 0);
+  for (std::size_t k = 0; k < unknowns_.size(); ++k) {
+    separators_[static_cast<std::size_t>(family_.numbers[k])] +=
+        diagonal[static_cast<std::size_t>(family_.separators[k])];
+  }
+  for (std::size_t k = 0; k < family_.neighbours.size(); ++k) {
+    separators_[count + 1 + static_cast<std::size_t>(family_.neighbour_numbers[k])] +=
+        entry_of(set_, family_.neighbours[k], gradient, inverse_mass);
+  }
+  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+    const LineEnd& end = family_.ends[k];
+    coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
+    separators_[static_cast<std::size_t>(end.number)] -=
+        coupling_[k] * coupling_[k] * matrices_.inverse_at_end(end.line, end.end);
+    if (k > 0 && family_.ends[k - 1].line == end.line) {
+      const auto number = static_cast<std::size_t>(std::max(end.number, family_.ends[k - 1].number));
+      separators_[count + number] -= coupling_[k] * coupling_[k - 1] * matrices_.inverse_between_ends(end.line);
+    }
+  }
+  sum_over_ranks(separators_);
+  double inverse = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double entry = separators_[k];
+    double& coupling = separators_[count + k];
+    const double factor = coupling * inverse;
+    inverse = 1 / std::max(entry - factor * coupling, negligible * entry);
+    separators_[k] = inverse;
+    coupling = factor;
+  }
+}
+
+void JoinedLines::solve(const double* in, double* out) {
+  std::fill(right_.begin(), right_.end(), 0);
+  for (std::size_t k = 0; k < unknowns_.size(); ++k) {
+    right_[static_cast<std::size_t>(family_.numbers[k])] = in[unknowns_[k]];
+  }
+  matrices_.solve(in, out);
+  if (right_.empty()) {
+    return;
+  }
+  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+    const LineEnd& end = family_.ends[k];
+    right_[static_cast<std::size_t>(end.number)] -= coupling_[k] * out[matrices_.at_end(end.line, end.end)];
+  }
+  sum_over_ranks(right_);
+  const double* inverse_pivot = separators_.data();
+  const double* factor = separators_.data() + right_.size();
+  for (std::size_t k = 1; k < right_.size(); ++k) {
+    right_[k] -= factor[k] * right_[k - 1];
+  }
+  for (std::size_t k = right_.size(); k-- > 0;) {
+    right_[k] = right_[k] * inverse_pivot[k] - (k + 1 < right_.size() ? factor[k + 1] * right_[k + 1] : 0);
+  }
+  std::fill(correction_.begin(), correction_.end(), 0);
+  for (std::size_t k = 0; k < coupling_.size(); ++k) {
+    const LineEnd& end = family_.ends[k];
+    correction_[matrices_.at_end(end.line, end.end)] += coupling_[k] * right_[static_cast<std::size_t>(end.number)];
+  }
+  matrices_.solve(correction_.data(), correction_.data());
+  for (std::size_t i = 0; i < correction_.size(); ++i) {
+    out[i] -= correction_[i];
+  }
+  for (std::size_t k = 0; k < unknowns_.size(); ++k) {
+    out[unknowns_[k]] = right_[static_cast<std::size_t>(family_.numbers[k])];
+  }
+}
 
 LineElimination::LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix)
     : LineElimination(springs, particles, prefix, find_lines(springs, particles)) {}
@@ -159,26 +303,27 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
                                  SpringLines lines)
     : eliminated_(springs, std::move(lines.eliminated)), kept_(springs, std::move(lines.kept)) {
   MPI_Comm comm = springs.layout.comm;
-  const PetscInt unknowns = kept_.size();
+  const PetscInt unknowns = kept_.matrices().size();
   PetscInt first = 0;
   MPI_Exscan(&unknowns, &first, 1, MPIU_INT, MPI_SUM, comm);
   // Global unknown of S of each local spring, or -1.
   std::vector<PetscInt> columns(springs.ends.size(), -1);
   std::vector<PetscInt> previous(springs.ends.size(), -1);  // in the line of a kept spring
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.springs()[static_cast<std::size_t>(i)];
+    const PetscInt spring = kept_.matrices().springs()[static_cast<std::size_t>(i)];
     if (spring >= 0) {
       columns[static_cast<std::size_t>(spring)] = first + i;
-      previous[static_cast<std::size_t>(spring)] = kept_.previous(i);
+      previous[static_cast<std::size_t>(spring)] = kept_.matrices().previous(i);
     }
   }
   update_ghosts(springs.layout, columns);
-  coupling_ = std::make_unique<GramBlock>(springs, particles, eliminated_.springs(), columns, unknowns);
+  coupling_ = std::make_unique<GramBlock>(springs, particles, eliminated_.matrices().springs(), columns, unknowns);
   const auto is_in_lines = [&previous](PetscInt row, PetscInt column) {
     return row == column || previous[static_cast<std::size_t>(row)] == column ||
            previous[static_cast<std::size_t>(column)] == row;
   };
-  kept_off_lines_ = std::make_unique<GramBlock>(springs, particles, kept_.springs(), columns, unknowns, is_in_lines);
+  kept_off_lines_ =
+      std::make_unique<GramBlock>(springs, particles, kept_.matrices().springs(), columns, unknowns, is_in_lines);
   MatInfo info;
   check(MatGetInfo(kept_off_lines_->matrix(), MAT_GLOBAL_SUM, &info));
   if (info.nz_used == 0) {
@@ -202,8 +347,8 @@ std::string LineElimination::words() const {
     return std::to_string(
         std::count_if(lines.springs().begin(), lines.springs().end(), [](PetscInt spring) { return spring >= 0; }));
   };
-  return "tridiagonal solves along lines of springs, on this rank " + count(eliminated_) + " springs eliminated, " +
-         count(kept_) + " kept";
+  return "tridiagonal solves along lines of springs, on this rank " + count(eliminated_.matrices()) +
+         " springs eliminated, " + count(kept_.matrices()) + " kept";
 }
 
 void LineElimination::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
@@ -225,7 +370,7 @@ void LineElimination::multiply(Vec in, Vec out) {
     eliminated_.solve(values, values);
   }
   check(MatMultTranspose(coupling_->matrix(), eliminated_values_, product_));
-  kept_.multiply_and_subtract(ReadArray(in), ReadArray(product_), Array(out));
+  kept_.matrices().multiply_and_subtract(ReadArray(in), ReadArray(product_), Array(out));
   if (kept_off_lines_ != nullptr) {
     check(MatMultAdd(kept_off_lines_->matrix(), in, out, out));
   }
@@ -236,8 +381,8 @@ void LineElimination::eliminate(Vec right_hand_side) {
   {
     const ReadArray all(right_hand_side);
     const Array eliminated(eliminated_right_hand_side_);
-    gather(eliminated_, all, eliminated);
-    gather(kept_, all, Array(kept_right_hand_side_));
+    gather(eliminated_.matrices(), all, eliminated);
+    gather(kept_.matrices(), all, Array(kept_right_hand_side_));
     eliminated_.solve(eliminated, Array(eliminated_values_));
   }
   check(MatMultTranspose(coupling_->matrix(), eliminated_values_, product_));
@@ -251,8 +396,8 @@ void LineElimination::substitute(Vec lambda) {
   const Array all(lambda);
   const Array eliminated(eliminated_values_);
   eliminated_.solve(eliminated, eliminated);
-  scatter(eliminated_, eliminated, all);
-  scatter(kept_, ReadArray(kept_values_), all);
+  scatter(eliminated_.matrices(), eliminated, all);
+  scatter(kept_.matrices(), ReadArray(kept_values_), all);
 }
 
 StageResult LineElimination::solve(KSP ksp, Vec right_hand_side, Vec lambda) {

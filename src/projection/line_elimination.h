@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,7 +22,7 @@ inline namespace projection {
 class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
-  LineMatrices(const SpringSet& set, std::vector<std::vector<PetscInt>> lines);
+  LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines);
 
   /// Spring of each unknown, or -1 where it is idle.
   const std::vector<PetscInt>& springs() const { return springs_; }
@@ -33,6 +34,13 @@ class LineMatrices {
   /// @param diagonal of the owned springs
   void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
               const std::vector<double>& inverse_mass);
+  /// Unknown of the first (end 0) or the last spring of a line.
+  std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
+  /// Finds what the next two functions give.
+  void invert_at_ends();
+  /// Entry of A^-1 for a line's first or last spring with itself, and for both.
+  double inverse_at_end(std::size_t line, std::size_t end) const;
+  double inverse_between_ends(std::size_t line) const;
 
   /// out = A in - subtrahend
   void multiply_and_subtract(const double* in, const double* subtrahend, double* out) const;
@@ -50,11 +58,41 @@ class LineMatrices {
 
   std::vector<PetscInt> springs_;
   std::vector<Link> links_;
+  std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
+  std::vector<double> inverse_first_;             ///< of the unknowns that are first of a line, (lanes x lines abreast)
   // The last has one row of lanes more, of zeros, so that no loop needs to look whether a line ends.
   std::vector<double> diagonal_;
   std::vector<double> inverse_pivot_;
   std::vector<double> coupling_;  ///< with the unknown before
   std::vector<double> factor_;    ///< of L: coupling by the pivot before
+};
+
+/// J W J^T along the lines of one family, joined where ranks cut them: each rank solves along its lines, all solve the
+/// tridiagonal systems of the separators, then each along its lines again.
+class JoinedLines {
+ public:
+  /// Collective. The set must outlive the lines.
+  JoinedLines(const SpringSet& set, LineFamily family);
+
+  const LineMatrices& matrices() const { return matrices_; }
+
+  /// New values, factorised. Collective. @param diagonal of the owned springs
+  void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
+              const std::vector<double>& inverse_mass);
+  /// out = A^-1 in, may be in place. Collective.
+  void solve(const double* in, double* out);
+
+ private:
+  void sum_over_ranks(std::vector<double>& of_separators) const;
+
+  const SpringSet& set_;
+  LineMatrices matrices_;
+  LineFamily family_;                  ///< without the lines
+  std::vector<std::size_t> unknowns_;  ///< of the separators of this rank
+  std::vector<double> coupling_;       ///< of each end of a line with its separator
+  std::vector<double> separators_;     ///< of all ranks: diagonal, then the entry with the one before
+  std::vector<double> right_;          ///< of all separators
+  std::vector<double> correction_;     ///< along the lines, from the separators
 };
 
 /// Solves (J W J^T + shift) lambda = b of one colour by eliminating one family of lines exactly:
@@ -99,8 +137,8 @@ class LineElimination {
   void substitute(Vec lambda);
   void multiply(Vec in, Vec out);
 
-  LineMatrices eliminated_;
-  LineMatrices kept_;
+  JoinedLines eliminated_;
+  JoinedLines kept_;
   std::unique_ptr<GramBlock> coupling_;        ///< B
   std::unique_ptr<GramBlock> kept_off_lines_;  ///< entries of K that are not along lines; none on a regular net
   OwnPreconditioner preconditioner_;           ///< of S

@@ -1,7 +1,12 @@
 #include "projection/spring_lines.h"
 
+#include <algorithm>
+#include <cstdlib>
+#include <iterator>
+#include <map>
 #include <utility>
 
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 
 namespace pellicle {
@@ -17,16 +22,26 @@ std::size_t at(PetscInt number) { return static_cast<std::size_t>(number); }
 class LineFinder {
  public:
   LineFinder(const SpringSet& set, const Layout& particles)
-      : set_(set), incidence_(set, particles.local()), partner_(at(set.owned()), {none, none}) {
+      : set_(set),
+        incidence_(set, particles.local()),
+        partner_(at(set.owned()), {none, none}),
+        foreign_(at(set.owned()), {none, none}) {
     for (PetscInt particle = 0; particle < particles.local(); ++particle) {
       pair_springs(particle);
     }
+    const auto partners = partners_of_all();
+    for (PetscInt particle = 0; particle < particles.local(); ++particle) {
+      pair_as_others_do(particle, partners);
+    }
+    agree_on_foreign_partners();
     trace_lines();
     choose_families();
+    agree_on_families();
     for (PetscInt particle = 0; particle < particles.local(); ++particle) {
       keep_crossing_springs(particle);
     }
     keep_springs_that_meet_other_ranks();
+    choose_separators();
   }
 
   SpringLines result() const {
@@ -34,12 +49,25 @@ class LineFinder {
     for (const std::vector<PetscInt>& line : lines_) {
       PetscInt previous = none;
       for (const PetscInt spring : line) {
-        auto& chains = is_eliminated_[at(spring)] ? result.eliminated : result.kept;
-        if (previous == none || is_eliminated_[at(previous)] != is_eliminated_[at(spring)]) {
+        auto& chains = family_of(spring, result).lines;
+        if (previous == none || is_eliminated_[at(previous)] != is_eliminated_[at(spring)] ||
+            is_separator_[at(previous)] || is_separator_[at(spring)]) {
           chains.emplace_back();
         }
         chains.back().push_back(spring);
         previous = spring;
+      }
+    }
+    for (LineFamily* family : {&result.eliminated, &result.kept}) {
+      const bool eliminated = family == &result.eliminated;
+      family->separators_of_all = separators_of_all_[eliminated ? 0 : 1];
+      for (std::size_t line = 0; line < family->lines.size(); ++line) {
+        const std::vector<PetscInt>& springs = family->lines[line];
+        if (is_separator_[at(springs[0])]) {
+          add_separator(springs[0], *family);
+        } else {
+          add_ends(line, springs, *family);
+        }
       }
     }
     return result;
@@ -77,29 +105,110 @@ class LineFinder {
     return false;
   }
 
-  void join(PetscInt particle, PetscInt one, PetscInt other) {
-    if (one < set_.owned() && other < set_.owned()) {
-      partner_[at(one)][end_at(one, particle)] = other;
-      partner_[at(other)][end_at(other, particle)] = one;
+  /// Spring in which an owned spring's line goes on at an end, on whichever rank, or none.
+  PetscInt following(PetscInt spring, std::size_t end) const {
+    const PetscInt own = partner_[at(spring)][end];
+    return own != none ? own : foreign_[at(spring)][end];
+  }
+  void add_separator(PetscInt spring, LineFamily& family) const {
+    family.separators.push_back(spring);
+    family.numbers.push_back(number_[at(spring)]);
+    for (std::size_t end = 0; end < 2; ++end) {
+      const PetscInt next = following_of_family(spring, end);
+      if (next != none && is_separator_[at(next)] && number_[at(spring)] < number_[at(next)]) {
+        family.neighbours.push_back({spring, next});
+        family.neighbour_numbers.push_back(number_[at(spring)]);
+      }
     }
   }
 
-  /// Joins opposite springs: those that are not sides of one quad. At the border quads are missing, so that springs may
-  /// look opposite that are not; four springs are joined only two by two.
-  void pair_springs(PetscInt particle) {
-    const Range springs = springs_at(particle);
-    if (springs.size() == 4) {
-      const PetscInt* s = springs.first;
-      for (const std::array<std::size_t, 4>& pairs :
-           {std::array<std::size_t, 4>{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}}) {
-        if (!share_quad(particle, s[pairs[0]], s[pairs[1]]) && !share_quad(particle, s[pairs[2]], s[pairs[3]])) {
-          join(particle, s[pairs[0]], s[pairs[1]]);
-          join(particle, s[pairs[2]], s[pairs[3]]);
-          return;
+  void add_ends(std::size_t line, const std::vector<PetscInt>& springs, LineFamily& family) const {
+    for (std::size_t end = 0; end < 2; ++end) {
+      const PetscInt spring = end == 0 ? springs.front() : springs.back();
+      const PetscInt inwards = springs.size() == 1 ? none : end == 0 ? springs[1] : springs[springs.size() - 2];
+      for (std::size_t side = 0; side < 2; ++side) {
+        const PetscInt next = following_of_family(spring, side);
+        const bool is_outwards = springs.size() == 1 ? side == end : next != inwards;
+        if (next != none && is_outwards && is_separator_[at(next)]) {
+          family.ends.push_back({line, end, {spring, next}, number_[at(next)]});
         }
+      }
+    }
+  }
+
+  LineFamily& family_of(PetscInt spring, SpringLines& lines) const {
+    return is_eliminated_[at(spring)] ? lines.eliminated : lines.kept;
+  }
+
+  void join(PetscInt particle, PetscInt one, PetscInt other) {
+    for (const auto& [from, to] : {std::pair{one, other}, std::pair{other, one}}) {
+      if (from < set_.owned()) {
+        (to < set_.owned() ? partner_ : foreign_)[at(from)][end_at(from, particle)] = to;
+      }
+    }
+  }
+
+  /// Global number of the spring in which each local one's line goes on at either end. Collective.
+  std::vector<std::array<PetscInt, 2>> partners_of_all() const {
+    std::vector<std::array<PetscInt, 2>> partners(at(set_.local()), {none, none});
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      for (std::size_t end = 0; end < 2; ++end) {
+        const PetscInt other = following(spring, end);
+        partners[at(spring)][end] = other == none ? none : set_.layout.to_global(other);
+      }
+    }
+    update_ghosts(set_.layout, partners);
+    return partners;
+  }
+
+  /// A line goes on on another rank where both ranks think so.
+  void agree_on_foreign_partners() {
+    const auto partners = partners_of_all();
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      for (PetscInt& other : foreign_[at(spring)]) {
+        if (other != none && partners[at(other)][0] != set_.layout.to_global(spring) &&
+            partners[at(other)][1] != set_.layout.to_global(spring)) {
+          other = none;
+        }
+      }
+    }
+  }
+
+  /// Ways to join springs two by two that are not sides of one quad: of four all, of three two. At the border quads are
+  /// missing, and beyond the ghosts they are unknown, so that springs may look opposite that are not.
+  std::vector<std::vector<SpringPair>> ways_to_pair(PetscInt particle) const {
+    const PetscInt* s = springs_at(particle).first;
+    const std::vector<std::vector<SpringPair>> all =
+        springs_at(particle).size() == 4
+            ? std::vector<std::vector<SpringPair>>{{{s[0], s[1]}, {s[2], s[3]}},
+                                                   {{s[0], s[2]}, {s[1], s[3]}},
+                                                   {{s[0], s[3]}, {s[1], s[2]}}}
+            : std::vector<std::vector<SpringPair>>{{{s[0], s[1]}}, {{s[0], s[2]}}, {{s[1], s[2]}}};
+    std::vector<std::vector<SpringPair>> possible;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(possible), [&](const std::vector<SpringPair>& pairs) {
+      return std::none_of(pairs.begin(), pairs.end(),
+                          [&](const SpringPair& pair) { return share_quad(particle, pair.own, pair.other); });
+    });
+    return possible;
+  }
+  bool is_regular(PetscInt particle) const {
+    return springs_at(particle).size() == 3 || springs_at(particle).size() == 4;
+  }
+  void join(PetscInt particle, const std::vector<SpringPair>& pairs) {
+    for (const SpringPair& pair : pairs) {
+      join(particle, pair.own, pair.other);
+    }
+  }
+
+  /// Joins opposite springs, where this rank knows which they are.
+  void pair_springs(PetscInt particle) {
+    if (is_regular(particle)) {
+      if (const auto possible = ways_to_pair(particle); possible.size() == 1) {
+        join(particle, possible[0]);
       }
       return;
     }
+    const Range springs = springs_at(particle);
     std::vector<bool> is_joined(at(springs.size()), false);
     for (std::size_t i = 0; i < is_joined.size(); ++i) {
       for (std::size_t j = i + 1; j < is_joined.size() && !is_joined[i]; ++j) {
@@ -108,6 +217,33 @@ class LineFinder {
           is_joined[i] = is_joined[j] = true;
         }
       }
+    }
+  }
+
+  /// Joins springs where this rank does not know which are opposite as other ranks do; where none does, as is possible.
+  void pair_as_others_do(PetscInt particle, const std::vector<std::array<PetscInt, 2>>& partners) {
+    const Range springs = springs_at(particle);
+    const auto is_joined = [&](PetscInt spring) {
+      return spring < set_.owned() && following(spring, end_at(spring, particle)) != none;
+    };
+    if (!is_regular(particle) || std::any_of(springs.begin(), springs.end(), is_joined)) {
+      return;
+    }
+    const auto joins = [&](const SpringPair& pair) {
+      const auto says = [&](PetscInt one, PetscInt other) {
+        return one >= set_.owned() && partners[at(one)][end_at(one, particle)] == set_.layout.to_global(other);
+      };
+      return says(pair.own, pair.other) || says(pair.other, pair.own);
+    };
+    const auto possible = ways_to_pair(particle);
+    for (const auto& pairs : possible) {
+      if (std::any_of(pairs.begin(), pairs.end(), joins)) {
+        join(particle, pairs);
+        return;
+      }
+    }
+    if (!possible.empty()) {
+      join(particle, possible[0]);
     }
   }
 
@@ -152,8 +288,9 @@ class LineFinder {
     }
   }
 
-  /// Lines that cross get different families where that is possible.
+  /// Lines that cross get different families where that is possible, on this rank.
   void choose_families() {
+    component_of_line_.resize(lines_.size());
     std::vector<bool> is_chosen(lines_.size(), false);
     std::vector<bool> is_first_family(lines_.size(), false);
     std::vector<std::size_t> queue;
@@ -164,6 +301,7 @@ class LineFinder {
       is_chosen[start] = is_first_family[start] = true;
       queue.assign(1, start);
       for (std::size_t head = 0; head < queue.size(); ++head) {
+        component_of_line_[queue[head]] = components_;
         for (const PetscInt spring : lines_[queue[head]]) {
           for (const PetscInt particle : set_.ends[at(spring)]) {
             for (const PetscInt crossing : springs_at(particle)) {
@@ -177,10 +315,65 @@ class LineFinder {
           }
         }
       }
+      ++components_;
     }
     is_eliminated_.resize(partner_.size());
     for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
       is_eliminated_[spring] = is_first_family[at(line_of_[spring])];
+    }
+  }
+
+  /// Exchanges the families of what is connected on one rank, so that lines that go on on another rank are of one
+  /// family on both, where that is possible: the pairs of parts with most votes come first.
+  void agree_on_families() {
+    struct Vote {
+      PetscInt one, other;  // global numbers of two parts
+      PetscInt alike;       // how many more lines have the same family in both than have not
+    };
+    const PetscInt first = number_owned(set_.layout.comm, components_).first;
+    std::vector<PetscInt> family(at(set_.local()));  // 2 * part + family
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      family[at(spring)] =
+          2 * (first + component_of_line_[at(line_of_[at(spring)])]) + (is_eliminated_[at(spring)] ? 1 : 0);
+    }
+    update_ghosts(set_.layout, family);
+    std::map<std::pair<PetscInt, PetscInt>, PetscInt> own_votes;
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      for (const PetscInt other : foreign_[at(spring)]) {
+        if (other != none && family[at(spring)] < family[at(other)]) {
+          own_votes[{family[at(spring)] / 2, family[at(other)] / 2}] +=
+              family[at(spring)] % 2 == family[at(other)] % 2 ? 1 : -1;
+        }
+      }
+    }
+    std::vector<Vote> votes;
+    for (const auto& [parts, alike] : own_votes) {
+      votes.push_back({parts.first, parts.second, alike});
+    }
+    votes = of_all_ranks(set_.layout.comm, votes);
+    std::stable_sort(votes.begin(), votes.end(),
+                     [](const Vote& a, const Vote& b) { return std::abs(a.alike) > std::abs(b.alike); });
+    // Parts that have agreed are a tree, whose edges say whether families are exchanged.
+    std::map<PetscInt, std::pair<PetscInt, bool>> parent;
+    const auto root_of = [&parent](PetscInt part) {
+      bool is_exchanged = false;
+      for (auto found = parent.find(part); found != parent.end(); found = parent.find(part)) {
+        part = found->second.first;
+        is_exchanged ^= found->second.second;
+      }
+      return std::pair{part, is_exchanged};
+    };
+    for (const Vote& vote : votes) {
+      const auto [one, one_exchanged] = root_of(vote.one);
+      const auto [other, other_exchanged] = root_of(vote.other);
+      if (one != other) {
+        parent[std::max(one, other)] = {std::min(one, other), (vote.alike < 0) != (one_exchanged != other_exchanged)};
+      }
+    }
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      if (root_of(family[at(spring)] / 2).second) {
+        is_eliminated_[at(spring)] = !is_eliminated_[at(spring)];
+      }
     }
     for (const PetscInt cut : cuts_) {
       is_eliminated_[at(cut)] = false;
@@ -202,29 +395,164 @@ class LineFinder {
     }
   }
 
-  /// Of two eliminated springs of different ranks that share a particle, the lower rank's may stay.
+  /// Of two eliminated springs of different ranks that share a particle and are not in one line, the lower rank's may
+  /// stay.
   void keep_springs_that_meet_other_ranks() {
-    std::vector<bool> eliminated = is_eliminated_;
-    eliminated.resize(at(set_.local()));
-    update_ghosts(set_.layout, eliminated);
-    for (std::size_t spring = 0; spring < is_eliminated_.size(); ++spring) {
-      for (const PetscInt particle : set_.ends[spring]) {
-        for (const PetscInt other : springs_at(particle)) {
-          if (other >= set_.owned() && eliminated[at(other)] && set_.layout.to_global(other) < set_.layout.first) {
-            is_eliminated_[spring] = false;
+    update_ghost_flags(is_eliminated_);
+    const std::vector<bool> eliminated = is_eliminated_;
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      for (std::size_t end = 0; end < 2; ++end) {
+        for (const PetscInt other : springs_at(set_.ends[at(spring)][end])) {
+          if (is_of_lower_rank(other) && eliminated[at(other)] && foreign_[at(spring)][end] != other) {
+            is_eliminated_[at(spring)] = false;
           }
         }
       }
+    }
+    update_ghost_flags(is_eliminated_);
+  }
+
+  /// Of two springs of different ranks and one family in one line, the higher rank's is a separator, but for one of
+  /// lines that are closed. All ranks solve for all separators: where these are too many there are none. Of those that
+  /// are none the eliminated ones are kept.
+  void choose_separators() {
+    is_separator_.assign(at(set_.owned()), false);
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      for (const PetscInt other : foreign_[at(spring)]) {
+        if (other != none && is_of_lower_rank(other) && is_eliminated_[at(spring)] == is_eliminated_[at(other)]) {
+          is_separator_[at(spring)] = true;
+        }
+      }
+    }
+    update_ghost_flags(is_separator_);
+    number_.assign(at(set_.local()), none);
+    for (const bool eliminated : {true, false}) {
+      number_separators(eliminated);
+    }
+    update_ghosts(set_.layout, number_);
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      if (is_separator_[at(spring)] && number_[at(spring)] == none) {
+        is_separator_[at(spring)] = is_eliminated_[at(spring)] = false;
+      }
+    }
+    update_ghost_flags(is_separator_);
+    update_ghost_flags(is_eliminated_);
+  }
+
+  void number_separators(bool eliminated) {
+    std::vector<PetscInt> own;                       // global numbers
+    std::vector<std::array<PetscInt, 2>> own_links;  // of separators next to each other along a line, likewise
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      if (is_eliminated_[at(spring)] != eliminated) {
+        continue;
+      }
+      const PetscInt global = set_.layout.to_global(spring);
+      std::array<PetscInt, 2> beside{none, none};
+      for (std::size_t end = 0; end < 2; ++end) {
+        const PetscInt next = following_of_family(spring, end);
+        beside[end] = next != none && is_separator_[at(next)] ? set_.layout.to_global(next) : none;
+      }
+      if (is_separator_[at(spring)]) {
+        own.push_back(global);
+        for (const PetscInt other : beside) {
+          if (other > global) {
+            own_links.push_back({global, other});
+          }
+        }
+        continue;
+      }
+      for (std::size_t end = 0; end < 2; ++end) {
+        const PetscInt beyond = beside[end] == none ? none : separator_beyond(spring, 1 - end);
+        if (beyond > beside[end]) {
+          own_links.push_back({beside[end], beyond});
+        }
+      }
+    }
+    const auto all = of_all_ranks(set_.layout.comm, own);
+    const auto links = of_all_ranks(set_.layout.comm, own_links);
+    int ranks = 1;
+    MPI_Comm_size(set_.layout.comm, &ranks);
+    constexpr PetscInt worth = 10;  // springs of a rank for a separator
+    if (worth * static_cast<PetscInt>(all.size()) * ranks > set_.layout.global) {
+      return;
+    }
+    std::map<PetscInt, std::vector<PetscInt>> neighbours;
+    for (const PetscInt separator : all) {
+      neighbours[separator];
+    }
+    for (const auto& [one, other] : links) {
+      neighbours[one].push_back(other);
+      neighbours[other].push_back(one);
+    }
+    std::map<PetscInt, PetscInt> numbers;
+    PetscInt& count = separators_of_all_[eliminated ? 0 : 1];
+    const auto number_along = [&](PetscInt separator) {
+      while (separator != none) {
+        numbers[separator] = count++;
+        PetscInt next = none;
+        for (const PetscInt other : neighbours[separator]) {
+          if (numbers.count(other) == 0) {
+            next = other;
+          }
+        }
+        separator = next;
+      }
+    };
+    for (const auto& [separator, beside] : neighbours) {
+      if (beside.size() < 2 && numbers.count(separator) == 0) {
+        number_along(separator);
+      }
+    }
+    for (const auto& [separator, beside] : neighbours) {  // What is left is closed, and opened here.
+      if (numbers.count(separator) == 0) {
+        numbers[separator] = none;
+        number_along(beside[0]);
+      }
+    }
+    for (const PetscInt separator : own) {
+      number_[at(separator - set_.layout.first)] = numbers[separator];
+    }
+  }
+
+  void update_ghost_flags(std::vector<bool>& flags) const {
+    flags.resize(at(set_.local()));
+    update_ghosts(set_.layout, flags);
+  }
+  bool is_of_lower_rank(PetscInt spring) const {
+    return spring >= set_.owned() && set_.layout.to_global(spring) < set_.layout.first;
+  }
+  PetscInt following_of_family(PetscInt spring, std::size_t end) const {
+    const PetscInt next = following(spring, end);
+    return next != none && is_eliminated_[at(next)] == is_eliminated_[at(spring)] ? next : none;
+  }
+  /// Global number of the first spring along the line of an owned one that may be a separator, or none.
+  PetscInt separator_beyond(PetscInt spring, std::size_t end) const {
+    for (const PetscInt start = spring;;) {
+      const PetscInt next = following_of_family(spring, end);
+      if (next == none || next == start) {
+        return none;
+      }
+      if (is_separator_[at(next)]) {
+        return set_.layout.to_global(next);
+      }
+      end = 1 - end_at(next, set_.ends[at(spring)][end]);
+      spring = next;
     }
   }
 
   const SpringSet& set_;
   SpringIncidence incidence_;
   std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line goes on at either end
+  std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise ghosts
   std::vector<std::vector<PetscInt>> lines_;
   std::vector<PetscInt> line_of_;
-  std::vector<PetscInt> cuts_;  ///< springs at which closed lines are cut
-  std::vector<bool> is_eliminated_;
+  std::vector<PetscInt> component_of_line_;  ///< number of what crosses it, and so on, on this rank
+  PetscInt components_ = 0;
+  std::vector<PetscInt> cuts_;       ///< springs at which closed lines are cut
+  std::vector<bool> is_eliminated_;  ///< with ghosts, once ranks have agreed
+  std::vector<bool> is_separator_;   ///< of the local springs
+  std::vector<PetscInt> number_;     ///< of the local springs that are separators, over all ranks and along the lines
+  std::array<PetscInt, 2> separators_of_all_{};  ///< their number, of the eliminated and of the kept family
 };
 
 }  // namespace

@@ -17,19 +17,46 @@ struct SpringIncidence {
   SpringIncidence(const SpringSet& set, PetscInt particles);
 };
 
+/// Two springs that follow each other in a line, of which the second may be a ghost.
+struct SpringPair {
+  PetscInt own;    ///< local number
+  PetscInt other;  ///< likewise
+};
+
+/// Where a line ends at a separator.
+struct LineEnd {
+  std::size_t line;  ///< number in its family, on this rank
+  std::size_t end;   ///< 0: the line's first spring is beside the separator, 1: its last
+  SpringPair pair;   ///< that spring, and the separator
+  PetscInt number;   ///< of the separator
+};
+
+/// Lines of one family, as far as they are this rank's. Where a line goes on on another rank a spring on one side is a
+/// separator, and a line of its own. Separators are numbered over all ranks along the lines.
+struct LineFamily {
+  std::vector<std::vector<PetscInt>> lines;  ///< local spring numbers along each
+  std::vector<PetscInt> separators;          ///< of this rank
+  std::vector<PetscInt> numbers;             ///< of these separators
+  std::vector<LineEnd> ends;                 ///< of other lines at separators
+  std::vector<SpringPair> neighbours;        ///< separators beside each other, each pair on one rank
+  std::vector<PetscInt> neighbour_numbers;   ///< smaller number of each pair
+  PetscInt separators_of_all = 0;            ///< number of separators of all ranks
+};
+
 /// The owned springs of one colour, ordered to lines. The springs of a colour are the edges of a quad net (burning
 /// paper, section 7.1): at a regular particle four of them meet, and a line goes on in the opposite one. Lines come in
-/// two families that cross each other.
+/// two families that cross each other, on all ranks the same where that is possible.
 ///
-/// Every owned spring is in one line. Two consecutive springs of a line share a particle; apart from such pairs no two
-/// eliminated springs share one, on any rank: J W J^T of the eliminated springs is tridiagonal along each line.
+/// Every owned spring is in one line. Two consecutive springs of a line share a particle; apart from such pairs, and
+/// separators with what is beside them in a line, no two eliminated springs share one, on any rank: J W J^T of the
+/// eliminated springs is tridiagonal along lines.
 struct SpringLines {
-  std::vector<std::vector<PetscInt>> eliminated;  ///< local spring numbers along each line of one family
-  std::vector<std::vector<PetscInt>> kept;        ///< of the other family, and the springs at which lines had to be cut
+  LineFamily eliminated;  ///< one family
+  LineFamily kept;        ///< the other, and the springs at which lines had to be cut
 };
 
 /// Finds the lines from the springs' ends alone. They are cut at the ranks' boundaries, at irregular particles, and at
-/// one spring when they are closed. Collective.
+/// one spring when they are closed on one rank. Collective.
 SpringLines find_lines(const SpringSet& set, const Layout& particles);
 
 }  // namespace projection
