@@ -122,13 +122,14 @@ void describe(OptionTable& table, ElasticOptions& options) {
       .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add("elastic.mat_type", options.mat_type)
       .help(
-          "matrix from which the preconditioner is made, once a step and again when it no longer serves; shell: none, "
-          "and the preconditioner pbjacobi; stiff sheets are faster with aij and pc_type mg, or cholesky. The products "
-          "of "
+          "matrix from which the preconditioner is made, once a step and again when it no longer serves; shell: none "
+          "is "
+          "assembled, which pc_type pbjacobi and mg do not need; aij for others, such as cholesky. The products of "
           "Newton's tangent need no matrix");
   table.add("elastic.patch_size", options.patch_size)
       .at_least(4)
-      .help("pc_type mg, the default with a matrix, takes out the rigid motions of patches of about so many particles");
+      .help(
+          "pc_type mg, the default of stiff sheets, takes out the rigid motions of patches of about so many particles");
   table.add_solver_prefix("elastic_");
 }
 

@@ -133,7 +133,8 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   rows_.resize(static_cast<std::size_t>(count));
   movement_.resize(6, count);
   for (PetscInt i = 0; i < vertices.owned; ++i) {
-    if (!projectors_[static_cast<std::size_t>(i)].isIdentity(0)) {
+    is_constrained_.push_back(!projectors_[static_cast<std::size_t>(i)].isIdentity(0));
+    if (is_constrained_.back()) {
       constrained_.push_back(i);
     }
   }
@@ -268,10 +269,6 @@ RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt col
 void RigidPatches::add_blocks() {
   const PetscInt last = first_patch_ + own_patches();
   const auto is_own = [&](PetscInt patch) { return patch >= first_patch_ && patch < last; };
-  std::vector<bool> is_constrained(projectors_.size(), false);
-  for (const PetscInt i : constrained_) {
-    is_constrained[static_cast<std::size_t>(i)] = true;
-  }
   tangent_.visit([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
     const PetscInt p = patch_[static_cast<std::size_t>(i)];
     const PetscInt q = patch_[static_cast<std::size_t>(j)];
@@ -279,12 +276,12 @@ void RigidPatches::add_blocks() {
       return;
     }
     Eigen::Matrix3d allowed = block;
-    if (is_constrained[static_cast<std::size_t>(i)]) {
+    if (is_constrained_[static_cast<std::size_t>(i)]) {
       allowed = projectors_[static_cast<std::size_t>(i)] * block;
     }
     Motion forces;  // on vertex i
     if (is_own(q)) {
-      if (is_constrained[static_cast<std::size_t>(j)]) {
+      if (is_constrained_[static_cast<std::size_t>(j)]) {
         allowed *= projectors_[static_cast<std::size_t>(j)];
       }
       forces.leftCols<3>() = allowed;

@@ -79,7 +79,8 @@ class RigidPatches {
   KSP solver_;
   const Tangent& tangent_;
   std::vector<Eigen::Matrix3d> projectors_;  ///< of the owned vertices
-  std::vector<PetscInt> constrained_;        ///< of them those whose projector is not the identity
+  std::vector<bool> is_constrained_;         ///< whether that is not the identity
+  std::vector<PetscInt> constrained_;        ///< those for which it is not
   std::vector<PetscInt> patch_;              ///< global number, of each owned vertex, then of the others in reach
   PetscInt first_patch_ = 0;                 ///< global number of this rank's first
   Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach
