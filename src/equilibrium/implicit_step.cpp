@@ -78,7 +78,7 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   defaults.atol = rounding_;
   defaults.rtol = options.snes_rtol;
   defaults.ksp_rtol = options.ksp_rtol;
-  defaults.max_iterations = options.max_iterations;
+  defaults.max_iterations = options.most_iterations();
   defaults.own_tangent = "prism.tangent or prism.mat_type shell";
   NewtonProblem problem;
   problem.residual = [this](Vec position, Vec residual) {

@@ -12,8 +12,8 @@ void describe(OptionTable& table, PrismOptions& options) {
           "most and accepts what they reach, unless they made the residual grow")
       .source("balloon paper, section 8: fixed, 3 iterations");
   table.add("prism.snes_max_it", options.max_iterations)
-      .at_least(1)
-      .help("Newton iterations of a step at most")
+      .at_least(0)
+      .help("Newton iterations of a step at most; 0: 50 with newton: converged, 3 with fixed")
       .source("balloon paper, section 8: 3");
   table.add("prism.snes_rtol", options.snes_rtol)
       .range(0, 1)

@@ -12,7 +12,7 @@ class OptionTable;
 }  // namespace base
 inline namespace prism {
 
-/// converged: snes_rtol must be met; fixed: snes_max_it iterations are enough.
+/// converged: snes_rtol must be met; fixed: as many iterations as the step may have are enough.
 enum class NewtonEnd { converged, fixed };
 inline const std::vector<std::string>& names_of(NewtonEnd) {
   static const std::vector<std::string> names{"converged", "fixed"};
@@ -31,7 +31,7 @@ struct PrismOptions {
   /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "prism_";
   Choice<NewtonEnd> newton = NewtonEnd::converged;
-  int max_iterations = 50;  ///< Newton iterations (snes_max_it); the paper: 3
+  int max_iterations = 0;   ///< Newton iterations (snes_max_it); 0: see most_iterations
   double snes_rtol = 1e-8;  ///< of the residual, against that at the start of the step
   double ksp_rtol = 1e-6;
   double residual_tolerance = 1e-3;  ///< of the residual at the end of a step, against its forces: more is reported
@@ -43,6 +43,9 @@ struct PrismOptions {
   bool inertia = true;            ///< false: quasi-static; the damping stays, as drag
   double mass_damping = 20;       ///< C = mass_damping M + stiffness_damping K [1/s]
   double stiffness_damping = 0;   ///< [s]
+
+  /// Newton iterations of a step at most: `max_iterations`, or what follows from `newton`; fixed: the paper's 3.
+  int most_iterations() const { return max_iterations > 0 ? max_iterations : newton == NewtonEnd::fixed ? 3 : 50; }
 };
 
 void describe(OptionTable& table, PrismOptions& options);

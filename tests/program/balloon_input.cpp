@@ -179,7 +179,7 @@ TEST_F(BalloonInputTest, StepsAndSolvers) {
   expect_refused(sphere + gas + "prism: {thickness: thin}\n", {"prism.thickness", "thin", "incompressible"},
                  several_ranks);
   expect_refused(sphere + gas + "prism: {newton: never}\n", {"prism.newton", "never", "fixed"});
-  expect_refused(sphere + gas + "prism: {snes_max_it: 0}\n", {"prism.snes_max_it", "at least 1"});
+  expect_refused(sphere + gas + "prism: {snes_max_it: -1}\n", {"prism.snes_max_it", "at least 0"});
   expect_refused(sphere + gas + "prism: {snes_rtol: 2}\n", {"prism.snes_rtol", "2", "0 to 1"});
   expect_refused(sphere + gas + "prism: {ksp_rtol: 0}\n", {"prism.ksp_rtol", "more than 0"});
   expect_refused(sphere + gas + "prism: {mat_type: dense}\n", {"prism.mat_type", "dense", "baij"});
