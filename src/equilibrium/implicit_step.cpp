@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "solvers/backtracking.h"
@@ -98,6 +99,9 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   if (options.line_search) {
     problem.search = [this](const NewtonStep& step) { return search(step); };
   }
+  if (options.newton == NewtonEnd::converged) {
+    problem.scale = [this](Vec position) { return largest_force(position); };
+  }
   newton_.emplace(matrix, options.solver_prefix, std::move(problem), defaults);
 }
 
@@ -128,14 +132,19 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
   return result;
 }
 
+/// The largest norm of one kind of force [N]; leaves all forces together in residual_.
+double ImplicitStep::largest_force(Vec position) {
+  potential_.move_to(position);
+  potential_.compute_residual(residual_);
+  const std::vector<double> norms = potential_.force_norms();
+  return std::max(*std::max_element(norms.begin(), norms.end()), negligible_force * potential_.force_scale());
+}
+
 /// What is left of the forces where SNES has ended, which it took for an end: whether it is one.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
-  potential_.move_to(unknowns_);
-  potential_.compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
+  const double largest = largest_force(unknowns_);
   check(VecNorm(residual_, NORM_2, &result.residual));
-  const auto norms = potential_.force_norms();
-  const double largest = *std::max_element(norms.begin(), norms.end());
-  result.relative_residual = result.residual / std::max(largest, negligible_force * potential_.force_scale());
+  result.relative_residual = result.residual / largest;
   result.is_above_tolerance = result.residual > rounding_ && result.relative_residual > options_.residual_tolerance;
   char text[200] = "";
   if (!(result.residual <= std::max(newton.start_residual, rounding_))) {

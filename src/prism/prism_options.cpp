@@ -17,7 +17,9 @@ void describe(OptionTable& table, PrismOptions& options) {
       .source("balloon paper, section 8: 3");
   table.add("prism.snes_rtol", options.snes_rtol)
       .range(0, 1)
-      .help("norm of the residual, relative to that at the start of the step, at which Newton's iteration ends");
+      .help(
+          "norm of the residual at which Newton's iteration ends, relative to the largest norm of one kind of force "
+          "(history.csv: relative_residual); with newton: fixed relative to that at the start of the step");
   table.add("prism.residual_tolerance", options.residual_tolerance)
       .more_than(0)
       .help(

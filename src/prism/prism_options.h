@@ -32,7 +32,7 @@ struct PrismOptions {
   std::string solver_prefix = "prism_";
   Choice<NewtonEnd> newton = NewtonEnd::converged;
   int max_iterations = 0;   ///< Newton iterations (snes_max_it); 0: see most_iterations
-  double snes_rtol = 1e-8;  ///< of the residual, against that at the start of the step
+  double snes_rtol = 1e-8;  ///< of the residual, against the largest force; fixed: against that at the step's start
   double ksp_rtol = 1e-6;
   double residual_tolerance = 1e-3;  ///< of the residual at the end of a step, against its forces: more is reported
   Choice<TangentMatrix> mat_type = TangentMatrix::baij;

@@ -59,6 +59,9 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
   if (problem_.search) {
     check(SNESLineSearchShellSetUserFunc(search, search_callback, this));
   }
+  if (problem_.scale) {
+    check(SNESSetConvergenceTest(snes_, convergence_callback, this, nullptr));
+  }
   run_solver(prefix, [&] { check(SNESSetFromOptions(snes_)); });
 }
 
@@ -132,6 +135,27 @@ PetscErrorCode Newton::solve_callback(PC pc, Vec residual, Vec descent) {
     self->result_.linear_iterations += solved.iterations;
     self->result_.linear_failure = solved.reason;
     check(PCSetFailedReason(pc, solved.converged ? PC_NOERROR : PC_SUBPC_ERROR));
+  });
+}
+
+/// As SNESConvergedDefault, but with the problem's scale in place of the norm at the start.
+PetscErrorCode Newton::convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm, PetscReal step_norm,
+                                            PetscReal norm, SNESConvergedReason* reason, void* context) {
+  return as_petsc_callback([&] {
+    check(SNESConvergedDefault(snes, iteration, position_norm, step_norm, norm, reason, nullptr));
+    if (iteration == 0 || (*reason != SNES_CONVERGED_ITERATING && *reason != SNES_CONVERGED_FNORM_RELATIVE)) {
+      return;
+    }
+    PetscReal rtol = 0;
+    PetscReal stol = 0;
+    Vec position = nullptr;
+    check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
+    check(SNESGetSolution(snes, &position));
+    if (norm <= rtol * static_cast<Newton*>(context)->problem_.scale(position)) {
+      *reason = SNES_CONVERGED_FNORM_RELATIVE;
+    } else {
+      *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;
+    }
   });
 }
 

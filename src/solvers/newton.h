@@ -38,6 +38,9 @@ struct NewtonProblem {
   std::function<LinearResult(Vec residual, Vec descent, const NewtonRequest& request)> solve;
   /// Share of the step to go; nothing: none would do. Empty function: the whole step always.
   std::function<std::optional<double>(const NewtonStep& step)> search;
+  /// What NewtonDefaults::rtol is relative to at a position, a norm of the forces that are to be in balance. Empty: the
+  /// norm of the residual at the start.
+  std::function<double(Vec position)> scale;
 };
 
 /// What Newton's method is before the user's options are read.
@@ -80,6 +83,9 @@ class Newton {
   static PetscErrorCode jacobian_callback(SNES snes, Vec position, Mat amat, Mat pmat, void* context);
   static PetscErrorCode solve_callback(PC pc, Vec residual, Vec descent);
   static PetscErrorCode search_callback(SNESLineSearch search, void* context);
+  static PetscErrorCode convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm,
+                                             PetscReal step_norm, PetscReal norm, SNESConvergedReason* reason,
+                                             void* context);
   bool search(SNESLineSearch search);
 
   std::string prefix_;
