@@ -278,7 +278,7 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
 }
 
 void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {
-  double energy = value(positions);
+  double energy = 0;
   for (int iteration = 0;; ++iteration) {
     const auto [norm, largest] = compute_gradient(positions, input.held);
     result.error = norm <= rounding_ ? 0 : norm / largest;
@@ -299,6 +299,9 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
           result.error, iteration, options_.newton_tolerance);
       result.reason = text;
       return;
+    }
+    if (iteration == 0) {
+      energy = value(positions);
     }
     tangent_->update(positions, Curvature::positive);
     renew_preconditioner(positions);
