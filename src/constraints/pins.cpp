@@ -31,9 +31,8 @@ void describe(OptionTable& table, PinOptions& options) {
           "rest before and after them");
   table.add("clamped", options.clamped)
       .help(
-          "holds the direction of an elastic sheet, too, where these particles are at its edge; otherwise it turns "
-          "there "
-          "as on a hinge");
+          "holds the direction of an elastic sheet or of a balloon's wall, too, where these particles are at its edge; "
+          "otherwise it turns there as on a hinge");
 }
 
 Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& options)

@@ -357,8 +357,8 @@ std::vector<double> StepPotential::force_norms() const {
 
 void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
   evaluate_gas();
-  if (blends()) {
-    wall_.set_positive_share(positive_share);
+  for (Potential* potential : potentials_) {
+    potential->set_positive_share(positive_share);
   }
   const Membrane& membrane = model_.elements.membrane();
   std::vector<double> load_pressure;

@@ -133,8 +133,8 @@ class StepPotential {
   /// stiffness; of a prescribed chamber with several times what the pressure can fall with the volume beyond a limit
   /// point (BorderedSystem). Collective.
   /// @param system of `tangent_matrix`, with a column a chamber and by arc length one more, of the row that it adds
-  /// @param positive_share of the way from the exact tangent to the positive one, which the wall and the gas go (see
-  /// `blends`)
+  /// @param positive_share of the way from the exact tangent to the positive one, which the potentials and the gas
+  /// go (see `blends`)
   void update_tangent(Curvature curvature, LowRankSystem& system, double positive_share = 0);
   /// Whether the exact tangent can go over to the positive one step by step. Not collective.
   bool blends() const { return wall_.blends(); }

@@ -114,6 +114,24 @@ void add_ogden(const Material& material, double t, double d, double c, EnergyDen
 
 }  // namespace
 
+SmallStrainModuli small_strain_moduli(const Material& material) {
+  switch (material.law) {
+    case Material::Law::mooney_rivlin:
+      return {2 * (material.c1 + material.c2), material.lambda + 4 * material.c2};
+    case Material::Law::ogden: {
+      double shear = 0;
+      for (std::size_t k = 0; k < material.ogden_mu.size(); ++k) {
+        shear += material.ogden_mu[k] * material.ogden_alpha[k] / 2;
+      }
+      return {shear, material.lambda};
+    }
+    default:
+      return {material.mu, material.lambda};
+  }
+}
+
+double poisson_ratio(const SmallStrainModuli& moduli) { return moduli.lambda / (2 * (moduli.lambda + moduli.shear)); }
+
 EnergyDensity energy_density(const Material& material, double t, double d, double c) {
   EnergyDensity psi;
   switch (material.law) {

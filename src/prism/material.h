@@ -33,6 +33,16 @@ inline const std::vector<std::string>& names_of(Material::Law) {
   return names;
 }
 
+/// What a material is at small strain.
+struct SmallStrainModuli {
+  double shear = 0;   ///< mu [Pa]
+  double lambda = 0;  ///< Lame's first parameter [Pa]
+};
+SmallStrainModuli small_strain_moduli(const Material& material);
+
+/// nu = lambda / (2 (lambda + mu)).
+double poisson_ratio(const SmallStrainModuli& moduli);
+
 /// psi and its derivatives by (t, d, c), in this order.
 struct EnergyDensity {
   double value = 0;           ///< psi [Pa]

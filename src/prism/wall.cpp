@@ -43,33 +43,20 @@ void set_from_young(Material& material, const std::string& key, const MaterialOp
 /// The undeformed state must resist shear and compression: mu > 0 and K = lambda + 2/3 mu > 0, with the law's moduli of
 /// small strain.
 void require_stable(const Material& material, const std::string& key) {
-  double shear = material.mu;
-  double first = material.lambda;
+  if (material.law == Material::Law::ogden && material.ogden_mu.size() != material.ogden_alpha.size()) {
+    throw Error(key + "ogden_alpha: " + std::to_string(material.ogden_alpha.size()) +
+                " entries given, expected as many as of " + key + "ogden_mu, " +
+                std::to_string(material.ogden_mu.size()));
+  }
+  const auto [shear, first] = small_strain_moduli(material);
   std::string shear_key = "mu";
-  switch (material.law) {
-    case Material::Law::mooney_rivlin:
-      shear = 2 * (material.c1 + material.c2);
-      first += 4 * material.c2;
-      shear_key = "c1";
-      break;
-    case Material::Law::ogden: {
-      shear_key = "ogden_mu";
-      if (material.ogden_mu.size() != material.ogden_alpha.size()) {
-        throw Error(key + "ogden_alpha: " + std::to_string(material.ogden_alpha.size()) +
-                    " entries given, expected as many as of " + key + "ogden_mu, " +
-                    std::to_string(material.ogden_mu.size()));
-      }
-      shear = 0;
-      for (std::size_t k = 0; k < material.ogden_mu.size(); ++k) {
-        if (material.ogden_alpha[k] == 0) {
-          throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
-        }
-        shear += material.ogden_mu[k] * material.ogden_alpha[k] / 2;
-      }
-      break;
+  if (material.law == Material::Law::mooney_rivlin) {
+    shear_key = "c1";
+  } else if (material.law == Material::Law::ogden) {
+    shear_key = "ogden_mu";
+    if (std::find(material.ogden_alpha.begin(), material.ogden_alpha.end(), 0) != material.ogden_alpha.end()) {
+      throw Error(key + "ogden_alpha: 0 given, expected exponents that are not zero");
     }
-    default:
-      break;
   }
   if (!(shear > 0)) {
     throw Error(key + shear_key + ": the shear modulus of the undeformed material is " + number_text(shear) +
@@ -232,6 +219,10 @@ void apply_region(Wall& wall, const Membrane& membrane, const std::string& name,
 }  // namespace
 
 Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::vector<double>& texture) {
+  if (options.wrinkling == Wrinkling::tension_field && options.bending != BendingModel::none) {
+    throw Error("wall.bending: " + options.bending.name() +
+                " given, expected none with wall.wrinkling: tension_field, which has no wrinkles that could bend");
+  }
   Wall wall;
   wall.rule = options.thickness_rule == WallThickness::incompressible ? ThicknessRule::incompressible
               : options.thickness_rule == WallThickness::plane_stress ? ThicknessRule::plane_stress

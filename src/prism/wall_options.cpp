@@ -129,6 +129,11 @@ void describe(OptionTable& table, WallOptions& options) {
           "preservation; incompressible: every element keeps its volume; plane_stress: the stress across the wall "
           "vanishes; fixed: stays as it is")
       .source("balloon paper, sections 4 and 7; README: readings");
+  table.add("wall.bending", options.bending)
+      .help(
+          "plate: the wall resists bending as a plate of its present thickness h, E h^3 / (12 (1 - nu^2)), and is "
+          "curved as it is undeformed; none: only its stretching costs something, and wrinkles are as fine as the mesh")
+      .source("Koiter's thin shell; none: the balloon paper");
   table.add("wall.thickness", options.thickness)
       .unit("m")
       .more_than(0)
@@ -159,7 +164,7 @@ void describe(OptionTable& table, WallOptions& options) {
                         {WallThickness::incompressible, WallThickness::plane_stress, WallThickness::fixed}))
       .help(
           "none: the wall bears compression, and wrinkles as its elements do; tension_field: it bears none, as a wall "
-          "does that is thin beside its wrinkles, which are finer than the elements")
+          "does that is thin beside its wrinkles, which are finer than the elements; needs wall.bending: none")
       .source("Pipkin 1986, Steigmann 1990");
   // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
   const auto is_used = [&options](Material::Law law) {

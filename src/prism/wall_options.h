@@ -63,8 +63,16 @@ inline const std::vector<std::string>& names_of(Wrinkling) {
   return names;
 }
 
+/// How the wall resists bending (`wall.bending`).
+enum class BendingModel { plate, none };
+inline const std::vector<std::string>& names_of(BendingModel) {
+  static const std::vector<std::string> names{"plate", "none"};
+  return names;
+}
+
 /// What the wall of a balloon is made of.
 struct WallOptions {
+  Choice<BendingModel> bending = BendingModel::plate;
   Choice<WallThickness> thickness_rule = WallThickness::incompressible;
   double thickness = 0.3e-3;                            ///< undeformed [m]
   std::string thickness_texture;                        ///< file of an image that gives it instead, if not empty

@@ -50,7 +50,9 @@ void WallPotential::set_load(std::vector<double> pressure, const Eigen::Vector3d
 
 void WallPotential::set_positive_share(double share) {
   positive_share_ = share;
-  blended_->leave_out(share);
+  if (blends()) {
+    blended_->leave_out(share);
+  }
 }
 
 void WallPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {

@@ -30,9 +30,8 @@ class WallPotential : public Potential {
 
   /// Whether the exact Hessian can go over to the positive one step by step.
   bool blends() const { return blended_ != nullptr; }
-  /// From the next update on the exact Hessian has this share of the way to the positive one behind it, 0 to 1: of each
-  /// element's compression and of the pressure's stiffness so much is left out. Not collective. Only if it `blends`.
-  void set_positive_share(double share);
+  /// Leaves out so much of each element's compression and of the pressure's stiffness. If it does not `blend`, 0 only.
+  void set_positive_share(double share) override;
 
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;

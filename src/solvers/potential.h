@@ -54,6 +54,9 @@ class Potential {
 
   /// Takes over the Hessian at x, for what follows.
   virtual void update_hessian(const Field& x, Curvature curvature) = 0;
+  /// From the next update on the exact Hessian has this share of the way to the positive one behind it, 0 to 1, if the
+  /// potential can do that; others stay exact. Not collective.
+  virtual void set_positive_share(double /*share*/) {}
   /// Adds its blocks. Not collective.
   virtual void add_hessian(const HessianBlocks& blocks) const = 0;
 

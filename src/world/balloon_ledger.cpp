@@ -94,7 +94,7 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
   std::array<std::array<double, 2>, 3> maxima;
   maxima.fill({-HUGE_VAL, -HUGE_VAL});
   sums[rubber] = elements.volume(state.position, state.thickness_ratio);
-  sums[elastic] = elements.energy(state.position, state.thickness_ratio);
+  sums[elastic] = elements.energy(state.position, state.thickness_ratio) + chain_.bending_energy(state);
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     if (elements.stiffness(e) == 0) {
       continue;

@@ -124,6 +124,9 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                             stiffness};
     });
   }
+  if (options.wall.bending == BendingModel::plate) {
+    bending_.emplace(elements_, constraints_.projectors(), pins_.clamped());
+  }
   make_solvers();
 }
 
@@ -132,6 +135,9 @@ void Inflate::make_solvers() {
   elements_.set_burnt({}, {});
   BalloonModel model{elements_, chambers_, constraints_,           pins_,
                      loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
+  if (bending_) {
+    model.others.push_back(&*bending_);
+  }
   if (hold_ != nullptr) {
     model.others.push_back(hold_.get());
   }
@@ -194,6 +200,9 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   h_ = h;
   {
     const auto timer = clock_.time("implicit step");
+    if (bending_) {
+      bending_->begin_step(state.position, state.thickness_ratio);
+    }
     begin_acceleration(state);
     set_drag(state, integrator_.share());
     static_cast<ImplicitResult&>(step) = implicit_->advance(state.position, state.pressure, start_of_step(state));

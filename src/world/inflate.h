@@ -10,6 +10,7 @@
 #include "base/stage_clock.h"
 #include "equilibrium/implicit_step.h"
 #include "prism/volume_preservation.h"
+#include "prism/wall_bending.h"
 #include "world/balloon_state.h"
 #include "world/burning.h"
 #include "world/options.h"
@@ -62,6 +63,10 @@ class Inflate {
   const PrismElements& elements() const { return elements_; }
   const Chambers& chambers() const { return chambers_; }
   const std::vector<double>& mass() const { return mass_; }
+  /// This rank's share of what it has taken to bend the wall [J]. Collective.
+  double bending_energy(const BalloonState& state) const {
+    return bending_ ? bending_->energy(state.position, state.thickness_ratio) : 0;
+  }
 
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names(bool burns = false);
@@ -90,6 +95,7 @@ class Inflate {
   Constraints constraints_;
   Chambers chambers_;
   PointLoads loads_;
+  std::optional<WallBending> bending_;  ///< unless the wall has none
   std::optional<ImplicitStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   std::optional<Burning> burning_;                           ///< if the wall burns

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "parallel/field.h"
+#include "prism/plate_stencils.h"
+#include "prism/prism_elements.h"
+#include "solvers/potential.h"
+
+namespace pellicle {
+inline namespace prism {
+
+/// The bending of the wall, a plate of its present thickness h (Koiter's energy of a thin shell):
+///
+///     sum_i A_i D_i / 2 ((1 - nu) k:k + nu (tr k)^2),   D = E h^3 / (12 (1 - nu^2)) = mu h^3 / (6 (1 - nu)),
+///
+/// with the moduli of small strain, nu = 1/2 where elements keep their volume. k is the change b - b0 of the second
+/// fundamental form at vertex i (PlateStencil) since the undeformed shape, in present lengths: k = a^-1/2 (b - b0)
+/// a^-1/2 with the present metric a, both in undeformed coordinates. So a flat wall that is stretched and then bent
+/// resists as a plate of its new lengths and thickness does, and an undeformed wall of any shape is at rest. Of a wall
+/// that shrinks to s times its lengths b0 becomes s b0, the curvature of the smaller shape. The triangles' areas are
+/// divided among those of their vertices that have a stencil; a vertex on a triangle that has died has none.
+///
+/// h, a and the areas are those at the start of the step, so that energy, gradient and Hessian belong together exactly
+/// while it is solved.
+class WallBending : public Potential {
+ public:
+  /// Collective. Elements must outlive it. @param projectors, clamped see PlateStencils
+  WallBending(const PrismElements& elements, const std::vector<Eigen::Matrix3d>& projectors,
+              const std::vector<bool>& clamped);
+
+  /// From here on thickness and metric are those of `start`. Collective.
+  /// @param thickness_ratio h/h0 of the local elements
+  void begin_step(const Field& start, const std::vector<double>& thickness_ratio) {
+    plates_ = plates(start, thickness_ratio);
+  }
+  /// This rank's share of the energy of a step that starts at x [J]. Collective.
+  double energy(const Field& x, const std::vector<double>& thickness_ratio) const {
+    return sum_of(plates(x, thickness_ratio), x);
+  }
+
+  double value(const Field& x) const override { return sum_of(plates_, x); }
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override;
+  /// The positive part leaves out what bending moments add as the normals turn.
+  void update_hessian(const Field& x, Curvature curvature) override;
+  void add_hessian(const HessianBlocks& blocks) const override;
+  /// Leaves out so much of what the moments add.
+  void set_positive_share(double share) override { positive_share_ = share; }
+
+  const PlateStencils& stencils() const { return stencils_; }
+
+ private:
+  /// What a stencil has of its vertex, from the start of the step.
+  struct Plate {
+    Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  ///< of b, times the area [N m^3]
+    PlateCurvature target = PlateCurvature::Zero();       ///< b0 [1/m]
+    double reference = 0;                                 ///< |N| unless folded, 0: it is not used [m^2]
+  };
+  /// A stencil at positions x.
+  struct State {
+    Eigen::Matrix3d bent;  ///< sum_p w_pk x_p as column k [1/m]
+    Eigen::Vector3d area;  ///< N [m^2]
+    Eigen::Vector3d normal;
+    double length;            ///< of N, kept from 0 [m^2]
+    Eigen::Vector3d moments;  ///< by b [J m]
+  };
+
+  std::vector<Plate> plates(const Field& start, const std::vector<double>& thickness_ratio) const;
+  double sum_of(const std::vector<Plate>& plates, const Field& x) const;
+  const double* reach(const Field& x) const;
+  State state(const PlateStencil& stencil, const Plate& plate, const double* x) const;
+  void find_turning(const PlateStencil& stencil, const double* x, Eigen::Matrix3Xd& turning) const;
+
+  const PrismElements& elements_;
+  PlateStencils stencils_;
+  std::vector<double> stiffness_;  ///< D/h^3 of the local elements [Pa]
+  std::vector<double> poisson_;    ///< nu of the local elements
+  std::vector<Plate> plates_;      ///< of the stencils
+  Eigen::Index most_points_ = 0;   ///< of a stencil
+  mutable Field beyond_;           ///< positions of the stencils' reach
+  Eigen::Matrix3Xd linearised_;    ///< positions of the Hessian
+  double kept_moments_ = 1;        ///< share of what moments add to the Hessian
+  double positive_share_ = 0;
+};
+
+}  // namespace prism
+}  // namespace pellicle
