@@ -197,7 +197,7 @@ TEST_F(OptionsTest, LogViewCountsTheOperationsOfThePrismKernels) {
            {"shell", {{"PrismProduct", 136}}}}) {
     const CommandResult result =
         succeed(1, {"-chain", "inflate", "-mesh_shape", "icosphere", "-mesh_level", "1", "-prism_mat_type", mat_type,
-                    "-time_max_steps", "2", "-output_directory", "out", "-log_view"});
+                    "-prism_newton", "fixed", "-time_max_steps", "2", "-output_directory", "out", "-log_view"});
     for (const auto& [kernel, expected] : kernels) {
       const std::size_t line = result.output.find("\n" + kernel + " ");
       ASSERT_NE(line, std::string::npos) << kernel << "\n" << result;
