@@ -59,7 +59,7 @@ class LineMatrices {
   std::vector<PetscInt> springs_;
   std::vector<Link> links_;
   std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
-  std::vector<double> inverse_first_;             ///< of the unknowns that are first of a line, (lanes x lines abreast)
+  std::vector<double> inverse_first_;             ///< inverse pivots of an elimination from the lines' last springs
   // The last has one row of lanes more, of zeros, so that no loop needs to look whether a line ends.
   std::vector<double> diagonal_;
   std::vector<double> inverse_pivot_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <iterator>
 #include <map>
 #include <utility>
 
@@ -110,6 +109,7 @@ class LineFinder {
     const PetscInt own = partner_[at(spring)][end];
     return own != none ? own : foreign_[at(spring)][end];
   }
+
   void add_separator(PetscInt spring, LineFamily& family) const {
     family.separators.push_back(spring);
     family.numbers.push_back(number_[at(spring)]);
@@ -174,27 +174,25 @@ class LineFinder {
     }
   }
 
-  /// Ways to join springs two by two that are not sides of one quad: of four all, of three two. At the border quads are
-  /// missing, and beyond the ghosts they are unknown, so that springs may look opposite that are not.
-  std::vector<std::vector<SpringPair>> ways_to_pair(PetscInt particle) const {
+  using Pairs = std::array<SpringPair, 2>;
+  /// The three ways to join four springs two by two, or two of three springs: then both pairs are the same.
+  std::array<Pairs, 3> ways_to_pair(PetscInt particle) const {
     const PetscInt* s = springs_at(particle).first;
-    const std::vector<std::vector<SpringPair>> all =
-        springs_at(particle).size() == 4
-            ? std::vector<std::vector<SpringPair>>{{{s[0], s[1]}, {s[2], s[3]}},
-                                                   {{s[0], s[2]}, {s[1], s[3]}},
-                                                   {{s[0], s[3]}, {s[1], s[2]}}}
-            : std::vector<std::vector<SpringPair>>{{{s[0], s[1]}}, {{s[0], s[2]}}, {{s[1], s[2]}}};
-    std::vector<std::vector<SpringPair>> possible;
-    std::copy_if(all.begin(), all.end(), std::back_inserter(possible), [&](const std::vector<SpringPair>& pairs) {
-      return std::none_of(pairs.begin(), pairs.end(),
-                          [&](const SpringPair& pair) { return share_quad(particle, pair.own, pair.other); });
-    });
-    return possible;
+    if (springs_at(particle).size() == 3) {
+      return {Pairs{{{s[0], s[1]}, {s[0], s[1]}}}, {{{s[0], s[2]}, {s[0], s[2]}}}, {{{s[1], s[2]}, {s[1], s[2]}}}};
+    }
+    return {Pairs{{{s[0], s[1]}, {s[2], s[3]}}}, {{{s[0], s[2]}, {s[1], s[3]}}}, {{{s[0], s[3]}, {s[1], s[2]}}}};
   }
   bool is_regular(PetscInt particle) const {
     return springs_at(particle).size() == 3 || springs_at(particle).size() == 4;
   }
-  void join(PetscInt particle, const std::vector<SpringPair>& pairs) {
+  /// Whether none of them are sides of one quad. At the border quads are missing, and beyond the ghosts they are
+  /// unknown, so that springs may look opposite that are not.
+  bool look_opposite(PetscInt particle, const Pairs& pairs) const {
+    return std::none_of(pairs.begin(), pairs.end(),
+                        [&](const SpringPair& pair) { return share_quad(particle, pair.own, pair.other); });
+  }
+  void join(PetscInt particle, const Pairs& pairs) {
     for (const SpringPair& pair : pairs) {
       join(particle, pair.own, pair.other);
     }
@@ -203,8 +201,10 @@ class LineFinder {
   /// Joins opposite springs, where this rank knows which they are.
   void pair_springs(PetscInt particle) {
     if (is_regular(particle)) {
-      if (const auto possible = ways_to_pair(particle); possible.size() == 1) {
-        join(particle, possible[0]);
+      const auto ways = ways_to_pair(particle);
+      const auto is_possible = [&](const Pairs& pairs) { return look_opposite(particle, pairs); };
+      if (std::count_if(ways.begin(), ways.end(), is_possible) == 1) {
+        join(particle, *std::find_if(ways.begin(), ways.end(), is_possible));
       }
       return;
     }
@@ -229,21 +229,20 @@ class LineFinder {
     if (!is_regular(particle) || std::any_of(springs.begin(), springs.end(), is_joined)) {
       return;
     }
-    const auto joins = [&](const SpringPair& pair) {
-      const auto says = [&](PetscInt one, PetscInt other) {
-        return one >= set_.owned() && partners[at(one)][end_at(one, particle)] == set_.layout.to_global(other);
-      };
-      return says(pair.own, pair.other) || says(pair.other, pair.own);
+    const auto says = [&](PetscInt one, PetscInt other) {
+      return one >= set_.owned() && partners[at(one)][end_at(one, particle)] == set_.layout.to_global(other);
     };
-    const auto possible = ways_to_pair(particle);
-    for (const auto& pairs : possible) {
-      if (std::any_of(pairs.begin(), pairs.end(), joins)) {
-        join(particle, pairs);
-        return;
-      }
+    const auto joins = [&](const SpringPair& pair) { return says(pair.own, pair.other) || says(pair.other, pair.own); };
+    const auto ways = ways_to_pair(particle);
+    const auto is_possible = [&](const Pairs& pairs) { return look_opposite(particle, pairs); };
+    auto chosen = std::find_if(ways.begin(), ways.end(), [&](const Pairs& pairs) {
+      return is_possible(pairs) && std::any_of(pairs.begin(), pairs.end(), joins);
+    });
+    if (chosen == ways.end()) {
+      chosen = std::find_if(ways.begin(), ways.end(), is_possible);
     }
-    if (!possible.empty()) {
-      join(particle, possible[0]);
+    if (chosen != ways.end()) {
+      join(particle, *chosen);
     }
   }
 
