@@ -21,10 +21,17 @@ constexpr double negligible_force = 1e-6;
 /// By which a tangent that is not positive definite goes over to the positive one, until it is; 1 is the whole way.
 constexpr double share_step = 0.125;
 
-/// Options of a step. One that ends when it has converged has the exact tangent near its end, since Newton's method
-/// converges slowly without it, and where that is not positive definite changes it no more than it must.
-PrismOptions options_of_step(PrismOptions options, bool is_static) {
-  options.positive_elements = options.positive_elements && (is_static || options.newton == NewtonEnd::fixed);
+/// Options of a step. One in time that ends when it has converged has the exact tangent near its end, since Newton's
+/// method converges slowly without it, and where that is not positive definite changes it no more than it must. By arc
+/// length the whole tangent says where the path goes.
+PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integrator) {
+  if (integrator.is_static()) {
+    options.inertia = false;
+    options.mass_damping = 0;
+    options.stiffness_damping = 0;
+  }
+  const bool is_exact = integrator.arc_length() || (!integrator.is_static() && options.newton == NewtonEnd::converged);
+  options.positive_elements = options.positive_elements && !is_exact;
   return options;
 }
 
@@ -48,11 +55,10 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 }  // namespace
 
 ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
-    : options_(options),
-      potential_(model, options_of_step(options, integrator.is_static()), integrator),
+    : options_(options_of_step(options, integrator)),
+      potential_(model, options_, integrator),
       system_(potential_.tangent_matrix(), model.chambers.count() + (integrator.arc_length() ? 1 : 0),
-              options.solver_prefix,
-              solver_defaults(options, integrator.is_static() || !potential_.prescribed().empty())),
+              options.solver_prefix, solver_defaults(options_, !potential_.prescribed().empty())),
       patches_(RigidPatches::of(system_.solver(), potential_.tangent(), model.elements.membrane().triangles,
                                 model.constraints.projectors(), options.patch_size)) {
   if (!potential_.prescribed().empty()) {
@@ -100,7 +106,7 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
     problem.search = [this](const NewtonStep& step) { return search(step); };
   }
   if (options.newton == NewtonEnd::converged) {
-    problem.scale = [this](Vec position) { return largest_force(position); };
+    problem.scale = [this] { return largest_force(); };
   }
   newton_.emplace(matrix, options.solver_prefix, std::move(problem), defaults);
 }
@@ -132,17 +138,17 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
   return result;
 }
 
-/// The largest norm of one kind of force [N]; leaves all forces together in residual_.
-double ImplicitStep::largest_force(Vec position) {
-  potential_.move_to(position);
-  potential_.compute_residual(residual_);
+/// The largest norm of one kind of force in the last residual [N]. Collective.
+double ImplicitStep::largest_force() const {
   const std::vector<double> norms = potential_.force_norms();
   return std::max(*std::max_element(norms.begin(), norms.end()), negligible_force * potential_.force_scale());
 }
 
 /// What is left of the forces where SNES has ended, which it took for an end: whether it is one.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
-  const double largest = largest_force(unknowns_);
+  potential_.move_to(unknowns_);
+  potential_.compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
+  const double largest = largest_force();
   check(VecNorm(residual_, NORM_2, &result.residual));
   result.relative_residual = result.residual / largest;
   result.is_above_tolerance = result.residual > rounding_ && result.relative_residual > options_.residual_tolerance;
@@ -187,8 +193,7 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
     words +=
         "; the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
         "that the balloon can hold (to go there prescribe its volume or its amount of gas, or give time.arc_length), "
-        "or the "
-        "step is too long";
+        "or the step is too long";
   }
   return words;
 }

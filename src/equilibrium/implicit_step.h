@@ -67,7 +67,7 @@ class ImplicitStep {
   LinearResult solve(Vec right_hand_side, Vec solution);
   LinearResult solve_once(Vec right_hand_side, Vec solution);
   std::optional<double> search(const NewtonStep& step);
-  double largest_force(Vec position);
+  double largest_force() const;
   void judge(const NewtonResult& newton, ImplicitResult& result);
   std::string words_of_failure(const NewtonResult& newton) const;
 

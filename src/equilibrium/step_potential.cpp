@@ -157,9 +157,7 @@ void StepPotential::begin_path(const StepStart& start) {
   position_.values() = start_.values();
   model_.loads.begin_step(start_, time_, h_);
   direction_.values() = start.direction->values();
-  double norm = direction_.values().squaredNorm();
-  MPI_Allreduce(MPI_IN_PLACE, &norm, 1, MPI_DOUBLE, MPI_SUM, comm());
-  if (norm > 0) {
+  if (sum_over_ranks(comm(), direction_.values().squaredNorm()) > 0) {
     return;
   }
   damping_.begin_step(start_, start.thickness_ratio, still_, rate());  // The first step: to where the loads push.

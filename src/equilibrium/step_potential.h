@@ -55,16 +55,15 @@ struct StepStart {
 ///
 /// where x is what TimeIntegrator calls y, and k, c, x_a and x_v are its; of implicit Euler 1/h^2, 1/h, x^n + h v^n and
 /// x^n, and x is x^{n+1}. C = mass_damping M + stiffness_damping K has K at x^n, or with an integrator of second order
-/// at the predicted x. U is the elastic energy, W the gas's potential; without inertia the
-/// first term is left out. Eq. 23 divided by h^2 is the gradient for implicit Euler. Of a chamber with a hole, whose
-/// pressure is given, W is minus the work on what is left of the wall, straight from x^n to x; a follower load has no
-/// potential.
+/// at the predicted x. U is the elastic energy, W the gas's potential; without inertia the first term is left out. Eq.
+/// 23 divided by h^2 is the gradient for implicit Euler. Of a chamber with a hole, whose pressure is given, W is minus
+/// the work on what is left of the wall, straight from x^n to x; a follower load has no potential.
 ///
 /// It is a sum of potentials: wall, inertia, damping, weight, loads and the model's others. The gas stands beside them,
 /// since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
 ///
-/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of
-/// what a wall's stiffness is like. By arc length the loads' time t is an unknown, too: the row of the residual is a
+/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of what a
+/// wall's stiffness is like. By arc length the loads' time t is an unknown, too: the row of the residual is a
 /// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
 /// and w the vertices' shares of the mass. Of c and of lengths count the motions that are free.
 ///

@@ -60,8 +60,7 @@ class PlateStencils {
   PlateStencils(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors,
                 const std::vector<bool>& clamped);
 
-  /// The vertices of the membrane, and as further ghosts those that stencils with this rank's vertices
-  /// have beyond.
+  /// The vertices of the membrane, and as further ghosts those that stencils with this rank's vertices have beyond.
   const Layout& reach() const { return reach_; }
   /// Whether any rank has such further ghosts.
   bool goes_beyond() const { return goes_beyond_; }

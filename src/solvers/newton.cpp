@@ -148,10 +148,8 @@ PetscErrorCode Newton::convergence_callback(SNES snes, PetscInt iteration, Petsc
     }
     PetscReal rtol = 0;
     PetscReal stol = 0;
-    Vec position = nullptr;
     check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
-    check(SNESGetSolution(snes, &position));
-    if (norm <= rtol * static_cast<Newton*>(context)->problem_.scale(position)) {
+    if (norm <= rtol * static_cast<Newton*>(context)->problem_.scale()) {
       *reason = SNES_CONVERGED_FNORM_RELATIVE;
     } else {
       *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;

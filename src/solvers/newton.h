@@ -38,9 +38,9 @@ struct NewtonProblem {
   std::function<LinearResult(Vec residual, Vec descent, const NewtonRequest& request)> solve;
   /// Share of the step to go; nothing: none would do. Empty function: the whole step always.
   std::function<std::optional<double>(const NewtonStep& step)> search;
-  /// What NewtonDefaults::rtol is relative to at a position, a norm of the forces that are to be in balance. Empty: the
-  /// norm of the residual at the start.
-  std::function<double(Vec position)> scale;
+  /// What NewtonDefaults::rtol is relative to where the residual was last asked for, a norm of the forces that are to
+  /// be in balance. Empty: the norm of the residual at the start.
+  std::function<double()> scale;
 };
 
 /// What Newton's method is before the user's options are read.

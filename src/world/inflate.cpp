@@ -145,16 +145,7 @@ void Inflate::make_solvers() {
     model.others.push_back(drag_.get());
   }
   implicit_.reset();
-  PrismOptions prism = options_.prism;
-  if (integrator_.is_static()) {
-    prism.inertia = false;
-    prism.mass_damping = 0;
-    prism.stiffness_damping = 0;
-  }
-  if (integrator_.arc_length()) {
-    prism.positive_elements = false;  // Where a path goes the whole tangent says.
-  }
-  implicit_.emplace(model, prism, integrator_);
+  implicit_.emplace(model, options_.prism, integrator_);
   if (wall_.preserve_volume) {
     volume_preservation_ =
         std::make_unique<VolumePreservation>(membrane_, wall_, constraints_.projectors(), options_.volume);
@@ -259,10 +250,11 @@ void Inflate::begin_acceleration(BalloonState& state) {
 /// Velocities, and accelerations if they count, from the positions before and after the step. @returns the largest
 /// error of this rank's vertices [m]
 double Inflate::move_on(BalloonState& state) const {
+  const StepStart start = start_of_step(state);
   double error = 0;
   for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
     const Eigen::Vector3d displacement = state.position.vector(i) - start_.vector(i);
-    const Motion before = start_of_step(state).motion(i);
+    const Motion before = start.motion(i);
     Motion after = integrator_.end(h_, displacement, before);
     if (integrator_.is_second_order() && pins_.pinned()[static_cast<std::size_t>(i)]) {
       after = {displacement / h_, Eigen::Vector3d::Zero()};  // They move evenly in each step.
