@@ -102,22 +102,7 @@ class BalloonTangent {
   }
 
   /// K w by persistent id.
-  Eigen::Matrix3Xd times(const Field& w) {
-    Mat matrix = this->matrix();
-    VecHandle in, out;
-    check(MatCreateVecs(matrix, in.create(), out.create()));
-    const PetscInt owned = balloon_.membrane.particles.owned;
-    double* values = nullptr;
-    check(VecGetArrayWrite(in, &values));
-    Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned) = w.values().leftCols(owned);
-    check(VecRestoreArrayWrite(in, &values));
-    check(MatMult(matrix, in, out));
-    const double* product = nullptr;
-    check(VecGetArrayRead(out, &product));
-    const Eigen::Matrix3Xd result = Eigen::Map<const Eigen::Matrix3Xd>(product, 3, owned);
-    check(VecRestoreArrayRead(out, &product));
-    return balloon_.by_id(result);
-  }
+  Eigen::Matrix3Xd times(const Field& w) { return balloon_.product(matrix(), w); }
 
  private:
   Balloon& balloon_;

@@ -25,21 +25,14 @@ constexpr double shear = 4e5;       // mu [Pa]
 /// Of a wall that keeps its volume.
 constexpr double rigidity = shear * thickness * thickness * thickness / 3;
 
-/// A wall with its bending. Must not be moved.
-struct BentWall {
+/// A wall with its bending.
+struct BentWall : TestedWall {
   BentWall(MPI_Comm comm, const SurfaceMesh& mesh, WallOptions options = {}, bool is_clamped = false)
-      : membrane(make_membrane(comm, mesh, {})),
-        wall(make_wall(membrane, with_thickness(std::move(options)), {})),
-        elements(membrane, wall),
+      : TestedWall(comm, mesh, with_thickness(std::move(options))),
         bending(elements, std::vector<Eigen::Matrix3d>(local(), Eigen::Matrix3d::Identity()),
-                std::vector<bool>(local(), is_clamped)),
-        x(membrane.particles, 3),
-        thickness_ratio(membrane.triangles.size(), 1.0) {
-    x.values() = membrane.rest;
+                std::vector<bool>(local(), is_clamped)) {
     bending.begin_step(x, thickness_ratio);
   }
-  BentWall(const BentWall&) = delete;
-  BentWall& operator=(const BentWall&) = delete;
 
   static WallOptions with_thickness(WallOptions options) {
     options.thickness = thickness;
@@ -58,37 +51,11 @@ struct BentWall {
       }
     }
   }
-  Field direction(int seed) const {
-    Field result(membrane.particles, 3);
-    for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      for (int c = 0; c < 3; ++c) {
-        result.vector(i)[c] = noise(membrane.persistent_id[static_cast<std::size_t>(i)], c, seed);
-      }
-    }
-    return result;
-  }
-  Field moved(const Field& along, double factor) const {
-    Field result(membrane.particles, 3);
-    result.values() = x.values() + factor * along.values();
-    return result;
-  }
-  double energy(const Field& at) const {
-    double sum = bending.value(at);
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
-    return sum;
-  }
+  double energy(const Field& at) const { return summed(bending.value(at)); }
   Eigen::Matrix3Xd gradient(const Field& at) const {
     Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
     bending.add_gradient(at, sum);
     return by_id(sum);
-  }
-  Eigen::Matrix3Xd by_id(const Eigen::Matrix3Xd& owned) const {
-    Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, membrane.particles.global);
-    for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-      all.col(membrane.persistent_id[static_cast<std::size_t>(i)]) = owned.col(i);
-    }
-    MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, membrane.comm());
-    return all;
   }
   /// H w by persistent id.
   Eigen::Matrix3Xd times(const Field& w, const std::string& mat_type, Curvature curvature) {
@@ -97,19 +64,7 @@ struct BentWall {
     Tangent tangent(membrane.particles, {&bending}, std::vector<Eigen::Matrix3d>(local(), Eigen::Matrix3d::Identity()),
                     type, "prism_");
     tangent.update(x, curvature);
-    VecHandle in, out;
-    check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
-    const PetscInt owned = membrane.particles.owned;
-    double* values = nullptr;
-    check(VecGetArrayWrite(in, &values));
-    Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned) = w.values().leftCols(owned);
-    check(VecRestoreArrayWrite(in, &values));
-    check(MatMult(tangent.matrix(), in, out));
-    const double* product = nullptr;
-    check(VecGetArrayRead(out, &product));
-    const Eigen::Matrix3Xd result = Eigen::Map<const Eigen::Matrix3Xd>(product, 3, owned);
-    check(VecRestoreArrayRead(out, &product));
-    return by_id(result);
+    return product(tangent.matrix(), w);
   }
   /// By global numbers, on a single rank.
   Eigen::MatrixXd hessian(Curvature curvature) {
@@ -132,12 +87,7 @@ struct BentWall {
     return sum;
   }
 
-  Membrane membrane;
-  Wall wall;
-  PrismElements elements;
   WallBending bending;
-  Field x;
-  std::vector<double> thickness_ratio;
 };
 
 SurfaceMesh torus() { return triangulated(torus_mesh({18, 10}, 0.1, 0.04)); }
@@ -200,7 +150,7 @@ TEST(WallBending, the_gradient_is_the_derivative_of_the_energy) {
     BentWall wall(PETSC_COMM_WORLD, shape.mesh, {}, shape.is_clamped);
     deform(wall);
     wall.bending.begin_step(wall.x, wall.thickness_ratio);
-    const Field along = wall.direction(4);
+    const Field along = wall.random_field(1, 4);
     const Eigen::Matrix3Xd way = wall.by_id(along.values().leftCols(wall.membrane.particles.owned));
     const double slope = wall.gradient(wall.x).cwiseProduct(way).sum();
     // The remainder of the Taylor series is of second order, and central differences leave one of third.
@@ -220,7 +170,7 @@ TEST(WallBending, the_hessian_is_the_derivative_of_the_gradient) {
     BentWall wall(PETSC_COMM_WORLD, shape.mesh, {}, shape.is_clamped);
     deform(wall);
     wall.bending.begin_step(wall.x, wall.thickness_ratio);
-    const Field along = wall.direction(4);
+    const Field along = wall.random_field(1, 4);
     const Eigen::Matrix3Xd product = wall.times(along, "baij", Curvature::exact);
     const double step = 1e-7;
     const Eigen::Matrix3Xd difference =
@@ -232,7 +182,7 @@ TEST(WallBending, the_hessian_is_the_derivative_of_the_gradient) {
 TEST(WallBending, all_matrices_agree) {
   BentWall wall(PETSC_COMM_WORLD, torus());
   deform(wall);
-  const Field along = wall.direction(4);
+  const Field along = wall.random_field(1, 4);
   for (const Curvature curvature : {Curvature::exact, Curvature::positive}) {
     const Eigen::Matrix3Xd product = wall.times(along, "baij", curvature);
     for (const char* type : {"aij", "sbaij", "shell"}) {
@@ -274,8 +224,9 @@ TEST(WallBending, any_number_of_ranks_gives_the_same) {
     EXPECT_NEAR(wall.energy(wall.x), alone.energy(alone.x), 1e-12 * alone.energy(alone.x)) << shape.name;
     const Eigen::Matrix3Xd expected = alone.gradient(alone.x);
     EXPECT_LT(largest(wall.gradient(wall.x) - expected), 1e-11 * largest(expected)) << shape.name;
-    const Eigen::Matrix3Xd product = alone.times(alone.direction(4), "baij", Curvature::exact);
-    EXPECT_LT(largest(wall.times(wall.direction(4), "baij", Curvature::exact) - product), 1e-11 * largest(product))
+    const Eigen::Matrix3Xd product = alone.times(alone.random_field(1, 4), "baij", Curvature::exact);
+    EXPECT_LT(largest(wall.times(wall.random_field(1, 4), "baij", Curvature::exact) - product),
+              1e-11 * largest(product))
         << shape.name;
   }
 }

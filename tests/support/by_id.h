@@ -3,18 +3,21 @@
 #include <Eigen/Core>
 
 #include "parallel/field.h"
-#include "surface/sheet.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 
-/// A particle field of all ranks by persistent id, (components x ids). Collective.
-inline Eigen::MatrixXd by_id(const Sheet& sheet, const Field& field) {
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(field.components(), sheet.id_end);
-  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    all.col(sheet.persistent_id[static_cast<std::size_t>(i)]) = field.values().col(i);
+/// Values of the owned particles of all ranks by persistent id, (components x ids). Collective.
+/// @param values of the owned particles, and more behind them
+inline Eigen::MatrixXd by_id(const Surface& surface, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(values.rows(), surface.id_end);
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    all.col(surface.persistent_id[static_cast<std::size_t>(i)]) = values.col(i);
   }
-  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, sheet.comm());
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, surface.comm());
   return all;
 }
+
+inline Eigen::MatrixXd by_id(const Surface& surface, const Field& field) { return by_id(surface, field.values()); }
 
 }  // namespace pellicle

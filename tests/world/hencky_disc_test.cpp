@@ -20,12 +20,7 @@ constexpr double young = 1e9;       // E [Pa]
 constexpr double load = 100;  // q [Pa]
 
 Options disc_options(double poisson) {
-  Options options = static_options();
-  options.wall.thickness = thickness;
-  options.wall.thickness_rule = "plane_stress";
-  options.wall.material.law = "st_venant_kirchhoff";
-  options.wall.material.young_modulus = young;
-  options.wall.material.poisson_ratio = poisson;
+  Options options = static_plate_options(young, poisson, thickness);
   options.prism.mass_damping = 1000;  // with steps of 5 ms: leads from the flat sheet to rest
   options.pins["rim"].group = "rim";
   options.chambers["below"].law = "pressure";

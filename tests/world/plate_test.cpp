@@ -19,15 +19,7 @@ constexpr double thickness = 1e-3;  // h [m]
 
 double rigidity(double poisson) { return young * std::pow(thickness, 3) / (12 * (1 - poisson * poisson)); }
 
-Options plate_options(double poisson) {
-  Options options = static_options();
-  options.wall.thickness = thickness;
-  options.wall.thickness_rule = "plane_stress";
-  options.wall.material.law = "st_venant_kirchhoff";
-  options.wall.material.young_modulus = young;
-  options.wall.material.poisson_ratio = poisson;
-  return options;
-}
+Options plate_options(double poisson) { return static_plate_options(young, poisson, thickness); }
 
 /// Plates are too badly conditioned for anything but factors.
 void solve_directly(SolverOptions& options) {

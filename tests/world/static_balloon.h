@@ -19,6 +19,17 @@ inline Options static_options() {
   return options;
 }
 
+/// The same of a plate: St. Venant-Kirchhoff in plane stress. @param young [Pa] @param thickness [m]
+inline Options static_plate_options(double young, double poisson, double thickness) {
+  Options options = static_options();
+  options.wall.thickness = thickness;
+  options.wall.thickness_rule = "plane_stress";
+  options.wall.material.law = "st_venant_kirchhoff";
+  options.wall.material.young_modulus = young;
+  options.wall.material.poisson_ratio = poisson;
+  return options;
+}
+
 /// A balloon with its chain and its state.
 struct StaticBalloon {
   StaticBalloon(const SurfaceMesh& mesh, Options given)
