@@ -1,4 +1,4 @@
-// WrinkledShape of a sheet that is stretched between two clamps, against the formula of Cerda and Mahadevan.
+// Wrinkles of a sheet that is stretched between two clamps, against the formula of Cerda and Mahadevan.
 
 #include <array>
 #include <cmath>
@@ -102,8 +102,7 @@ class StretchedSheets : public ProgramTest {
                               length_of_wrinkles(first, last, cells)};
     std::printf(
         "%s cells, %s m: tension %.3f N/m, height %.3f mm, wavelength %.4f m; %.4f m by the formula, %.4f m for "
-        "wrinkles "
-        "as long as these, %.3f m\n",
+        "wrinkles as long as these, %.3f m\n",
         mesh.c_str(), pull.c_str(), found.tension, 1e3 * found.height, found.wavelength,
         formula(found.tension, sheet_length), formula(found.tension, found.length), found.length);
     return found;
