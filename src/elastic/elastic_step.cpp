@@ -199,6 +199,18 @@ double ElasticStep::largest_excess() const {
   return excess;
 }
 
+std::array<std::vector<bool>, 4> ElasticStep::bearing_springs(const Living& living) {
+  std::array<std::vector<bool>, 4> bears;
+  const std::array<std::vector<double>, 4>& stiffness = material_.stiffness(living);
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    for (std::size_t s = 0; s < static_cast<std::size_t>(sheet_.of(colour).owned()); ++s) {
+      bears[index].push_back(stiffness[index][s] > 0);
+    }
+  }
+  return bears;
+}
+
 double ElasticStep::elastic_energy(const Field& positions) const {
   double sum = springs_.value(positions) + bending_.value(positions);
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());

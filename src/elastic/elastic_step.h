@@ -71,6 +71,9 @@ class ElasticStep {
   /// See SheetSprings::largest_excess; of all ranks. Collective.
   double largest_excess() const;
 
+  /// Whether the owned springs of each colour have stiffness, see SheetSprings. Not collective.
+  std::array<std::vector<bool>, 4> bearing_springs(const Living& living);
+
   /// Of the owned springs by colour at some positions, as the last step had them, positive where they pull [N]. Not
   /// collective.
   std::array<std::vector<double>, 4> spring_forces(const Field& positions) const { return springs_.forces(positions); }

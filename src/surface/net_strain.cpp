@@ -11,14 +11,14 @@ namespace pellicle {
 inline namespace surface {
 
 NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
-                     const Living& living) {
+                     const Living& living, const std::array<std::vector<bool>, 4>& bears) {
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
   using Place = Eigen::Map<const Eigen::Vector3d>;
   using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
   NetStrain strain;
   Key key{none, none, none};
-  // Of the owned springs, then of all: sums of squares and numbers of each colour, sum of all.
-  std::array<double, 9> sums{};
+  // Of the owned springs, then of all: sums of squares and numbers of each colour; sum and number of those that bear.
+  std::array<double, 10> sums{};
   const double* places = x.data();
   for (const Colour colour : all_colours) {
     if (!sheet.acts(colour)) {
@@ -30,6 +30,7 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
     double squares = 0;
     double sum = 0;
     PetscInt count = 0;
+    PetscInt bearing = 0;
     for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
       if (!lives[s]) {
         continue;
@@ -39,8 +40,11 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
       const Place place_b(places + 3 * b);
       const double value = std::abs((place_a - place_b).norm() / target_length[index][s] - 1);
       squares += value * value;
-      sum += value;
       ++count;
+      if (bears[index][s]) {
+        sum += value;
+        ++bearing;
+      }
       strain.largest_of[index] = std::max(strain.largest_of[index], value);
       if (is_of_net(colour) && value >= strain.largest) {
         const auto [first, last] = std::minmax(sheet.persistent_id[static_cast<std::size_t>(a)],
@@ -56,10 +60,11 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
     sums[index] = squares;
     sums[4 + index] = static_cast<double>(count);
     sums[8] += sum;
+    sums[9] += static_cast<double>(bearing);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 9, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 10, MPI_DOUBLE, MPI_SUM, sheet.comm());
   MPI_Allreduce(MPI_IN_PLACE, strain.largest_of.data(), 4, MPI_DOUBLE, MPI_MAX, sheet.comm());
-  strain.mean = sums[8] / std::max(1.0, sums[4] + sums[5] + sums[6] + sums[7]);
+  strain.mean = sums[8] / std::max(1.0, sums[9]);
   for (std::size_t colour = 0; colour < 4; ++colour) {
     strain.rms_of[colour] = std::sqrt(sums[colour] / std::max(1.0, sums[4 + colour]));
   }

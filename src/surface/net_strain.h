@@ -27,7 +27,7 @@ struct NetStrain {
   Colour colour = Colour::blue;                     ///< of the spring that has it
   std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of its ends; -1: no spring of the net lives
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of its middle [m]
-  double mean = 0;                                  ///< of |d/l - 1| over the living springs of all colours that act
+  double mean = 0;                                  ///< of |d/l - 1| over the springs that bear, of all colours
   std::array<double, 4> largest_of{};               ///< of each colour; 0 where none lives or acts
   std::array<double, 4> rms_of{};                   ///< likewise
 };
@@ -35,8 +35,15 @@ struct NetStrain {
 /// Of equal strains the springs of the least ids counts. Collective.
 /// @param x positions of the local particles [m]
 /// @param target_length l of the local springs of each colour [m]
+/// @param bears whether the owned springs of each colour count for the mean, if they live and act
 NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
-                     const Living& living);
+                     const Living& living, const std::array<std::vector<bool>, 4>& bears);
+
+/// Likewise, where all that live and act bear.
+inline NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
+                            const Living& living) {
+  return net_strain(sheet, x, target_length, living, living.springs);
+}
 
 /// "3.2 % at (0.1, 0.2, 0.3) m"
 std::string words_of(double strain, const Eigen::Vector3d& place);

@@ -198,12 +198,20 @@ void Burn::set_stiffness_factors(const Field& mass) {
   }
 }
 
+NetStrain Burn::net_strain(const State& state) const {
+  if (elastic_ == nullptr) {
+    return surface::net_strain(sheet_, state.position, state.target_length, state.living);
+  }
+  return surface::net_strain(sheet_, state.position, state.target_length, state.living,
+                             elastic_->bearing_springs(state.living));
+}
+
 /// Whether an elastic sheet keeps its limit. Collective.
 StageResult Burn::limit_strain(const State& state) const {
   StageResult result;
   const std::optional<double> limit = options_.project.strain_limit;
   if (elastic_ != nullptr && limit) {
-    const NetStrain strain = net_strain(sheet_, state.position, state.target_length, state.living);
+    const NetStrain strain = net_strain(state);
     result.converged = strain.largest <= *limit;
     if (!result.converged) {
       result.reason = beyond_limit(strain, *limit);

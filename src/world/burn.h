@@ -17,6 +17,7 @@
 #include "gas/chambers.h"
 #include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
+#include "surface/net_strain.h"
 #include "world/burning.h"
 #include "world/options.h"
 #include "world/state.h"
@@ -97,6 +98,9 @@ class Burn {
   std::string solver_words() const { return elastic_ != nullptr ? elastic_->solver_words() : ""; }
   /// See ElasticStep; 1 of what is not elastic. Collective.
   double largest_excess() const { return elastic_ != nullptr ? elastic_->largest_excess() : 1; }
+
+  /// Of the sheet as it is now; of an elastic one the mean is that of the springs that have stiffness. Collective.
+  NetStrain net_strain(const State& state) const;
 
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names();

@@ -414,7 +414,7 @@ void BurnRun::record(double h, int retries) {
     print_errors(sheet_->comm(), burn_->projection_errors());
     ledger().add(state_->time, state_->step, burn_->projection_errors());
   }
-  ledger().add(*sheet_, *state_, burn_->chambers(), last_, h, retries);
+  ledger().add(*sheet_, *state_, *burn_, last_, h, retries);
 }
 
 }  // namespace world

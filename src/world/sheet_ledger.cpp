@@ -91,11 +91,11 @@ void SheetLedger::save(Hdf5File& checkpoint) const {
   }
 }
 
-void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& chambers, const BurnStep& step, double h,
+void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, const BurnStep& step, double h,
                       int retries) {
   PetscInt contacts = step.contacts;
   MPI_Allreduce(MPI_IN_PLACE, &contacts, 1, MPIU_INT, MPI_SUM, sheet.comm());
-  const NetStrain net = net_strain(sheet, state.position, state.target_length, state.living);
+  const NetStrain net = burn.net_strain(state);
   std::vector<double> own{step.constraint_error, static_cast<double>(contacts),
                           static_cast<double>(step.heat_iterations), static_cast<double>(step.dynamics_iterations)};
   for (std::size_t colour = 0; colour < 4; ++colour) {
@@ -113,8 +113,8 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Chambers& ch
     MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
-  if (chambers.count() > 0) {
-    const std::vector<double> of_gas = gas_values(chambers, state, state.pressure.data(), state.time);
+  if (burn.chambers().count() > 0) {
+    const std::vector<double> of_gas = gas_values(burn.chambers(), state, state.pressure.data(), state.time);
     own.insert(own.end(), of_gas.begin(), of_gas.end());
   }
   ledger_.add({sheet, state, state.mass.data(), &state, options_.heat.capacity, h, retries}, own);

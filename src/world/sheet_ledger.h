@@ -25,10 +25,10 @@ class SheetLedger {
   /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
 
+  /// @param burn whose last step was `step`
   /// @param h length of the step [s]
   /// @param retries how often it was tried again. Collective.
-  void add(const Sheet& sheet, const State& state, const Chambers& chambers, const BurnStep& step, double h,
-           int retries);
+  void add(const Sheet& sheet, const State& state, const Burn& burn, const BurnStep& step, double h, int retries);
 
   /// A row of pieces.csv for each piece. Collective.
   /// @param masses of the present pieces [kg]
