@@ -8,6 +8,7 @@
 #include "base/options.h"
 #include "constraints/pins.h"
 #include "contact/bodies.h"
+#include "contact/contact_options.h"
 #include "parallel/field.h"
 #include "solvers/vertex_potential.h"
 #include "surface/surface.h"
@@ -28,14 +29,6 @@ struct PushOptions : SelectionOptions {
 };
 
 void describe(OptionTable& table, PushOptions& options);
-
-/// How bodies press on a balloon.
-struct ContactOptions {
-  double stiffness = 1e8;    ///< pressure over depth [Pa/m]
-  double slip_speed = 1e-3;  ///< relative to the body, from which on friction is Coulomb's in full [m/s]
-};
-
-void describe(OptionTable& table, ContactOptions& options);
 
 /// Loads that act on single vertices, each with a potential:
 ///

@@ -34,8 +34,9 @@ constexpr double worth_patches = 600;
 
 ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
                          const MaterialFactors& factors, const std::vector<bool>& pinned,
-                         const std::vector<bool>& clamped, const ElasticOptions& options)
-    : ElasticStep(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors, clamped, options) {
+                         const std::vector<bool>& clamped, const ElasticOptions& options,
+                         const std::vector<Potential*>& others)
+    : ElasticStep(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors, clamped, options, others) {
   damping_ = material.damping;
   layer_distance_ = layer_distance;
   make_solver(pinned);
@@ -43,7 +44,7 @@ ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, doub
 
 ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
                          const MaterialFactors& factors, const std::vector<bool>& clamped,
-                         const ElasticOptions& options)
+                         const ElasticOptions& options, const std::vector<Potential*>& others)
     : sheet_(sheet),
       options_(options),
       bending_stiffness_(stiffness.bending),
@@ -62,6 +63,8 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
       gradient_(3, sheet.particles.owned),
       part_(3, sheet.particles.owned),
       before_(sheet.particles, 3) {
+  potentials_.insert(potentials_.end(), others.begin(), others.end());
+  squares_.resize(potentials_.size() + 1);
   if (options.strain_limit) {
     limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
   }
@@ -218,7 +221,6 @@ double ElasticStep::elastic_energy(const Field& positions) const {
 }
 
 std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::vector<bool>& held) {
-  std::array<double, 4> squares{};  // of all forces, then of each kind
   gradient_.setZero();
   for (std::size_t k = 0; k < potentials_.size(); ++k) {
     part_.setZero();
@@ -228,12 +230,12 @@ std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::v
         part_.col(i).setZero();
       }
     }
-    squares[k + 1] = part_.squaredNorm();
+    squares_[k + 1] = part_.squaredNorm();
     gradient_ += part_;
   }
-  squares[0] = gradient_.squaredNorm();
-  MPI_Allreduce(MPI_IN_PLACE, squares.data(), 4, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  return {std::sqrt(squares[0]), std::sqrt(*std::max_element(squares.begin() + 1, squares.end()))};
+  squares_[0] = gradient_.squaredNorm();
+  MPI_Allreduce(MPI_IN_PLACE, squares_.data(), static_cast<int>(squares_.size()), MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return {std::sqrt(squares_[0]), std::sqrt(*std::max_element(squares_.begin() + 1, squares_.end()))};
 }
 
 void ElasticStep::renew_preconditioner(const Field& positions) {
@@ -255,6 +257,14 @@ double ElasticStep::largest_share(const Field& positions) const {
   double share = springs_.largest_share(positions);
   MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
   return share;
+}
+
+/// What preconditions is of no use for a tangent of another pattern.
+void ElasticStep::forget_pattern() {
+  lag_.forget();
+  if (patches_ != nullptr) {
+    patches_->forget_pattern();
+  }
 }
 
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
@@ -315,6 +325,9 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     if (iteration == 0) {
       energy = value(positions);
     }
+    if (tangent_->move_on(positions)) {
+      forget_pattern();
+    }
     tangent_->update(positions, Curvature::positive);
     renew_preconditioner(positions);
     copy_to(residual_, gradient_.reshaped());
@@ -326,25 +339,26 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     }
     const double* update = nullptr;
     check(VecGetArrayRead(update_, &update));
-    step_ = Eigen::Map<const Eigen::Matrix3Xd>(update, 3, gradient_.cols());
+    step_ = -Eigen::Map<const Eigen::Matrix3Xd>(update, 3, gradient_.cols());
     check(VecRestoreArrayRead(update_, &update));
     for (Eigen::Index i = 0; i < step_.cols(); ++i) {
       if (input.held[static_cast<std::size_t>(i)]) {
         step_.col(i).setZero();  // Some solvers leave rounding here.
       }
     }
+    limit_step(sheet_.comm(), potentials_, positions, gradient_, step_);
     double slope = step_.cwiseProduct(gradient_).sum();
     MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
     before_.values() = positions.values();
     double reached = energy;
     const auto merit = [&](double share) -> std::optional<double> {
-      positions.values().leftCols(step_.cols()) = before_.values().leftCols(step_.cols()) - share * step_;
+      positions.values().leftCols(step_.cols()) = before_.values().leftCols(step_.cols()) + share * step_;
       positions.update_ghosts();
       reached = value(positions);
       return std::isfinite(reached) ? std::optional(reached) : std::nullopt;
     };
     constexpr double rounding = 1e-12;
-    if (!backtrack(std::cref(merit), energy, slope, rounding * std::abs(energy))) {
+    if (!backtrack(std::cref(merit), energy, -slope, rounding * std::abs(energy))) {
       result.reason = "no part of Newton's step lowers the energy of the sheet";
       return;
     }

@@ -53,9 +53,10 @@ class ElasticStep {
   /// The sheet must outlive it. Collective.
   /// @param layer_distance see BendingPotential @param factors of the material's textures
   /// @param pinned local particles that are never to move @param clamped of them those at which an edge keeps its
-  /// direction
+  /// direction @param others what else acts on the particles' positions; must outlive it
   ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance, const MaterialFactors& factors,
-              const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options);
+              const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options,
+              const std::vector<Potential*>& others = {});
 
   ElasticStep(const ElasticStep&) = delete;  // Its potentials point to it.
   ElasticStep& operator=(const ElasticStep&) = delete;
@@ -83,7 +84,7 @@ class ElasticStep {
 
  private:
   ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
-              const std::vector<bool>& clamped, const ElasticOptions& options);
+              const std::vector<bool>& clamped, const ElasticOptions& options, const std::vector<Potential*>& others);
   void make_solver(const std::vector<bool>& pinned);
   /// Mean of the diagonal of the undeformed sheet's tangent, over that of its inertia. Collective.
   double stiffness_over_inertia();
@@ -93,6 +94,7 @@ class ElasticStep {
   /// See SpringPotential::largest_share; of all ranks. Collective.
   double largest_share(const Field& positions) const;
   double value(const Field& x) const;
+  void forget_pattern();
   void renew_preconditioner(const Field& positions);
   /// Fills gradient_ and @returns its norm, and the largest norm of a part of it. Collective.
   std::array<double, 2> compute_gradient(const Field& x, const std::vector<bool>& held);
@@ -121,8 +123,9 @@ class ElasticStep {
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
-  Eigen::Matrix3Xd part_;  ///< of the gradient, by one potential
-  Eigen::Matrix3Xd step_;  ///< of Newton's method, negative
+  Eigen::Matrix3Xd part_;        ///< of the gradient, by one potential
+  std::vector<double> squares_;  ///< of the norms of the gradient and its parts
+  Eigen::Matrix3Xd step_;        ///< of Newton's method
   Field before_;
 
   // Of the present step, with char and viscosity.

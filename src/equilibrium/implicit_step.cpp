@@ -199,7 +199,7 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
 }
 
 void ImplicitStep::update_jacobian() {
-  if (potential_.renew_pattern()) {
+  if (potential_.move_on()) {
     has_new_pattern_ = true;
     if (patches_) {
       patches_->forget_pattern();
@@ -286,6 +286,8 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
 /// Steps back from Newton's step until no element turns over and the potential falls; with prescribed volumes the
 /// potential and what the multipliers make of the volumes' errors.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
+  potential_.move_to(step.position);
+  potential_.limit(step.residual, step.descent);
   if (path_) {
     return backtrack(
         [&](double share) -> std::optional<double> {

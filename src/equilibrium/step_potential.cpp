@@ -344,6 +344,19 @@ void StepPotential::compute_residual(Vec residual) {
   check(VecRestoreArrayWrite(residual, &values));
 }
 
+void StepPotential::limit(Vec residual, Vec descent) const {
+  const double* gradient = nullptr;
+  double* values = nullptr;
+  check(VecGetArrayRead(residual, &gradient));
+  check(VecGetArray(descent, &values));
+  Eigen::Map<Eigen::Matrix3Xd> down(values, 3, owned());
+  down = -down;
+  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient, 3, owned()), down);
+  down = -down;
+  check(VecRestoreArray(descent, &values));
+  check(VecRestoreArrayRead(residual, &gradient));
+}
+
 std::vector<double> StepPotential::force_norms() const {
   std::vector<double> norms = squared_forces_;
   MPI_Allreduce(MPI_IN_PLACE, norms.data(), static_cast<int>(norms.size()), MPI_DOUBLE, MPI_SUM, comm());

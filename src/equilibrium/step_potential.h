@@ -126,8 +126,10 @@ class StepPotential {
   void compute_residual(Vec residual);
   /// Norms of the forces of each potential and of the gas in the last residual [N]. Collective.
   std::vector<double> force_norms() const;
-  /// See Tangent::renew_pattern.
-  bool renew_pattern() { return tangent_->renew_pattern(); }
+  /// See limit_step; changes the descent x - y of Newton's step from x, of the unknowns. Collective.
+  void limit(Vec residual, Vec descent) const;
+  /// See Tangent::move_on.
+  bool move_on() { return tangent_->move_on(position_); }
   /// Sets the sparse part of the second derivative at x, and as low-rank part the volumes' gradients g with the gas's
   /// stiffness; of a prescribed chamber with several times what the pressure can fall with the volume beyond a limit
   /// point (BorderedSystem). Collective.

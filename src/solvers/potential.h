@@ -16,6 +16,12 @@ enum class Curvature {
   positive  ///< a part of it that is positive semi-definite whatever the state
 };
 
+/// How a step that is too long for some vertices is shortened.
+enum class StepLimit {
+  each_vertex,  ///< of these alone
+  all_alike     ///< of all vertices by the same share
+};
+
 /// A block (3 x 3) of a Hessian.
 struct VertexPair {
   PetscInt row = 0;     ///< local vertex; the rows of ghosts are passed over
@@ -60,11 +66,29 @@ class Potential {
   /// Adds its blocks. Not collective.
   virtual void add_hessian(const HessianBlocks& blocks) const = 0;
 
+  /// Told where Newton's method is, before the pattern and the Hessian there are asked for. May change the pattern, but
+  /// not the energy. Collective.
+  virtual void move_on(const Field& /*x*/) {}
+  /// Whether `limit` ever shortens a step. Not collective.
+  virtual bool limits() const { return false; }
+  /// Shortens a step of Newton's method from x, of the owned vertices (3 x owned) [m], to where this is still the
+  /// energy: what keeps surfaces apart knows only what was near at the last `move_on`.
+  /// @returns whether it has on any rank. Collective.
+  virtual bool limit(const Field& /*x*/, StepLimit /*how*/, Eigen::Ref<Eigen::Matrix3Xd> /*step*/) const {
+    return false;
+  }
+
   /// Whether a matrix-free tangent is to multiply with `add_product` in place of the blocks. Not collective.
   virtual bool multiplies() const { return false; }
   /// Adds H w to `result`, both (3 x local); what ghosts get is a part of the whole only. Not collective.
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}
 };
+
+/// Shortens a step of Newton's method from x as the potentials ask for, vertex by vertex if the sum still falls along
+/// what is left, else all of it alike. Collective.
+/// @param step (3 x owned), to be added [m] @param gradient of the sum (3 x owned) [N]
+void limit_step(MPI_Comm comm, const std::vector<Potential*>& potentials, const Field& x,
+                const Eigen::Ref<const Eigen::Matrix3Xd>& gradient, Eigen::Ref<Eigen::Matrix3Xd> step);
 
 }  // namespace solvers
 }  // namespace pellicle

@@ -91,6 +91,13 @@ bool Tangent::renew_pattern() {
   return true;
 }
 
+bool Tangent::move_on(const Field& x) {
+  for (const Part& part : parts_) {
+    part.potential->move_on(x);
+  }
+  return renew_pattern();
+}
+
 /// Takes in the vertices beyond the local ones that owned ones are coupled with, and their projectors.
 void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns) {
   reach_ = vertices_;

@@ -36,6 +36,8 @@ class Tangent {
   /// without values, but preconditioners and copies made from it are of no more use. Collective.
   /// @returns whether it has
   bool renew_pattern();
+  /// Tells the potentials where Newton's method is (Potential::move_on), and renews the pattern. Collective.
+  bool move_on(const Field& x);
 
   /// Renews the pattern and sets the values. Of the curvature `positive` they are positive definite: besides the
   /// potentials' part there is a millionth of the diagonal's mean on the diagonal. Collective.

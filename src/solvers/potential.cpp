@@ -1,0 +1,34 @@
+#include "solvers/potential.h"
+
+#include <algorithm>
+
+namespace pellicle {
+inline namespace solvers {
+
+void limit_step(MPI_Comm comm, const std::vector<Potential*>& potentials, const Field& x,
+                const Eigen::Ref<const Eigen::Matrix3Xd>& gradient, Eigen::Ref<Eigen::Matrix3Xd> step) {
+  if (std::none_of(potentials.begin(), potentials.end(),
+                   [](const Potential* potential) { return potential->limits(); })) {
+    return;
+  }
+  const auto shorten = [&](StepLimit how) {
+    bool is_shortened = false;
+    for (const Potential* potential : potentials) {
+      is_shortened = potential->limit(x, how, step) || is_shortened;
+    }
+    return is_shortened;
+  };
+  const Eigen::Matrix3Xd whole = step;
+  if (!shorten(StepLimit::each_vertex)) {
+    return;
+  }
+  double slope = step.cwiseProduct(gradient).sum();
+  MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, comm);
+  if (!(slope < 0)) {
+    step = whole;
+    shorten(StepLimit::all_alike);
+  }
+}
+
+}  // namespace solvers
+}  // namespace pellicle
