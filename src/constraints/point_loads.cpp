@@ -52,9 +52,9 @@ PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
     }
     pushes_.push_back({given.force, shares(select(points, key, given)), Eigen::Vector3d::Zero()});
   }
-  for (Body& body : make_bodies(bodies)) {
-    const Solid solid = body.solid;
-    contacts_.push_back({std::move(body), solid, Eigen::Vector3d::Zero(), std::vector<Friction>(areas_.size())});
+  for (Body& body : make_bodies(points.comm(), bodies)) {
+    const Solid solid = body.at(0);
+    contacts_.push_back({std::move(body), solid, solid.pose, std::vector<Friction>(areas_.size())});
   }
 }
 
@@ -83,8 +83,8 @@ void PointLoads::begin_step(const Field& start, double time_end, double h) {
   for (Contact& contact : contacts_) {
     const Body& body = contact.body;
     contact.solid = body.at(time_end);
-    contact.carried = body.displacement(time_end - h, time_end);
     const Solid before = body.at(time_end - h);
+    contact.before = before.pose;
     for (PetscInt i = 0; body.friction > 0 && i < points_->particles.local(); ++i) {
       const SignedDistance gap = signed_distance(before, start_.col(i));
       const double depth = std::max(0.0, body.margin - gap.distance);
@@ -137,7 +137,7 @@ void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const
   }
   const double e = smoothing_;
   const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - friction.normal * friction.normal.transpose();
-  const Eigen::Vector3d slip = along * (x - start_.col(particle) - contact.carried);
+  const Eigen::Vector3d slip = along * (x - carried(contact.before, contact.solid.pose, start_.col(particle)));
   const double y = slip.norm();
   if (y >= e) {  // s = y
     sum.value += friction.force * y;

@@ -80,7 +80,7 @@ class PointLoads {
   struct Contact {
     Body body;
     Solid solid;                     ///< at the end of the step
-    Eigen::Vector3d carried;         ///< displacement of the body over the step [m]
+    Pose before;                     ///< of the body at the start of the step
     std::vector<Friction> friction;  ///< of each local particle
   };
 

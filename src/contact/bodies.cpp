@@ -1,7 +1,15 @@
 #include "contact/bodies.h"
 
+#include <Eigen/Geometry>
+#include <memory>
+#include <utility>
+
 #include "base/error.h"
-#include "geometry/key_points.h"
+#include "base/units.h"
+#include "meshing/mesh_check.h"
+#include "meshing/readers.h"
+#include "meshing/triangulation.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -21,34 +29,151 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
   return vector - normal * normal.dot(vector);
 }
 
-void require_valid(const std::string& key, const BodyOptions& options) {
-  const std::string fault = fault_of_motion(options.path, options.velocity);
-  if (!fault.empty()) {
+bool has_axis(BodyShape shape) {
+  return shape == BodyShape::capsule || shape == BodyShape::cylinder || shape == BodyShape::ring;
+}
+
+/// @throws Error
+void require_valid(const std::string& key, const BodyOptions& options, const RigidMotion& motion) {
+  if (const std::string fault = fault_of(motion); !fault.empty()) {
     throw Error(key + fault);
   }
-  if (options.normal.isZero(0)) {
+  if (options.shape == BodyShape::plane && options.normal.isZero(0)) {
     throw Error(key + ".normal: 0, 0, 0 given, expected a vector that is not zero");
   }
+  if (options.axis.isZero(0)) {
+    throw Error(key + ".axis: 0, 0, 0 given, expected a vector that is not zero");
+  }
+  if (options.shape == BodyShape::ring && options.tube_radius >= options.radius) {
+    throw Error(key + ".tube_radius: " + number_text(options.tube_radius) + " m, expected less than the radius " +
+                number_text(options.radius) + " m");
+  }
+  if (options.shape == BodyShape::mesh && options.file.empty()) {
+    throw Error(key + ".file: a body of shape mesh needs one, expected the name of a closed mesh");
+  }
+}
+
+/// The mesh of a body, on every rank. Collective. @throws Error
+std::shared_ptr<const ClosedMesh> read_closed_mesh(MPI_Comm comm, const std::string& key, const BodyOptions& options) {
+  std::vector<double> coordinates;
+  std::vector<int> corners;
+  on_root(comm, [&] {
+    SurfaceMesh mesh = read_mesh(options.file);
+    check_and_repair(mesh, options.file);
+    for (const Eigen::Vector3d& point : mesh.points) {
+      coordinates.insert(coordinates.end(), point.begin(), point.end());
+    }
+    for (const std::vector<int>& face : triangulated(mesh).faces) {
+      corners.insert(corners.end(), face.begin(), face.end());
+    }
+  });
+  coordinates = of_all_ranks(comm, coordinates);
+  corners = of_all_ranks(comm, corners);
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < coordinates.size(); i += 3) {
+    points.emplace_back(options.scale * coordinates[i], options.scale * coordinates[i + 1],
+                        options.scale * coordinates[i + 2]);
+  }
+  Triangles triangles;
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  }
+  if (const std::string fault = fault_of_closed_mesh(points, triangles); !fault.empty()) {
+    throw Error(key + ".file: " + options.file + ": " + fault + ", expected a closed mesh with normals outward");
+  }
+  return std::make_shared<const ClosedMesh>(std::move(points), std::move(triangles));
+}
+
+Shape shape_of(MPI_Comm comm, const std::string& key, const BodyOptions& options) {
+  switch (options.shape) {
+    case BodyShape::sphere:
+      return Sphere{options.radius};
+    case BodyShape::plane:
+      return HalfSpace{};
+    case BodyShape::box:
+      return Box{Eigen::Vector3d(options.size[0], options.size[1], options.size[2]) / 2};
+    case BodyShape::capsule:
+      return Capsule{options.radius, options.length / 2};
+    case BodyShape::cylinder:
+      return Cylinder{options.radius, options.length / 2};
+    case BodyShape::ring:
+      return Ring{options.radius, options.tube_radius};
+    case BodyShape::mesh:
+      break;
+  }
+  return read_closed_mesh(comm, key, options);
+}
+
+RigidMotion motion_of(const BodyOptions& options) {
+  RigidMotion motion;
+  const bool is_plane = options.shape == BodyShape::plane;
+  motion.start.place = is_plane ? options.point : options.centre;
+  const Eigen::Vector3d up = is_plane ? options.normal : options.axis;
+  if (is_plane || has_axis(options.shape)) {
+    motion.start.turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
+  }
+  motion.velocity = options.velocity;
+  motion.path = options.path;
+  motion.angular_velocity = options.angular_velocity;
+  motion.rotation = options.rotation;
+  return motion;
 }
 
 }  // namespace
 
 void describe(OptionTable& table, BodyOptions& options) {
-  table.add("shape", options.shape).help("what the body is; a plane is solid behind it");
-  const Condition sphere = one_of("shape", options.shape, {BodyShape::sphere});
-  const Condition plane = one_of("shape", options.shape, {BodyShape::plane});
+  table.add("shape", options.shape)
+      .help(
+          "what the body is; a plane is solid behind it, a capsule is a cylinder between two half balls, a ring is a "
+          "torus, a mesh is read from a file");
+  const auto of = [&options](const std::vector<BodyShape>& shapes) { return one_of("shape", options.shape, shapes); };
+  const Condition plane = of({BodyShape::plane});
+  const Condition solid = of(
+      {BodyShape::sphere, BodyShape::box, BodyShape::capsule, BodyShape::cylinder, BodyShape::ring, BodyShape::mesh});
   const Condition without_path{"no path", [&options] { return options.path.empty(); }};
+  const Condition without_rotation{"no rotation", [&options] { return options.rotation.empty(); }};
   table.add("centre", options.centre)
       .unit("m")
-      .acts_with(sphere)
+      .acts_with(solid)
       .acts_with(without_path)
-      .help("centre of a sphere at time 0");
-  table.add("radius", options.radius).unit("m").more_than(0).acts_with(sphere).help("radius of a sphere");
+      .help("centre at time 0, of a mesh the origin of its file, about which the body turns");
+  table.add("radius", options.radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(of({BodyShape::sphere, BodyShape::capsule, BodyShape::cylinder, BodyShape::ring}))
+      .help("radius; of a ring that of the circle in the middle of its tube");
+  table.add("size", options.size)
+      .unit("m")
+      .length(3)
+      .more_than(0)
+      .acts_with(of({BodyShape::box}))
+      .help("edges of a box along x, y and z, before it is turned");
+  table.add("axis", options.axis)
+      .acts_with(of({BodyShape::capsule, BodyShape::cylinder, BodyShape::ring}))
+      .help("axis of a capsule, cylinder or ring, before it is turned; any length");
+  table.add("length", options.length)
+      .unit("m")
+      .more_than(0)
+      .acts_with(of({BodyShape::capsule, BodyShape::cylinder}))
+      .help("length of a cylinder, of a capsule without its half balls");
+  table.add("tube_radius", options.tube_radius)
+      .unit("m")
+      .more_than(0)
+      .acts_with(of({BodyShape::ring}))
+      .help("radius of a ring's tube, less than its radius");
+  table.add("file", options.file)
+      .file()
+      .acts_with(of({BodyShape::mesh}))
+      .help("closed mesh, with normals outward: obj, off, ply, stl, vtp, vtu, vtk or msh");
+  table.add("scale", options.scale)
+      .more_than(0)
+      .acts_with(of({BodyShape::mesh}))
+      .help("by which the coordinates of the file are multiplied");
   table.add("point", options.point)
       .unit("m")
       .acts_with(plane)
       .acts_with(without_path)
-      .help("a point of a plane at time 0");
+      .help("a point of a plane at time 0, about which it turns");
   table.add("normal", options.normal).acts_with(plane).help("normal of a plane, towards the sheet; any length");
   table.add("velocity", options.velocity).unit("m/s").acts_with(without_path).help("constant velocity");
   table.add("path", options.path)
@@ -56,6 +181,16 @@ void describe(OptionTable& table, BodyOptions& options) {
       .help(
           "key points (time, x, y, z) of the centre or the point, which replaces them; linear between key points, at "
           "rest before and after them");
+  table.add("angular_velocity", options.angular_velocity)
+      .unit("rad/s")
+      .acts_with(without_rotation)
+      .help("constant angular velocity about the centre or the point: along the axis of the turn, by the right hand");
+  table.add("rotation", options.rotation)
+      .unit("s,rad,rad,rad")
+      .help(
+          "key points (time, x, y, z) of the rotation vector, which is the axis of a turn times its angle; linear "
+          "between key points, at rest before and after them: [[0, 0, 0, 0], [1 s, 0, 0, 720 deg]] turns twice about "
+          "z");
   table.add("friction", options.friction)
       .at_least(0)
       .help("coefficient of Coulomb friction between body and sheet")
@@ -63,31 +198,22 @@ void describe(OptionTable& table, BodyOptions& options) {
   table.add("margin", options.margin).unit("m").at_least(0).help("gap kept between the body and the particles");
 }
 
-std::vector<Body> make_bodies(const std::map<std::string, BodyOptions>& options) {
+std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) {
   std::vector<Body> bodies;
   for (const auto& [name, given] : options) {
-    require_valid("bodies." + name, given);
-    const auto start = [&path = given.path](const Eigen::Vector3d& place) {
-      return path.empty() ? place : place_on_key_points(path, 0);
-    };
-    const Solid solid = given.shape == BodyShape::sphere
-                            ? Solid(Sphere{start(given.centre), given.radius})
-                            : Solid(HalfSpace{start(given.point), given.normal.normalized()});
-    bodies.push_back({solid, given.velocity, given.path, given.friction, given.margin});
+    const std::string key = "bodies." + name;
+    const RigidMotion motion = motion_of(given);
+    require_valid(key, given, motion);
+    bodies.push_back({name, shape_of(comm, key, given), motion, given.friction, given.margin});
   }
   return bodies;
-}
-
-Eigen::Vector3d Body::displacement(double from, double to) const {
-  return path.empty() ? Eigen::Vector3d(velocity * (to - from))
-                      : Eigen::Vector3d(place_on_key_points(path, to) - place_on_key_points(path, from));
 }
 
 PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) const {
   PetscInt inside = 0;
   for (const Body& body : bodies_) {
     const Solid solid = body.at(step.time_end);
-    const Eigen::Vector3d carried = body.displacement(step.time_end - step.h, step.time_end);
+    const Pose before = body.motion.at(step.time_end - step.h);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       auto x = positions.vector(i);
       const SignedDistance gap = signed_distance(solid, x);
@@ -98,7 +224,7 @@ PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) co
       inside += i < step.particles.owned ? 1 : 0;
       x += push * gap.normal;
       if (body.friction > 0) {
-        const Eigen::Vector3d slip = along_surface(x - step.start.vector(i) - carried, gap.normal);
+        const Eigen::Vector3d slip = along_surface(x - carried(before, solid.pose, step.start.vector(i)), gap.normal);
         x += slip_after_friction(slip, body.friction * push) - slip;
         // The tangent plane leaves a curved surface.
         const SignedDistance left = signed_distance(solid, x);
@@ -113,10 +239,12 @@ PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, c
   PetscInt approaching = 0;
   for (const Body& body : bodies_) {
     const Solid solid = body.at(step.time_end);
-    // The mean over the step, as in eq. 13: a particle that sticks to the body has just this velocity.
-    const Eigen::Vector3d body_velocity = body.displacement(step.time_end - step.h, step.time_end) / step.h;
+    const Pose before = body.motion.at(step.time_end - step.h);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       const SignedDistance gap = signed_distance(solid, positions.vector(i));
+      // The mean over the step, as in eq. 13: a particle that sticks to the body has just this velocity.
+      const Eigen::Vector3d place = positions.vector(i);
+      const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
       const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;
       const double approach = -relative.dot(gap.normal);
       if (gap.distance > body.margin + touching || approach <= 0 || step.pinned[static_cast<std::size_t>(i)]) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <Eigen/Core>
 #include <map>
 #include <string>
@@ -12,41 +14,55 @@
 namespace pellicle {
 inline namespace contact {
 
-enum class BodyShape { sphere, plane };
+enum class BodyShape { sphere, plane, box, capsule, cylinder, ring, mesh };
 inline const std::vector<std::string>& names_of(BodyShape) {
-  static const std::vector<std::string> names{"sphere", "plane"};
+  static const std::vector<std::string> names{"sphere", "plane", "box", "capsule", "cylinder", "ring", "mesh"};
   return names;
 }
 
 /// A solid that the sheet cannot enter, as a deck gives it: one of the named objects `bodies`.
 struct BodyOptions {
   Choice<BodyShape> shape = BodyShape::sphere;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< of the sphere at time 0 [m]
-  double radius = 0.1;                                 ///< of the sphere [m]
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< of the plane at time 0 [m]
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of the plane, out of the solid, any length
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
-  Rows path;                                           ///< time [s], x, y, z [m] of the centre or the point
-  double friction = 0;                                 ///< Coulomb's coefficient
-  double margin = 0;                                   ///< gap kept between the surface and the particles [m]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();            ///< at time 0, of all but planes [m]
+  double radius = 0.1;                                         ///< of spheres, capsules, cylinders, rings [m]
+  std::vector<double> size{0.1, 0.1, 0.1};                     ///< edges of a box [m]
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();             ///< of a capsule, cylinder or ring, any length
+  double length = 0.2;                                         ///< of a cylinder, a capsule without its caps [m]
+  double tube_radius = 0.02;                                   ///< of a ring [m]
+  std::string file;                                            ///< of a mesh
+  double scale = 1;                                            ///< of its coordinates
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();             ///< of the plane at time 0 [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();           ///< of the plane, out of the solid, any length
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< [m/s]
+  Rows path;                                                   ///< time [s], x, y, z [m] of the centre or the point
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
+  Rows rotation;                                               ///< time [s], x, y, z [rad]: rotation vectors
+  double friction = 0;                                         ///< Coulomb's coefficient
+  double margin = 0;                                           ///< gap kept between the surface and the particles [m]
 };
 
 void describe(OptionTable& table, BodyOptions& options);
 
-/// A solid that moves without turning.
+/// A rigid solid that moves.
 struct Body {
-  Solid solid;               ///< at time 0
-  Eigen::Vector3d velocity;  ///< [m/s], if there is no path
-  Rows path;
+  std::string name;
+  Shape shape;
+  RigidMotion motion;
   double friction = 0;
   double margin = 0;  ///< [m]
 
-  Solid at(double time) const { return moved_by(displacement(0, time), solid); }
-  Eigen::Vector3d displacement(double from, double to) const;
+  /// Where it is at a time [s].
+  Solid at(double time) const { return {shape, motion.at(time)}; }
 };
 
+/// Where a point that is fixed to a solid goes with it [m].
+inline Eigen::Vector3d carried(const Pose& from, const Pose& to, const Eigen::Vector3d& point) {
+  return to.to_world(from.to_own(point));
+}
+
+/// Rank 0 reads meshes. Collective.
 /// @throws Error that names the body and the key, the same on all ranks.
-std::vector<Body> make_bodies(const std::map<std::string, BodyOptions>& options);
+std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options);
 
 /// The moment at which contacts are sought.
 struct ContactStep {
@@ -57,14 +73,14 @@ struct ContactStep {
   double h = 0;                     ///< length of the step [s]
 };
 
-/// All bodies of a scene, which move without turning. Nothing is kept from call to call: a step may be repeated.
+/// All bodies of a scene. Nothing is kept from call to call: a step may be repeated.
 ///
 /// Coulomb friction sums up over the calls of a step: the push d of a particle out of a body may take away up to
 /// mu d of its displacement along the surface relative to the body, as an impulse m d/h would.
 class Bodies {
  public:
-  /// @throws Error as make_bodies does.
-  explicit Bodies(const std::map<std::string, BodyOptions>& options) : bodies_(make_bodies(options)) {}
+  /// Collective. @throws Error as make_bodies does.
+  Bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) : bodies_(make_bodies(comm, options)) {}
 
   /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
   /// at every projection step. Not collective: local particles, ghosts too, are moved alike on every rank.

@@ -1,54 +1,72 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <variant>
+
+#include "geometry/closed_mesh.h"
+#include "geometry/rigid_motion.h"
+#include "geometry/signed_distance.h"
 
 namespace pellicle {
 inline namespace geometry {
 
-/// How far a point is outside a solid (negative: inside) and which way is out.
-struct SignedDistance {
-  double distance = 0;     ///< [m]
-  Eigen::Vector3d normal;  ///< unit vector, gradient of the distance
-};
+// Solids in their own frames.
 
+/// Round the origin.
 struct Sphere {
-  Eigen::Vector3d centre;  ///< [m]
-  double radius = 0;       ///< [m]
+  double radius = 0;  ///< [m]
+};
+/// Below the plane z = 0.
+struct HalfSpace {};
+/// Round the origin, its edges along the axes.
+struct Box {
+  Eigen::Vector3d half;  ///< half edges [m]
+};
+/// All points no further than the radius from the stretch of the z axis between -half and half.
+struct Capsule {
+  double radius = 0;  ///< [m]
+  double half = 0;    ///< [m]
+};
+/// Round the z axis, from -half to half.
+struct Cylinder {
+  double radius = 0;  ///< [m]
+  double half = 0;    ///< [m]
+};
+/// A torus: all points no further than the tube's radius from a circle round the z axis.
+struct Ring {
+  double radius = 0;  ///< of the circle [m]
+  double tube = 0;    ///< [m]
 };
 
-/// The side of a plane that the normal points away from.
-struct HalfSpace {
-  Eigen::Vector3d point;   ///< of the plane [m]
-  Eigen::Vector3d normal;  ///< unit vector, points out of the solid
-};
+using Shape = std::variant<Sphere, HalfSpace, Box, Capsule, Cylinder, Ring, std::shared_ptr<const ClosedMesh>>;
 
-using Solid = std::variant<Sphere, HalfSpace>;
+// Exact, inside too but for the mesh's pseudo-normals' sign; where several ways out are as short the normal is one of
+// them.
+SignedDistance signed_distance(const Sphere& sphere, const Eigen::Vector3d& point);
+SignedDistance signed_distance(const HalfSpace& half_space, const Eigen::Vector3d& point);
+SignedDistance signed_distance(const Box& box, const Eigen::Vector3d& point);
+SignedDistance signed_distance(const Capsule& capsule, const Eigen::Vector3d& point);
+SignedDistance signed_distance(const Cylinder& cylinder, const Eigen::Vector3d& point);
+SignedDistance signed_distance(const Ring& ring, const Eigen::Vector3d& point);
+SignedDistance signed_distance(const std::shared_ptr<const ClosedMesh>& mesh, const Eigen::Vector3d& point);
 
-/// At the very centre of a sphere, where no direction is nearest, the normal is the z axis.
-inline SignedDistance signed_distance(const Sphere& sphere, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d arm = point - sphere.centre;
-  const double length = arm.norm();
-  const Eigen::Vector3d normal = length > 0 ? Eigen::Vector3d(arm / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-  return {length - sphere.radius, normal};
-}
+/// A solid where it is.
+struct Solid {
+  Shape shape;
+  Pose pose;
 
-inline SignedDistance signed_distance(const HalfSpace& half_space, const Eigen::Vector3d& point) {
-  return {half_space.normal.dot(point - half_space.point), half_space.normal};
-}
-
-inline SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point) {
-  return std::visit([&point](const auto& shape) { return signed_distance(shape, point); }, solid);
-}
-
-inline Solid moved_by(const Eigen::Vector3d& displacement, Solid solid) {
-  if (auto* sphere = std::get_if<Sphere>(&solid)) {
-    sphere->centre += displacement;
-  } else {
-    std::get<HalfSpace>(solid).point += displacement;
+  /// Whether every straight line between two of its points is inside it: all but rings and meshes.
+  bool is_convex() const {
+    return !std::holds_alternative<Ring>(shape) && !std::holds_alternative<std::shared_ptr<const ClosedMesh>>(shape);
   }
-  return solid;
-}
+};
+
+SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point);
+
+/// How deep the inside of a shape is: a point on its way through the thinnest part of it is as deep at most, about.
+/// Infinite of a half space [m].
+double depth_of(const Shape& shape);
 
 }  // namespace geometry
 }  // namespace pellicle

@@ -56,7 +56,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(std::move(pins)),
-      bodies_(options.bodies),
+      bodies_(sheet.comm(), options.bodies),
       chambers_(sheet, options.gas, options.chambers),
       start_(sheet.particles, 3) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {

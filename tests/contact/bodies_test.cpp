@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "base/error.h"
 
@@ -39,7 +41,7 @@ class BodiesTest : public ::testing::Test {
     bodies.correct_velocities(velocities, positions, step);
   }
 
-  static Bodies one(const BodyOptions& options) { return Bodies({{"body", options}}); }
+  static Bodies one(const BodyOptions& options) { return Bodies(PETSC_COMM_WORLD, {{"body", options}}); }
   static BodyOptions plane(const Eigen::Vector3d& normal, double friction) {
     BodyOptions options;
     options.shape = "plane";
@@ -171,6 +173,21 @@ TEST_F(BodiesTest, body_follows_its_key_points) {
   EXPECT_NEAR(positions.vector(0).z(), 0.5 + 1.5 * 0.5, 1e-10);
 }
 
+TEST_F(BodiesTest, turning_drum_carries_points_round) {
+  BodyOptions drum;
+  drum.shape = "cylinder";
+  drum.axis = {0, 1, 0};
+  drum.radius = 0.5;
+  drum.angular_velocity = {0, 2, 0};
+  drum.friction = 200;  // enough to take them along at once
+  const Bodies bodies = one(drum);
+  positions.values().row(2).setConstant(0.5);
+  advance(bodies, 1e-3);
+  for (PetscInt i = 0; i < 3; ++i) {
+    EXPECT_LT((velocities.vector(i) - Eigen::Vector3d(1, 0, 0)).norm(), 2e-3) << "omega r along x at the top";
+  }
+}
+
 TEST_F(BodiesTest, pinned_particles_are_left_alone) {
   pinned[1] = true;
   positions.values().row(2).setConstant(-0.1);
@@ -187,7 +204,7 @@ TEST_F(BodiesTest, pinned_particles_are_left_alone) {
 
 std::string message(const BodyOptions& options) {
   try {
-    Bodies bodies({{"ball", options}});
+    Bodies bodies(PETSC_COMM_WORLD, {{"ball", options}});
   } catch (const Error& error) {
     return error.what();
   }
@@ -206,6 +223,35 @@ TEST(BodiesErrors, name_the_body_and_the_key) {
   BodyOptions backwards;
   backwards.path = {{1, 0, 0, 0}, {0, 0, 0, 0}};
   EXPECT_EQ(message(backwards).rfind("bodies.ball.path: key point 2", 0), 0U);
+  BodyOptions spun;
+  spun.angular_velocity = {1, 0, 0};
+  spun.rotation = {{0, 0, 0, 0}};
+  EXPECT_EQ(message(spun).rfind("bodies.ball: both rotation", 0), 0U);
+  BodyOptions ring;
+  ring.shape = "ring";
+  ring.tube_radius = 0.2;
+  EXPECT_EQ(message(ring), "bodies.ball.tube_radius: 0.2 m, expected less than the radius 0.1 m");
+  BodyOptions rod;
+  rod.shape = "capsule";
+  rod.axis.setZero();
+  EXPECT_EQ(message(rod).rfind("bodies.ball.axis: 0, 0, 0 given", 0), 0U);
+  BodyOptions mesh;
+  mesh.shape = "mesh";
+  EXPECT_EQ(message(mesh).rfind("bodies.ball.file: ", 0), 0U);
+}
+
+TEST(BodiesErrors, open_meshes_are_no_bodies) {
+  BodyOptions mesh;
+  mesh.shape = "mesh";
+  mesh.file = (std::filesystem::temp_directory_path() / "pellicle_open_body.obj").string();
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  if (rank == 0) {
+    std::ofstream(mesh.file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  const std::string text = message(mesh);
+  EXPECT_NE(text.find("has a face on one side alone, expected a closed mesh"), std::string::npos) << text;
 }
 
 }  // namespace

@@ -3,42 +3,155 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <vector>
+
+#include "geometry/deepest_point.h"
+#include "geometry/solid_distance.h"
 
 namespace pellicle {
 namespace {
 
-TEST(Solids, distance_to_a_sphere_is_the_arm_less_the_radius) {
-  const Sphere sphere{{1, 2, 3}, 0.5};
-  const Eigen::Vector3d direction = Eigen::Vector3d(1, -2, 2) / 3;
-  for (const double arm : {0.1, 0.5, 2.0}) {
-    const SignedDistance gap = signed_distance(sphere, sphere.centre + arm * direction);
-    EXPECT_NEAR(gap.distance, arm - 0.5, 1e-15);
-    EXPECT_NEAR((gap.normal - direction).norm(), 0, 1e-14);
+using Point = Eigen::Vector3d;
+using Corners = std::array<Point, 3>;
+
+class RandomPoints {
+ public:
+  Point next(double size) { return {size * share_(engine_), size * share_(engine_), size * share_(engine_)}; }
+
+ private:
+  std::mt19937 engine_{7};
+  std::uniform_real_distribution<double> share_{-1, 1};
+};
+
+/// A box as a mesh of twelve triangles.
+std::shared_ptr<const ClosedMesh> box_mesh(const Point& half) {
+  std::vector<Point> points;
+  for (int i = 0; i < 8; ++i) {
+    points.emplace_back((i & 1 ? 1 : -1) * half[0], (i & 2 ? 1 : -1) * half[1], (i & 4 ? 1 : -1) * half[2]);
+  }
+  const Triangles triangles{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                            {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  EXPECT_EQ(fault_of_closed_mesh(points, triangles), "");
+  return std::make_shared<const ClosedMesh>(points, triangles);
+}
+
+std::vector<Shape> all_shapes() {
+  return {Sphere{0.5},         HalfSpace{},     Box{{0.5, 0.3, 0.2}},     Capsule{0.2, 0.4},
+          Cylinder{0.4, 0.25}, Ring{0.5, 0.15}, box_mesh({0.5, 0.3, 0.2})};
+}
+
+TEST(Solids, have_the_distances_of_formulas) {
+  RandomPoints points;
+  const Shape mesh = box_mesh({0.5, 0.3, 0.2});
+  for (int n = 0; n < 2000; ++n) {
+    const Point p = points.next(0.8);
+    EXPECT_NEAR(signed_distance(Sphere{0.5}, p).distance, p.norm() - 0.5, 1e-15);
+    EXPECT_EQ(signed_distance(HalfSpace{}, p).distance, p.z());
+    const double of_box = distance_from_box(p, {0.5, 0.3, 0.2}, 0);
+    EXPECT_NEAR(signed_distance(Box{{0.5, 0.3, 0.2}}, p).distance, of_box, 1e-15);
+    EXPECT_NEAR(signed_distance(Solid{mesh, {}}, p).distance, of_box, 1e-14);
+    EXPECT_NEAR(signed_distance(Capsule{0.2, 0.4}, p).distance,
+                distance_from_round_cone(p + Point(0, 0, 0.4), 0.2, 0.2, 0.8), 1e-15);
+    EXPECT_NEAR(signed_distance(Cylinder{0.4, 0.25}, p).distance,
+                distance_from_cylinder(p + Point(0, 0, 0.25), 0.4, 0.5, 0), 1e-15);
+    EXPECT_NEAR(signed_distance(Ring{0.5, 0.15}, p).distance, distance_from_torus(p, 0.5, 0.15), 1e-15);
   }
 }
 
-TEST(Solids, centre_of_a_sphere_has_a_unit_normal) {
-  const SignedDistance gap = signed_distance(Sphere{{1, 2, 3}, 0.5}, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(gap.distance, -0.5);
-  EXPECT_EQ(gap.normal.norm(), 1);
-}
-
-TEST(Solids, distance_to_a_half_space_is_along_its_normal) {
-  const Eigen::Vector3d normal = Eigen::Vector3d(0, 3, 4) / 5;
-  const Solid half_space = HalfSpace{{1, 1, 1}, normal};
-  const Eigen::Vector3d along(7, -4, 3);
-  const SignedDistance gap = signed_distance(half_space, Eigen::Vector3d(1, 1, 1) + along - 0.25 * normal);
-  EXPECT_NEAR(gap.distance, -0.25, 1e-14);
-  EXPECT_EQ(gap.normal, normal);
-}
-
-TEST(Solids, moving_keeps_distances) {
-  const Eigen::Vector3d shift(0.1, -0.2, 0.3);
-  const Eigen::Vector3d point(0.4, 0.5, 0.6);
-  for (const Solid& solid : {Solid(Sphere{{0, 0, 1}, 0.5}), Solid(HalfSpace{{0, 0, 1}, {0, 0.6, 0.8}})}) {
-    EXPECT_NEAR(signed_distance(moved_by(shift, solid), point + shift).distance, signed_distance(solid, point).distance,
-                1e-15);
+/// The normal is the gradient of the distance, wherever that has one.
+TEST(Solids, normals_lead_to_the_surface) {
+  RandomPoints points;
+  for (const Shape& shape : all_shapes()) {
+    const Solid solid{shape, {rotation_matrix({0.3, -1, 0.5}), {0.1, 0.2, -0.1}}};
+    for (int n = 0; n < 500; ++n) {
+      const Point p = points.next(0.8);
+      const SignedDistance gap = signed_distance(solid, p);
+      EXPECT_NEAR(gap.normal.norm(), 1, 1e-12);
+      const Point on_surface = p - gap.distance * gap.normal;
+      EXPECT_NEAR(signed_distance(solid, on_surface).distance, 0, 1e-12) << shape.index();
+    }
   }
+}
+
+TEST(Solids, middles_and_surfaces_have_unit_normals) {
+  for (const Shape& shape : all_shapes()) {
+    for (const Point& p : {Point(0, 0, 0), Point(0.5, 0, 0), Point(0, 0, 0.2), Point(0.5, 0.3, 0.2)}) {
+      EXPECT_NEAR(signed_distance(Solid{shape, {}}, p).normal.norm(), 1, 1e-12) << shape.index();
+    }
+  }
+}
+
+TEST(Solids, a_pose_turns_and_moves_them) {
+  const Pose pose{rotation_matrix({0, 0, std::acos(-1) / 2}), {1, 2, 3}};
+  const Solid box{Box{{0.5, 0.3, 0.2}}, pose};
+  EXPECT_NEAR(signed_distance(box, {1, 2.7, 3}).distance, 0.2, 1e-14) << "its long edge lies along y";
+  EXPECT_NEAR((signed_distance(box, {1, 2.7, 3}).normal - Point::UnitY()).norm(), 0, 1e-14);
+  EXPECT_NEAR((pose.to_own(pose.to_world({4, 5, 6})) - Point(4, 5, 6)).norm(), 0, 1e-14);
+}
+
+TEST(ClosedMeshes, say_what_is_wrong_with_them) {
+  const std::vector<Point> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const Triangles closed{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+  EXPECT_EQ(fault_of_closed_mesh(points, closed), "");
+  EXPECT_EQ(fault_of_closed_mesh(points, {closed[0], closed[1], closed[2]}),
+            "the side between points 0 and 2 has a face on one side alone");
+  EXPECT_EQ(fault_of_closed_mesh(points, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {0, 2, 3}}), "its normals point inward");
+  EXPECT_EQ(fault_of_closed_mesh(points, {}), "it has no faces");
+}
+
+/// Subdivided finely, no point of a triangle is deeper than the deepest.
+TEST(DeepestPoints, are_the_deepest) {
+  RandomPoints points;
+  constexpr double tolerance = 1e-4;
+  for (const Shape& shape : all_shapes()) {
+    const Solid solid{shape, {rotation_matrix({0.3, -1, 0.5}), {0.1, 0.2, -0.1}}};
+    for (int n = 0; n < 60; ++n) {
+      const Point middle = points.next(0.8);
+      const Corners corners{middle + points.next(0.2), middle + points.next(0.2), middle + points.next(0.2)};
+      const auto found = deepest_point(solid, corners, 10, tolerance);
+      ASSERT_TRUE(found);
+      EXPECT_NEAR(found->weights.sum(), 1, 1e-12);
+      EXPECT_GE(found->weights.minCoeff(), 0);
+      constexpr int parts = 100;
+      double least = 10;
+      for (int i = 0; i <= parts; ++i) {
+        for (int j = 0; j <= parts - i; ++j) {
+          const Point p = (i * corners[0] + j * corners[1] + (parts - i - j) * corners[2]) / parts;
+          least = std::min(least, signed_distance(solid, p).distance);
+        }
+      }
+      EXPECT_LE(found->gap.distance, least + tolerance) << "shape " << shape.index() << " case " << n;
+      EXPECT_FALSE(deepest_point(solid, corners, found->gap.distance - 0.01, tolerance)) << shape.index();
+    }
+  }
+}
+
+TEST(DeepestPoints, of_triangles_without_area_are_those_of_lines_and_points) {
+  for (const Shape& shape : all_shapes()) {
+    const Solid solid{shape, {}};
+    const Point point(0.1, 0.2, 0.7);
+    const auto of_point = deepest_point(solid, {point, point, point}, 1, 1e-5);
+    ASSERT_TRUE(of_point);
+    EXPECT_EQ(of_point->gap.distance, signed_distance(solid, point).distance);
+    const Point end(0.3, -0.6, -0.5);
+    const auto of_line = deepest_point(solid, {point, (point + end) / 2, end}, 1, 1e-5);
+    ASSERT_TRUE(of_line);
+    double least = 1;
+    for (int i = 0; i <= 1000; ++i) {
+      least = std::min(least, signed_distance(solid, point + i / 1000.0 * (end - point)).distance);
+    }
+    EXPECT_NEAR(of_line->gap.distance, least, 2e-4) << shape.index();
+  }
+}
+
+TEST(DeepestPoints, find_an_edge_between_the_corners) {
+  // The edge of a box, from below, in the middle of a triangle above it.
+  const Solid box{Box{{0.5, 0.5, 0.5}}, {rotation_matrix({0, std::acos(-1) / 4, 0}), {0, 0, -std::sqrt(0.5)}}};
+  const auto found =
+      deepest_point(box, {Point(-0.3, -0.2, 1e-3), Point(0.4, -0.2, 1e-3), Point(0, 0.4, -1e-3)}, 1, 1e-6);
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->gap.distance, -0.9e-3 * std::sqrt(0.5));
 }
 
 }  // namespace

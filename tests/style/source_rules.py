@@ -26,7 +26,7 @@ MAY_INCLUDE = {
     "elastic": FLOOR | {"solvers"},
     "gas": FLOOR,
     "air": FLOOR,
-    "contact": FLOOR,
+    "contact": FLOOR | {"meshing", "solvers"},
     "constraints": FLOOR | {"contact", "solvers"},
     "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints"},
     "world": FLOOR | {"meshing", "solvers", "state", "io", "air", "heat", "combustion", "ablation", "projection",

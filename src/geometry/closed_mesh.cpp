@@ -1,0 +1,230 @@
+#include "geometry/closed_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace pellicle {
+inline namespace geometry {
+
+namespace {
+
+/// Ericson, Real-Time Collision Detection, section 5.1.5: which corner, side or inside is nearest.
+struct Nearest {
+  Eigen::Vector3d weights;
+  int corner = -1;  ///< if that is nearest
+  int side = -1;    ///< from corner k, if that is
+};
+
+Nearest nearest_part(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& point) {
+  const auto& [a, b, c] = corners;
+  const Eigen::Vector3d ab = b - a;
+  const Eigen::Vector3d ac = c - a;
+  const double d1 = ab.dot(point - a);
+  const double d2 = ac.dot(point - a);
+  if (d1 <= 0 && d2 <= 0) {
+    return {{1, 0, 0}, 0, -1};
+  }
+  const double d3 = ab.dot(point - b);
+  const double d4 = ac.dot(point - b);
+  if (d3 >= 0 && d4 <= d3) {
+    return {{0, 1, 0}, 1, -1};
+  }
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double t = d1 / (d1 - d3);
+    return {{1 - t, t, 0}, -1, 0};
+  }
+  const double d5 = ab.dot(point - c);
+  const double d6 = ac.dot(point - c);
+  if (d6 >= 0 && d5 <= d6) {
+    return {{0, 0, 1}, 2, -1};
+  }
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double t = d2 / (d2 - d6);
+    return {{1 - t, 0, t}, -1, 2};
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {{0, 1 - t, t}, -1, 1};
+  }
+  const double sum = va + vb + vc;
+  if (!(sum > 0)) {  // Without area: rounding has let no part be nearest.
+    Eigen::Index corner = 0;
+    Eigen::Vector3d((a - point).squaredNorm(), (b - point).squaredNorm(), (c - point).squaredNorm()).minCoeff(&corner);
+    return {Eigen::Vector3d::Unit(corner), static_cast<int>(corner), -1};
+  }
+  return {{va / sum, vb / sum, vc / sum}, -1, -1};
+}
+
+constexpr int leaf_size = 4;
+
+}  // namespace
+
+Eigen::Vector3d nearest_weights(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& point) {
+  return nearest_part(corners, point).weights;
+}
+
+std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles) {
+  if (triangles.empty()) {
+    return "it has no faces";
+  }
+  std::map<std::pair<int, int>, int> sides;  // directed
+  double volume = 0;
+  for (const auto& triangle : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      ++sides[{triangle[k], triangle[(k + 1) % 3]}];
+    }
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
+      return points[static_cast<std::size_t>(triangle[k])];
+    };
+    volume += (at(0) - points[0]).dot((at(1) - points[0]).cross(at(2) - points[0])) / 6;
+  }
+  for (const auto& [side, count] : sides) {
+    const auto back = sides.find({side.second, side.first});
+    const std::string name =
+        "the side between points " + std::to_string(side.first) + " and " + std::to_string(side.second) + " has ";
+    if (back == sides.end()) {
+      return name + "a face on one side alone";
+    }
+    if (count != back->second) {
+      return name + "faces whose normals do not agree";
+    }
+  }
+  if (!(volume > 0)) {
+    return "its normals point inward";
+  }
+  return "";
+}
+
+ClosedMesh::ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles)
+    : points_(std::move(points)), vertex_normals_(points_.size(), Eigen::Vector3d::Zero()) {
+  std::map<std::pair<int, int>, Eigen::Vector3d> of_sides;
+  const auto side_of = [](int a, int b) { return std::pair(std::min(a, b), std::max(a, b)); };
+  for (const auto& triangle : triangles) {
+    const auto corner = [&](std::size_t k) { return points_[static_cast<std::size_t>(triangle[k % 3])]; };
+    const Eigen::Vector3d across = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+    if (!(across.norm() > 0)) {
+      continue;  // Its sides take over the normals of its neighbours.
+    }
+    const Eigen::Vector3d normal = across.normalized();
+    triangles_.push_back(triangle);
+    face_normals_.push_back(normal);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d to_next = corner(k + 1) - corner(k);
+      const Eigen::Vector3d to_last = corner(k + 2) - corner(k);
+      const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
+      vertex_normals_[static_cast<std::size_t>(triangle[k])] += angle * normal;
+      const auto sum = of_sides.try_emplace(side_of(triangle[k], triangle[(k + 1) % 3]), Eigen::Vector3d::Zero()).first;
+      sum->second += normal;
+    }
+  }
+  for (const auto& triangle : triangles_) {
+    std::array<Eigen::Vector3d, 3> normals;
+    for (std::size_t k = 0; k < 3; ++k) {
+      normals[k] = of_sides.at(side_of(triangle[k], triangle[(k + 1) % 3]));
+    }
+    edge_normals_.push_back(normals);
+  }
+  order_.resize(triangles_.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  build(0, static_cast<int>(order_.size()));
+}
+
+/// Halves the triangles by their centres along the longest side of the box round them.
+void ClosedMesh::build(int begin, int end) {
+  const std::size_t number = nodes_.size();
+  nodes_.emplace_back();
+  nodes_[number].begin = begin;
+  nodes_[number].end = end;
+  Eigen::AlignedBox3d centres;
+  const auto centre = [this](int triangle) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const int point : triangles_[static_cast<std::size_t>(triangle)]) {
+      sum += points_[static_cast<std::size_t>(point)];
+    }
+    return Eigen::Vector3d(sum / 3);
+  };
+  for (int i = begin; i < end; ++i) {
+    const int triangle = order_[static_cast<std::size_t>(i)];
+    centres.extend(centre(triangle));
+    for (const int point : triangles_[static_cast<std::size_t>(triangle)]) {
+      nodes_[number].box.extend(points_[static_cast<std::size_t>(point)]);
+    }
+  }
+  if (end - begin <= leaf_size) {
+    return;
+  }
+  Eigen::Index axis = 0;
+  centres.sizes().maxCoeff(&axis);
+  const int middle = begin + (end - begin) / 2;
+  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                   [&](int a, int b) { return std::pair(centre(a)[axis], a) < std::pair(centre(b)[axis], b); });
+  build(begin, middle);
+  nodes_[number].second = static_cast<int>(nodes_.size());
+  build(middle, end);
+}
+
+SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
+  double least = std::numeric_limits<double>::infinity();  // squared
+  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
+  Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();
+  std::array<int, 64> stack{};  // as deep as the tree, which halves
+  int depth = 1;
+  while (depth > 0) {
+    const int number = stack[static_cast<std::size_t>(--depth)];
+    const Node& node = nodes_[static_cast<std::size_t>(number)];
+    if (node.box.squaredExteriorDistance(point) >= least) {
+      continue;
+    }
+    if (node.second > 0) {
+      int near = number + 1;
+      int far = node.second;
+      if (nodes_[static_cast<std::size_t>(far)].box.squaredExteriorDistance(point) <
+          nodes_[static_cast<std::size_t>(near)].box.squaredExteriorDistance(point)) {
+        std::swap(near, far);
+      }
+      stack[static_cast<std::size_t>(depth++)] = far;
+      stack[static_cast<std::size_t>(depth++)] = near;
+      continue;
+    }
+    for (int i = node.begin; i < node.end; ++i) {
+      const auto triangle = static_cast<std::size_t>(order_[static_cast<std::size_t>(i)]);
+      const auto& corners = triangles_[triangle];
+      const std::array<Eigen::Vector3d, 3> places{points_[static_cast<std::size_t>(corners[0])],
+                                                  points_[static_cast<std::size_t>(corners[1])],
+                                                  points_[static_cast<std::size_t>(corners[2])]};
+      const Nearest part = nearest_part(places, point);
+      const Eigen::Vector3d there =
+          part.weights[0] * places[0] + part.weights[1] * places[1] + part.weights[2] * places[2];
+      const double squared = (point - there).squaredNorm();
+      if (squared < least) {
+        least = squared;
+        nearest = there;
+        if (part.corner >= 0) {
+          outward = vertex_normals_[static_cast<std::size_t>(corners[static_cast<std::size_t>(part.corner)])];
+        } else if (part.side >= 0) {
+          outward = edge_normals_[triangle][static_cast<std::size_t>(part.side)];
+        } else {
+          outward = face_normals_[triangle];
+        }
+      }
+    }
+  }
+  const Eigen::Vector3d arm = point - nearest;
+  const double length = arm.norm();
+  const double sign = arm.dot(outward) < 0 ? -1 : 1;
+  // Of an arm as short as rounding of the places the direction is none.
+  const double rounding = 1e-12 * (1 + point.cwiseAbs().maxCoeff() + nodes_.front().box.sizes().maxCoeff());
+  const Eigen::Vector3d normal =
+      length > rounding ? Eigen::Vector3d(arm * (sign / length)) : Eigen::Vector3d(outward.normalized());
+  return {sign * length, normal};
+}
+
+}  // namespace geometry
+}  // namespace pellicle

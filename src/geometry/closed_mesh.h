@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "geometry/signed_distance.h"
+
+namespace pellicle {
+inline namespace geometry {
+
+using Triangles = std::vector<std::array<int, 3>>;
+
+/// What makes triangles no closed surface with normals outward, in words; empty: they are one.
+std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles);
+
+/// A solid given by triangles round it, in a tree of boxes.
+class ClosedMesh {
+ public:
+  /// @param points [m] @param triangles a closed surface with normals outward (fault_of_closed_mesh); those without
+  /// area do not count
+  ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles);
+
+  /// The sign is that of the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
+  SignedDistance signed_distance(const Eigen::Vector3d& point) const;
+
+  const std::vector<Eigen::Vector3d>& points() const { return points_; }
+  const Triangles& triangles() const { return triangles_; }
+  const Eigen::AlignedBox3d& bounds() const { return nodes_.front().box; }
+
+ private:
+  struct Node {
+    Eigen::AlignedBox3d box;
+    int begin = 0;  ///< of its triangles in `order_`
+    int end = 0;
+    int second = 0;  ///< node of the second child, the first follows on the node; 0: a leaf
+  };
+  void build(int begin, int end);
+
+  std::vector<Eigen::Vector3d> points_;
+  Triangles triangles_;
+  std::vector<Eigen::Vector3d> face_normals_;
+  std::vector<Eigen::Vector3d> vertex_normals_;               ///< angle-weighted, not of unit length
+  std::vector<std::array<Eigen::Vector3d, 3>> edge_normals_;  ///< of the sides from corner k, not of unit length
+  std::vector<int> order_;
+  std::vector<Node> nodes_;
+};
+
+/// The point of a triangle that is nearest to a point, as weights of its corners.
+Eigen::Vector3d nearest_weights(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& point);
+
+}  // namespace geometry
+}  // namespace pellicle

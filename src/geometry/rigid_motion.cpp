@@ -1,0 +1,45 @@
+#include "geometry/rigid_motion.h"
+
+#include <Eigen/Geometry>
+
+#include "geometry/key_points.h"
+
+namespace pellicle {
+inline namespace geometry {
+
+Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector) {
+  const double angle = vector.norm();
+  if (angle == 0) {
+    return Eigen::Matrix3d::Identity();
+  }
+  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+Pose RigidMotion::at(double time) const {
+  Pose pose = start;
+  if (path.empty()) {
+    pose.place += time * velocity;
+  } else {
+    pose.place = place_on_key_points(path, time);
+  }
+  if (!rotation.empty() || !angular_velocity.isZero(0)) {
+    pose.turn = rotation_matrix(place_of_motion(rotation, angular_velocity, time)) * start.turn;
+  }
+  return pose;
+}
+
+std::string fault_of(const RigidMotion& motion) {
+  if (const std::string fault = fault_of_motion(motion.path, motion.velocity); !fault.empty()) {
+    return fault;
+  }
+  if (const std::string fault = fault_of_key_points(motion.rotation); !fault.empty()) {
+    return ".rotation: " + fault;
+  }
+  if (!motion.rotation.empty() && !motion.angular_velocity.isZero(0)) {
+    return ": both rotation and angular_velocity given, expected one of them";
+  }
+  return "";
+}
+
+}  // namespace geometry
+}  // namespace pellicle

@@ -1,0 +1,48 @@
+#include "geometry/rigid_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pellicle {
+namespace {
+
+const double pi = std::acos(-1);
+
+TEST(RigidMotions, turn_by_key_points_of_the_rotation_vector) {
+  RigidMotion motion;
+  motion.start.place = {1, 0, 0};
+  motion.rotation = {{1, 0, 0, 0}, {2, 0, 0, 4 * pi}, {3, 0, 0, 4 * pi}};
+  EXPECT_LT((motion.at(0.5).turn - Eigen::Matrix3d::Identity()).norm(), 1e-15);
+  EXPECT_LT((motion.at(1.125).turn * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-14);
+  EXPECT_LT((motion.at(2.5).turn - Eigen::Matrix3d::Identity()).norm(), 1e-14) << "twice round";
+  EXPECT_EQ(motion.at(2.5).place, Eigen::Vector3d(1, 0, 0)) << "about its origin";
+}
+
+TEST(RigidMotions, go_on_at_constant_velocities) {
+  RigidMotion motion;
+  motion.start = {rotation_matrix({pi / 2, 0, 0}), {1, 2, 3}};
+  motion.velocity = {0, 0, 2};
+  motion.angular_velocity = {0, 0, pi};
+  const Pose pose = motion.at(0.5);
+  EXPECT_LT((pose.place - Eigen::Vector3d(1, 2, 4)).norm(), 1e-15);
+  // First about x, then about z: y goes to z and stays there.
+  EXPECT_LT((pose.turn * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-14);
+  EXPECT_LT((pose.turn * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-14);
+  motion.path = {{0, 5, 5, 5}, {1, 7, 5, 5}};
+  motion.velocity.setZero();
+  EXPECT_LT((motion.at(0.5).place - Eigen::Vector3d(6, 5, 5)).norm(), 1e-15) << "a path replaces place and velocity";
+}
+
+TEST(RigidMotions, say_what_is_wrong_with_them) {
+  RigidMotion motion;
+  EXPECT_EQ(fault_of(motion), "");
+  motion.rotation = {{0, 0, 0, 0}, {0, 1, 0, 0}};
+  EXPECT_EQ(fault_of(motion).rfind(".rotation: key point 2 is at 0", 0), 0U);
+  motion.rotation = {{0, 0, 0, 0}};
+  motion.angular_velocity = {0, 0, 1};
+  EXPECT_EQ(fault_of(motion), ": both rotation and angular_velocity given, expected one of them");
+}
+
+}  // namespace
+}  // namespace pellicle
