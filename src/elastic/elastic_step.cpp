@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "solvers/backtracking.h"
 #include "solvers/shell_operations.h"
 #include "solvers/vertex_potential.h"
@@ -65,6 +66,7 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
       before_(sheet.particles, 3) {
   potentials_.insert(potentials_.end(), others.begin(), others.end());
   squares_.resize(potentials_.size() + 1);
+  limits_ = std::any_of(others.begin(), others.end(), [](const Potential* other) { return other->limits(); });
   if (options.strain_limit) {
     limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
   }
@@ -270,6 +272,18 @@ void ElasticStep::forget_pattern() {
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
   begin_step(positions, input);
   ElasticResult result;
+  for (Potential* potential : potentials_) {
+    potential->start_from(input.start, positions, input.h);
+  }
+  bool stays_behind = false;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    stays_behind = stays_behind || (input.held[static_cast<std::size_t>(i)] && positions.vector(i) != free_.col(i));
+  }
+  if (limits_ && on_any_rank(sheet_.comm(), stays_behind)) {
+    result.converged = false;
+    result.reason = "what is pinned moves further in a step than what is near it allows";
+    return result;
+  }
   if (!limit_) {
     minimise(positions, input, result);
     return result;

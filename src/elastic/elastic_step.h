@@ -113,6 +113,7 @@ class ElasticStep {
   Eigen::Matrix3Xd free_;                 ///< x~ of the owned particles [m]
   std::unique_ptr<Potential> inertia_;
   std::vector<Potential*> potentials_;
+  bool limits_ = false;                 ///< one of them bounds steps
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
   std::unique_ptr<Tangent> assembled_;  ///< an earlier one from which the preconditioner is made, unless from that
   PreconditionerLag lag_;

@@ -113,6 +113,12 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
 
 ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start) {
   potential_.begin_step(position, pressure, start);
+  if (potential_.leads_too_far()) {
+    ImplicitResult result;
+    result.converged = false;
+    result.reason = "what is held moves further in a step than what is near it allows";
+    return result;
+  }
   potential_.write_to(unknowns_);
   concave_iterations_ = 0;
   last_share_ = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 
 namespace pellicle {
@@ -125,8 +126,23 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   } else if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
+  keep_clear();
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   multiplier_ = pressure(prescribed_);
+}
+
+/// Where Newton's method begins nothing has passed through anything. Collective.
+void StepPotential::keep_clear() {
+  for (Potential* potential : potentials_) {
+    potential->start_from(start_, position_, h_);
+  }
+  leads_too_far_ = false;
+  if (std::any_of(potentials_.begin(), potentials_.end(), [](const Potential* p) { return p->limits(); })) {
+    const Eigen::Matrix3Xd clear = position_.values();
+    lead_held();
+    leads_too_far_ = on_any_rank(comm(), clear != position_.values());
+    position_.values() = clear;
+  }
 }
 
 /// What a step is about. @param share of it at which forces are in balance

@@ -148,6 +148,9 @@ class StepPotential {
   Eigen::VectorXd pressure_scales() const;
   /// Square root of the wall's undeformed area [m].
   double length_scale() const { return length_scale_; }
+  /// Whether held vertices would have to go further than what is near them allows (Potential::start_from): the step is
+  /// too long.
+  bool leads_too_far() const { return leads_too_far_; }
   /// The elastic energy at a strain of 0.5, if linear, over that length: what the wall's forces are like [N].
   double force_scale() const { return force_scale_; }
 
@@ -155,6 +158,7 @@ class StepPotential {
   void add_vertex_potentials();
   void set_step(const Field& position, const StepStart& start, double share);
   void lead_held();
+  void keep_clear();
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;
@@ -181,18 +185,19 @@ class StepPotential {
 
   // The step in progress.
   double h_ = 0;
-  double time_end_ = 0;                 ///< t^{n+1} [s]
-  double time_ = 0;                     ///< of balance [s]
-  Field start_;                         ///< x^n
-  Field position_;                      ///< x
-  Field between_;                       ///< on the way from x^n to x
-  Eigen::Matrix3Xd unaccelerated_;      ///< x_a of the local vertices
-  Eigen::Matrix3Xd still_;              ///< x_v of the local vertices
-  Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
-  std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown
-  Eigen::VectorXd multiplier_;          ///< pressures of the prescribed chambers [Pa]
-  Field direction_;                     ///< c, if by arc length
-  double path_length_ = 0;              ///< s [m]
+  double time_end_ = 0;             ///< t^{n+1} [s]
+  double time_ = 0;                 ///< of balance [s]
+  Field start_;                     ///< x^n
+  Field position_;                  ///< x
+  Field between_;                   ///< on the way from x^n to x
+  Eigen::Matrix3Xd unaccelerated_;  ///< x_a of the local vertices
+  Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
+  Eigen::VectorXd volumes_;         ///< of the chambers at `position_`
+  std::vector<GasState> gas_;       ///< likewise; of a prescribed chamber the pressure is the unknown
+  Eigen::VectorXd multiplier_;      ///< pressures of the prescribed chambers [Pa]
+  Field direction_;                 ///< c, if by arc length
+  double path_length_ = 0;          ///< s [m]
+  bool leads_too_far_ = false;
   std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
 };
 

@@ -22,6 +22,7 @@ struct PairCounter {
   const std::vector<Box>& boxes;
   std::int64_t pairs_left;  ///< of boxes that may still be compared
   int count = 0;
+  std::array<int, 2> first{-1, -1};
 
   // NOLINTBEGIN(readability-identifier-naming)
   /// Every descent asks this of its pair: without any left, the traversal soon ends.
@@ -39,7 +40,10 @@ struct PairCounter {
         !have_common_point(a, b)) {
       constexpr int cost = 20;  // in comparisons of boxes
       pairs_left -= cost;
-      count += triangles_intersect(corners(a), corners(b)) ? 1 : 0;
+      if (triangles_intersect(corners(a), corners(b))) {
+        ++count;
+        first = first[0] < 0 ? std::array{a, b} : std::min(first, std::array{a, b});
+      }
     }
     return false;
   }
@@ -79,7 +83,7 @@ SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& p
   PairCounter counter{triangles, points, boxes,
                       std::max(least, of_a_triangle * static_cast<std::int64_t>(triangles.size()))};
   Eigen::BVIntersect(tree, tree, counter);
-  return {counter.count, counter.pairs_left > 0};
+  return {counter.count, counter.first, counter.pairs_left > 0};
 }
 
 }  // namespace meshing

@@ -10,7 +10,8 @@ inline namespace meshing {
 /// Pairs of triangles that cut through each other.
 struct SelfIntersections {
   int pairs = 0;
-  bool all = true;  ///< false if the count was ended because too many boxes of triangles overlap
+  std::array<int, 2> first{-1, -1};  ///< of them: the one with the lowest numbers
+  bool all = true;                   ///< false if the count was ended because too many boxes of triangles overlap
 };
 
 /// Counts the pairs of triangles that cut through each other (triangles_intersect); triangles with a common point are

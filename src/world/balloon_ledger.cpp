@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "surface/membrane_geometry.h"
+#include "world/contact_of_object.h"
 #include "world/gas_of_object.h"
 
 namespace pellicle {
@@ -32,6 +33,8 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
                                  {"residual", "N"},
                                  {"relative_residual", ""},
                                  {"elastic_energy", "J"}});
+  const std::vector<History::Column> of_contact = contact_columns(chain.contact_options());
+  columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chain.burns()) {
     columns.push_back({"heat_iterations", ""});
     columns.push_back({"mass_torn", "kg"});
@@ -122,6 +125,10 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
               -maxima[2][1], maxima[2][0], sums[inverted], static_cast<double>(step.newton_iterations),
               static_cast<double>(step.linear_iterations), static_cast<double>(step.concave_iterations), step.residual,
               step.relative_residual, sums[elastic]});
+  const std::vector<double> of_contact =
+      contact_values(chain_.contact_options(), chain_.contact(), membrane, state.position,
+                     state.burning ? &state.burning->living.triangles : nullptr);
+  own.insert(own.end(), of_contact.begin(), of_contact.end());
   if (chain_.burns()) {
     double torn = state.burning->mass_torn;
     MPI_Allreduce(MPI_IN_PLACE, &torn, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
@@ -62,6 +63,11 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
+  if (options.contact.self) {
+    const std::vector<bool>& pinned = pins_.pinned();
+    const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
+    contact_.emplace(sheet, options.contact, !on_any_rank(sheet.comm(), !is_free));
+  }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
   } else if (options.dynamics == Dynamics::spring) {
@@ -99,7 +105,8 @@ void Burn::make_elastic() {
                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                            factors("sheet.shear_texture", material.shear_texture),
                                                            factors("sheet.bending_texture", material.bending_texture)},
-                                           pins_.pinned(), pins_.clamped(), elastic);
+                                           pins_.pinned(), pins_.clamped(), elastic,
+                                           contact_ ? std::vector<Potential*>{&*contact_} : std::vector<Potential*>());
 }
 
 State Burn::initial_state() const {
@@ -337,6 +344,9 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     free_velocity = v;
   }
   unconstrained_ = x;
+  if (contact_) {
+    contact_->set_living(state.living.triangles);
+  }
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   DynamicsResult result;
   int iterations = 0;

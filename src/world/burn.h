@@ -13,6 +13,7 @@
 #include "base/stage_result.h"
 #include "constraints/pins.h"
 #include "contact/bodies.h"
+#include "contact/surface_contact.h"
 #include "elastic/elastic_step.h"
 #include "gas/chambers.h"
 #include "projection/spring_baseline.h"
@@ -94,6 +95,8 @@ class Burn {
   StageResult end_step(State& state, double h);
 
   const Chambers& chambers() const { return chambers_; }
+  /// How the sheet touches itself, if it can.
+  const std::optional<SurfaceContact>& contact() const { return contact_; }
   /// See ElasticStep; empty of what is not elastic.
   std::string solver_words() const { return elastic_ != nullptr ? elastic_->solver_words() : ""; }
   /// See ElasticStep; 1 of what is not elastic. Collective.
@@ -127,7 +130,8 @@ class Burn {
   Burning burning_;
   Pins pins_;
   Bodies bodies_;
-  std::optional<AirDrag> air_;  ///< if there is air
+  std::optional<SurfaceContact> contact_;  ///< if it touches itself
+  std::optional<AirDrag> air_;             ///< if there is air
   Chambers chambers_;
   std::optional<Tearing> tearing_;
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "combustion/combustion.h"
+#include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/textures.h"
@@ -50,6 +51,16 @@ TimeIntegrator integrator_of(const Options& options) {
   }
   return is_alpha ? TimeIntegrator::generalized_alpha(options.time.spectral_radius)
                   : TimeIntegrator::statics(options.time.arc_length);
+}
+
+/// @throws Error on what moves the wall behind the step, where contact does not look
+void require_contact_possible(const Options& options) {
+  if (options.time.scheme == TimeScheme::generalized_alpha) {
+    throw Error("contact.self: does not go with time.scheme: generalized_alpha, expected implicit_euler or statics");
+  }
+  if (options.wall.thickness_rule == WallThickness::global_volume) {
+    throw Error("contact.self: does not go with prism.thickness: global, whose volume is preserved behind the step");
+  }
 }
 
 }  // namespace
@@ -127,6 +138,13 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   if (options.wall.bending == BendingModel::plate) {
     bending_.emplace(elements_, constraints_.projectors(), pins_.clamped());
   }
+  if (options.contact.self) {
+    require_contact_possible(options);
+    const std::vector<Eigen::Matrix3d>& projectors = constraints_.projectors();
+    const bool is_free = std::all_of(projectors.begin(), projectors.end(),
+                                     [](const Eigen::Matrix3d& p) { return p == Eigen::Matrix3d::Identity(); });
+    contact_.emplace(membrane, options.contact, !on_any_rank(membrane.comm(), !is_free));
+  }
   make_solvers();
 }
 
@@ -137,6 +155,9 @@ void Inflate::make_solvers() {
                      loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
   if (bending_) {
     model.others.push_back(&*bending_);
+  }
+  if (contact_) {
+    model.others.push_back(&*contact_);
   }
   if (hold_ != nullptr) {
     model.others.push_back(hold_.get());
@@ -191,6 +212,9 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   h_ = h;
   {
     const auto timer = clock_.time("implicit step");
+    if (contact_ && burning_) {
+      contact_->set_living(state.burning->living.triangles);
+    }
     if (bending_) {
       bending_->begin_step(state.position, state.thickness_ratio);
     }

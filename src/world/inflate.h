@@ -8,6 +8,7 @@
 #include "ablation/element_tearing.h"
 #include "air/air_drag.h"
 #include "base/stage_clock.h"
+#include "contact/surface_contact.h"
 #include "equilibrium/implicit_step.h"
 #include "prism/volume_preservation.h"
 #include "prism/wall_bending.h"
@@ -48,6 +49,9 @@ class Inflate {
 
   /// Forgets what solvers know of the steps so far: the next step is the same as that of a new chain. Collective.
   void forget(const BalloonState& state) {
+    if (contact_) {
+      contact_->forget();
+    }
     make_solvers();
     take_over(state);
   }
@@ -63,6 +67,9 @@ class Inflate {
   const PrismElements& elements() const { return elements_; }
   const Chambers& chambers() const { return chambers_; }
   const std::vector<double>& mass() const { return mass_; }
+  /// How the wall touches itself, if it can.
+  const std::optional<SurfaceContact>& contact() const { return contact_; }
+  const ContactOptions& contact_options() const { return options_.contact; }
   /// This rank's share of what it has taken to bend the wall [J]. Collective.
   double bending_energy(const BalloonState& state) const {
     return bending_ ? bending_->energy(state.position, state.thickness_ratio) : 0;
@@ -95,7 +102,8 @@ class Inflate {
   Constraints constraints_;
   Chambers chambers_;
   PointLoads loads_;
-  std::optional<WallBending> bending_;  ///< unless the wall has none
+  std::optional<SurfaceContact> contact_;  ///< if it touches itself
+  std::optional<WallBending> bending_;     ///< unless the wall has none
   std::optional<ImplicitStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   std::optional<Burning> burning_;                           ///< if the wall burns

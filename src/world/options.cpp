@@ -141,15 +141,6 @@ void describe_balloon(OptionTable& table, Options& options) {
   table.add_objects("symmetry", options.symmetry, "planes that the vertices in them do not leave (balloons)");
   table.add_objects("attachments", options.attachments, "vertices tied to moving places by springs (balloons)");
   table.add_objects("forces", options.forces, "forces on parts of a balloon");
-  table.add_of_run([&] {
-    table.add_under({"bodies", [&options] { return !options.bodies.empty(); }},
-                    [&] { describe(table, options.contact); });
-  });
-  table.find_key("contact.slip_speed")->acts_with({"a body with friction", [&bodies = options.bodies] {
-                                                     return std::any_of(
-                                                         bodies.begin(), bodies.end(),
-                                                         [](const auto& b) { return b.second.friction > 0; });
-                                                   }});
 }
 
 }  // namespace
@@ -193,6 +184,13 @@ void describe(OptionTable& table, Options& options) {
   table.add_of_run([&] { describe(table, options.force); });
   describe_gas(table, options);
   table.add_under(inflates, [&] { describe_balloon(table, options); });
+  const auto has_bodies = [&options](bool rub) {
+    return options.chain == ChainKind::inflate &&
+           std::any_of(options.bodies.begin(), options.bodies.end(),
+                       [rub](const auto& body) { return !rub || body.second.friction > 0; });
+  };
+  describe(table, options.contact, {"", [has_bodies] { return has_bodies(false); }},
+           {"", [has_bodies] { return has_bodies(true); }});
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
   table.add_of_run([&] {
     table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "io/console.h"
+#include "world/contact_of_object.h"
 #include "world/gas_of_object.h"
 
 namespace pellicle {
@@ -29,7 +30,7 @@ namespace {
 const char* const record_table = "/largest_strain";
 
 /// @param tears whether the sheet can crack
-std::vector<History::Column> columns_of_sheet(const Chambers& chambers, bool tears) {
+std::vector<History::Column> columns_of_sheet(const Chambers& chambers, bool tears, const ContactOptions& contact) {
   std::vector<History::Column> columns{
       {"constraint_error", "m"}, {"contacts", ""}, {"heat_iterations", ""}, {"projection_iterations", ""}};
   for (const char* colour : colour_names) {
@@ -49,6 +50,8 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers, bool tea
     columns.push_back({"cracked_sides", ""});
     columns.push_back({"crack_length", "m"});
   }
+  const std::vector<History::Column> of_contact = contact_columns(contact);
+  columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chambers.count() > 0) {
     const std::vector<History::Column> of_gas = gas_columns(chambers);
     columns.insert(columns.end(), of_gas.begin(), of_gas.end());
@@ -62,7 +65,8 @@ SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, con
                          const Hdf5File* resumed)
     : options_(options),
       group_(output.group("sheet")),
-      ledger_(output, true, columns_of_sheet(chambers, options.ablation.strength.has_value()), resumed) {
+      ledger_(output, true, columns_of_sheet(chambers, options.ablation.strength.has_value(), options.contact),
+              resumed) {
   if (resumed != nullptr) {
     const std::vector<double> record = resumed->read_all<double>(group_ + record_table);
     record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
@@ -113,6 +117,9 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
     MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
+  const std::vector<double> of_contact =
+      contact_values(options_.contact, burn.contact(), sheet, state.position, &state.living.triangles);
+  own.insert(own.end(), of_contact.begin(), of_contact.end());
   if (burn.chambers().count() > 0) {
     const std::vector<double> of_gas = gas_values(burn.chambers(), state, state.pressure.data(), state.time);
     own.insert(own.end(), of_gas.begin(), of_gas.end());

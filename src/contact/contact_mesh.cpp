@@ -1,0 +1,326 @@
+#include "contact/contact_mesh.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "parallel/collective.h"
+#include "parallel/route.h"
+
+namespace pellicle {
+inline namespace contact {
+
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+
+/// Halves a list of boxes by their middles along the longest side until there are so many lists. @returns box of each
+void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterator first,
+                 std::vector<std::size_t>::iterator last, int patches, std::vector<Box>& result) {
+  Box whole;
+  for (auto box = first; box != last; ++box) {
+    whole.extend(boxes[*box]);
+  }
+  if (patches == 1 || last - first < 2) {
+    if (!whole.isEmpty()) {
+      result.push_back(whole);
+    }
+    return;
+  }
+  Eigen::Index axis = 0;
+  whole.sizes().maxCoeff(&axis);
+  const auto middle = first + (last - first) / 2;
+  std::nth_element(first, middle, last, [&](std::size_t a, std::size_t b) {
+    return std::pair(boxes[a].center()[axis], a) < std::pair(boxes[b].center()[axis], b);
+  });
+  add_patches(boxes, first, middle, patches / 2, result);
+  add_patches(boxes, middle, last, patches - patches / 2, result);
+}
+
+/// Boxes of a rank that others compare theirs with.
+constexpr int patches_of_rank = 32;
+
+struct RankBox {
+  int rank;
+  std::array<double, 6> corners;
+};
+
+}  // namespace
+
+/// An element as it is sent to other ranks.
+struct ContactMesh::Element {
+  PetscInt number = 0;                              ///< global
+  std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< global numbers of the particles
+  std::array<bool, 4> lives{};                      ///< of its drawn triangles
+  int piece = 0;
+  double area = 0;  ///< [m^2]
+};
+
+ContactMesh::ContactMesh(const Surface& surface)
+    : surface_(surface),
+      particle_area_(static_cast<std::size_t>(surface.particles.local()), 0.0),
+      reach_(surface.particles),
+      places_(surface.particles, 3) {
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const std::array<double, 3> shares = surface.point_shares();
+  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.local()); ++e) {
+    std::array<PetscInt, 4> corners{-1, -1, -1, -1};
+    if (surface.has_quads()) {
+      corners = surface.cells[e];
+    } else {
+      std::copy(surface.triangles[e].begin(), surface.triangles[e].end(), corners.begin());
+    }
+    corners_.push_back(corners);
+    const auto rest = [&](std::size_t k) { return surface.rest.col(corners[k]); };
+    double area = (rest(1) - rest(0)).cross(rest(2) - rest(0)).norm() / 2;
+    if (surface.has_quads()) {
+      area = (rest(2) - rest(0)).cross(rest(3) - rest(1)).norm() / 2;
+    }
+    element_area_.push_back(area);
+    for (std::size_t t = 0; t < per_element; ++t) {
+      const std::array<PetscInt, 3>& triangle = surface.triangles[e * per_element + t];
+      for (std::size_t k = 0; k < (surface.has_quads() ? 2 : 3); ++k) {
+        particle_area_[static_cast<std::size_t>(triangle[k])] += shares[k] * area / static_cast<double>(per_element);
+      }
+    }
+  }
+  update_ghosts(surface.particles, particle_area_);
+}
+
+bool ContactMesh::is_own(PetscInt point) const {
+  const Particles of_point = particles(point);
+  return std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
+}
+
+double ContactMesh::margin(PetscInt point) const {
+  double margin = 0;
+  for (const PetscInt i : particles(point)) {
+    margin = std::max(margin, known_.values()(4, i));
+  }
+  return margin;
+}
+
+bool ContactMesh::touches_own(PetscInt element) const {
+  const auto& corners = corners_[static_cast<std::size_t>(element)];
+  return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
+}
+
+ContactMesh::Element ContactMesh::element(PetscInt number, const std::vector<bool>* living) const {
+  const auto e = static_cast<std::size_t>(number);
+  Element element;
+  element.number = surface_.elements.to_global(number);
+  for (std::size_t k = 0; k < 4 && corners_[e][k] >= 0; ++k) {
+    element.corners[k] = surface_.particles.to_global(corners_[e][k]);
+  }
+  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  for (std::size_t t = 0; t < per_element; ++t) {
+    element.lives[t] = living == nullptr || (*living)[e * per_element + t];
+  }
+  element.piece = surface_.piece[e];
+  element.area = element_area_[e];
+  return element;
+}
+
+Box ContactMesh::box(PetscInt element, const Field& x, const std::vector<double>& margins) const {
+  Box box;
+  double margin = 0;
+  for (const PetscInt i : corners_[static_cast<std::size_t>(element)]) {
+    if (i >= 0) {
+      box.extend(x.vector(i).eval());
+      margin = std::max(margin, margins[static_cast<std::size_t>(i)]);
+    }
+  }
+  return {box.min().array() - margin, box.max().array() + margin};
+}
+
+/// Sends the owned elements to the ranks whose boxes they meet. Collective.
+/// @param own owned elements of which something lives @param boxes of them
+/// @returns what others send, in the order of their ranks
+std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own,
+                                                       const std::vector<Box>& boxes) const {
+  int rank = 0;
+  MPI_Comm_rank(surface_.comm(), &rank);
+  std::vector<std::size_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<Box> patches;
+  add_patches(boxes, order.begin(), order.end(), patches_of_rank, patches);
+  std::vector<RankBox> own_patches;
+  for (const Box& patch : patches) {
+    own_patches.push_back(
+        {rank, {patch.min()[0], patch.min()[1], patch.min()[2], patch.max()[0], patch.max()[1], patch.max()[2]}});
+  }
+  std::vector<std::pair<int, Box>> foreign;
+  for (const RankBox& patch : of_all_ranks(surface_.comm(), own_patches)) {
+    if (patch.rank != rank) {
+      foreign.emplace_back(patch.rank,
+                           Box(Eigen::Vector3d(patch.corners.data()), Eigen::Vector3d(patch.corners.data() + 3)));
+    }
+  }
+  Box here;
+  for (const Box& patch : patches) {
+    here.extend(patch);
+  }
+  foreign.erase(
+      std::remove_if(foreign.begin(), foreign.end(), [&](const auto& patch) { return !here.intersects(patch.second); }),
+      foreign.end());
+  std::vector<Element> sent;
+  std::vector<int> destinations;
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    int last = -1;
+    for (const auto& [other, patch] : foreign) {
+      if (other != last && patch.intersects(boxes[k])) {
+        sent.push_back(own[k]);
+        destinations.push_back(other);
+        last = other;
+      }
+    }
+  }
+  return Route(surface_.comm(), destinations).send(sent);
+}
+
+void ContactMesh::find_ghosts() {
+  ghosts_.clear();
+  for (PetscInt i = reach_.owned; i < reach_.local(); ++i) {
+    ghosts_.emplace_back(reach_.to_global(i), i);
+  }
+  std::sort(ghosts_.begin(), ghosts_.end());
+}
+
+PetscInt ContactMesh::find(PetscInt global) const {
+  if (global >= reach_.first && global < reach_.first + reach_.owned) {
+    return global - reach_.first;
+  }
+  const auto found = std::lower_bound(ghosts_.begin(), ghosts_.end(), std::pair<PetscInt, PetscInt>(global, 0));
+  return found != ghosts_.end() && found->first == global ? found->second : -1;
+}
+
+void ContactMesh::gather(const Field& x, const std::vector<bool>* living, const std::vector<double>& margins,
+                         const std::vector<PetscInt>& further) {
+  const Layout& particles = surface_.particles;
+  std::vector<PetscInt> here;  // local elements that live
+  std::vector<Element> sent;
+  std::vector<Box> sent_boxes;
+  for (PetscInt e = 0; e < surface_.elements.local(); ++e) {
+    const Element whole = element(e, living);
+    if (std::none_of(whole.lives.begin(), whole.lives.end(), [](bool lives) { return lives; })) {
+      continue;
+    }
+    here.push_back(e);
+    // What touches this rank's particles is either owned, or a ghost whose owner asks for what is near it as well.
+    if (e < surface_.elements.owned) {
+      sent.push_back(whole);
+      sent_boxes.push_back(box(e, x, margins));
+    } else if (touches_own(e)) {
+      sent_boxes.push_back(box(e, x, margins));
+    }
+  }
+  int ranks = 1;
+  MPI_Comm_size(surface_.comm(), &ranks);
+  std::vector<Element> received;
+  if (ranks > 1) {
+    received = receive(sent, sent_boxes);
+  }
+
+  std::vector<PetscInt> known_elements;
+  for (PetscInt e = surface_.elements.owned; e < surface_.elements.local(); ++e) {
+    known_elements.push_back(surface_.elements.to_global(e));
+  }
+  std::sort(known_elements.begin(), known_elements.end());
+  received.erase(std::remove_if(received.begin(), received.end(),
+                                [&](const Element& element) {
+                                  return std::binary_search(known_elements.begin(), known_elements.end(),
+                                                            element.number);
+                                }),
+                 received.end());
+
+  reach_ = particles;
+  find_ghosts();
+  std::vector<PetscInt> beyond;
+  const auto note = [&](PetscInt global) {
+    if (global >= 0 && find(global) < 0) {
+      beyond.push_back(global);
+    }
+  };
+  for (const Element& element : received) {
+    std::for_each(element.corners.begin(), element.corners.end(), note);
+  }
+  std::for_each(further.begin(), further.end(), note);
+  std::sort(beyond.begin(), beyond.end());
+  beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
+  reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
+  reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
+  find_ghosts();
+  known_ = Field(reach_, 5);
+  places_ = Field(reach_, 3);
+  for (PetscInt i = 0; i < particles.local(); ++i) {
+    const auto particle = static_cast<std::size_t>(i);
+    known_.values().col(i) << surface_.rest.col(i), particle_area_[particle], margins[particle];
+    places_.vector(i) = x.vector(i);
+  }
+  if (reaches_further_) {
+    known_.update_ghosts();
+    places_.update_ghosts();
+  }
+
+  triangles_.clear();
+  pieces_.clear();
+  centres_.clear();
+  areas_.resize(static_cast<std::size_t>(reach_.local()));
+  for (PetscInt i = 0; i < reach_.local(); ++i) {
+    areas_[static_cast<std::size_t>(i)] = known_.values()(3, i);
+  }
+  for (const PetscInt e : here) {
+    add(element(e, living), corners_[static_cast<std::size_t>(e)]);
+  }
+  for (const Element& element : received) {
+    std::array<PetscInt, 4> corners{-1, -1, -1, -1};
+    for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
+      corners[k] = find(element.corners[k]);
+    }
+    add(element, corners);
+  }
+  boxes_.clear();
+  for (const std::array<PetscInt, 3>& triangle : triangles_) {
+    Box box;
+    double wider = 0;
+    for (const PetscInt point : triangle) {
+      box.extend(mean(places_.values(), point));
+      wider = std::max(wider, margin(point));
+    }
+    boxes_.emplace_back(box.min().array() - wider, box.max().array() + wider);
+  }
+}
+
+/// @param corners of the element, in reach
+void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& corners) {
+  if (corners[3] < 0) {
+    triangles_.push_back({corners[0], corners[1], corners[2]});
+    pieces_.push_back(element.piece);
+    return;
+  }
+  const PetscInt centre = points();
+  centres_.push_back(corners);
+  areas_.push_back(surface_.point_shares()[2] * element.area);
+  for (std::size_t t = 0; t < 4; ++t) {
+    if (element.lives[t]) {
+      triangles_.push_back({corners[t], corners[(t + 1) % 4], centre});
+      pieces_.push_back(element.piece);
+    }
+  }
+}
+
+void ContactMesh::write_points(const Field& x, Eigen::Matrix3Xd& points) const {
+  const PetscInt copied = reaches_further_ ? reach_.owned : reach_.local();
+  places_.values().leftCols(copied) = x.values().leftCols(copied);
+  if (reaches_further_) {
+    places_.update_ghosts();
+  }
+  points.resize(3, this->points());
+  points.leftCols(reach_.local()) = places_.values();
+  for (PetscInt point = reach_.local(); point < points.cols(); ++point) {
+    points.col(point) = mean(places_.values(), point);
+  }
+}
+
+}  // namespace contact
+}  // namespace pellicle

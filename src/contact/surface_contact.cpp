@@ -1,0 +1,411 @@
+#include "contact/surface_contact.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace contact {
+
+namespace {
+
+/// Share of a distance that each side may take away before it is measured again.
+constexpr double bound_share = 0.45;
+/// Of the thickness: how far a particle may want to go that is not expected to move.
+constexpr double least_reach = 0.25;
+/// How much further than expected.
+constexpr double more_reach = 1.5;
+/// Of the mean side of a mesh: the thickness, unless it is given.
+constexpr double usual_thickness = 0.2;
+
+double mean_side(const Surface& surface) {
+  std::array<double, 2> sums{};  // of area, and of elements
+  for (PetscInt e = 0; e < surface.elements.owned; ++e) {
+    const auto element = static_cast<std::size_t>(e);
+    std::array<Eigen::Vector3d, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const PetscInt i = surface.has_quads() ? surface.cells[element][k] : surface.triangles[element][k];
+      corners[k] = surface.rest.col(i);
+    }
+    sums[0] += (corners[1] - corners[0]).norm() + (corners[2] - corners[1]).norm();
+    sums[1] += 2;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
+  return sums[0] / sums[1];
+}
+
+}  // namespace
+
+SurfaceContact::SurfaceContact(const Surface& surface, const ContactOptions& options, bool is_free)
+    : surface_(surface),
+      options_(options),
+      is_free_(is_free),
+      thickness_(options.thickness ? *options.thickness : usual_thickness * mean_side(surface)),
+      mesh_(surface) {}
+
+void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
+  for (int k = 0; k < count; ++k) {
+    if (particles[static_cast<std::size_t>(k)] == particle) {
+      weights[static_cast<std::size_t>(k)] += weight;
+      return;
+    }
+  }
+  particles[static_cast<std::size_t>(count)] = particle;
+  weights[static_cast<std::size_t>(count)] = weight;
+  ++count;
+}
+
+SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {
+  Stencil stencil;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const ContactMesh::Particles particles = mesh_.particles(pair.points[k]);
+    for (const PetscInt i : particles) {
+      stencil.add(i, weights[k] * particles.weight());
+    }
+  }
+  return stencil;
+}
+
+/// Of a sum over all ranks each pair is a part of one: that of the particle with the lowest number.
+bool SurfaceContact::counts(const Stencil& stencil) const {
+  PetscInt lowest = stencil.particles[0];
+  for (int k = 1; k < stencil.count; ++k) {
+    const PetscInt i = stencil.particles[static_cast<std::size_t>(k)];
+    lowest = mesh_.reach().to_global(i) < mesh_.reach().to_global(lowest) ? i : lowest;
+  }
+  return lowest < mesh_.reach().owned;
+}
+
+/// What all particles have in common. Collective.
+Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) const {
+  const PetscInt owned = surface_.particles.owned;
+  Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, surface_.comm());
+  return sum / static_cast<double>(surface_.particles.global);
+}
+
+void SurfaceContact::start_from(const Field& start, Field& x, double h) {
+  h_ = h;
+  searches_ = 0;
+  const Layout& particles = surface_.particles;
+  const Eigen::Vector3d together = is_free_ ? mean_step(start, x) : Eigen::Vector3d::Zero();
+  reach_.resize(static_cast<std::size_t>(particles.local()));
+  for (PetscInt i = 0; i < particles.local(); ++i) {
+    const double travel = (x.vector(i) - start.vector(i) - together).norm();
+    reach_[static_cast<std::size_t>(i)] = std::max(more_reach * travel, least_reach * thickness_);
+  }
+  held_.assign(static_cast<std::size_t>(particles.owned), false);
+  rubbing_.clear();
+  search(start);
+  note_rubbing(start);
+  find_rubbing_stencils();
+  reference_.colwise() += together;
+  Eigen::Matrix3Xd step = Eigen::Matrix3Xd::Zero(3, particles.owned);
+  limit(x, StepLimit::each_vertex, step);
+  for (PetscInt i = 0; i < particles.owned; ++i) {
+    x.vector(i) += step.col(i);
+  }
+  x.update_ghosts();
+}
+
+/// Pairs and bounds from here on. Collective.
+void SurfaceContact::search(const Field& x) {
+  ++searches_;
+  std::vector<double> margins = reach_;
+  for (double& margin : margins) {
+    margin += thickness_ / 2;
+  }
+  update_ghosts(surface_.particles, margins);
+  std::vector<PetscInt> further;
+  for (const Rubbing& rubbing : rubbing_) {
+    for (const auto& [particle, weight] : rubbing.particles) {
+      further.push_back(particle);
+    }
+  }
+  mesh_.gather(x, living_, margins, further);
+  mesh_.write_points(x, places_);
+  ContactPairs found = find_contact_pairs(mesh_, places_, thickness_, options_.stiffness);
+  const auto owned = static_cast<std::size_t>(surface_.particles.owned);
+  bound_.assign(reach_.begin(), reach_.begin() + static_cast<std::ptrdiff_t>(owned));
+  for (PetscInt point = 0; point < mesh_.points(); ++point) {
+    for (const PetscInt i : mesh_.particles(point)) {
+      if (i < surface_.particles.owned) {
+        double& bound = bound_[static_cast<std::size_t>(i)];
+        bound = std::min(bound, bound_share * found.nearest[static_cast<std::size_t>(point)]);
+      }
+    }
+  }
+  find_rubbing_stencils();
+  reference_ = x.values().leftCols(surface_.particles.owned);
+  pairs_ = std::move(found.pairs);
+  pairs_.erase(
+      std::remove_if(pairs_.begin(), pairs_.end(), [this](const ContactPair& pair) { return !can_touch(pair); }),
+      pairs_.end());
+  held_.assign(owned, false);
+  any_held_ = false;
+}
+
+/// Whether a pair comes to press within the bounds of its particles.
+bool SurfaceContact::can_touch(const ContactPair& pair) const {
+  std::array<double, 2> bounds{};  // of the features
+  for (std::size_t k = 0; k < 4; ++k) {
+    double& bound = bounds[k < static_cast<std::size_t>(pair.first_feature()) ? 0 : 1];
+    for (const PetscInt i : mesh_.particles(pair.points[k])) {
+      bound = std::max(bound, i < mesh_.reach().owned ? bound_[static_cast<std::size_t>(i)]
+                                                      : mesh_.margin(pair.points[k]) - thickness_ / 2);
+    }
+  }
+  return pair.distance - bounds[0] - bounds[1] < pair.barrier.thickness;
+}
+
+void SurfaceContact::note_rubbing(const Field& x) {
+  if (options_.friction == 0) {
+    return;
+  }
+  mesh_.write_points(x, places_);
+  for (const ContactPair& pair : pairs_) {
+    const NearestPoints nearest = pair.nearest(places_);
+    const double gap = nearest.apart.norm();
+    if (gap >= pair.barrier.thickness || gap == 0) {
+      continue;
+    }
+    const Stencil whole = stencil(pair, nearest.weights);
+    Rubbing rubbing;
+    for (int k = 0; k < whole.count; ++k) {
+      rubbing.particles.emplace_back(mesh_.reach().to_global(whole.particles[static_cast<std::size_t>(k)]),
+                                     whole.weights[static_cast<std::size_t>(k)]);
+    }
+    rubbing.normal = nearest.apart / gap;
+    rubbing.start = nearest.apart;
+    rubbing.force = -options_.friction * pair.barrier.slope(gap);
+    rubbing.counts = counts(whole);
+    rubbing_.push_back(std::move(rubbing));
+  }
+}
+
+void SurfaceContact::move_on(const Field& x) {
+  if (any_held_) {
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      if (held_[i]) {
+        reach_[i] *= 3;  // It goes further than was expected.
+      }
+    }
+    search(x);
+  }
+  find_blocks(x);
+  extend_pattern();
+}
+
+bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const {
+  double share = 1;
+  bool is_shortened = false;
+  for (Eigen::Index i = 0; i < step.cols(); ++i) {
+    const auto particle = static_cast<std::size_t>(i);
+    const Eigen::Vector3d from = x.values().col(i) - reference_.col(i);
+    const Eigen::Vector3d to = from + step.col(i);
+    const double bound = bound_[particle];
+    if (to.squaredNorm() <= bound * bound) {
+      continue;
+    }
+    is_shortened = true;
+    held_[particle] = true;
+    if (how == StepLimit::each_vertex) {
+      step.col(i) = to * (bound / to.norm()) - from;
+    } else {  // where from + s step leaves the ball
+      const double a = step.col(i).squaredNorm();
+      const double b = from.dot(step.col(i));
+      const double c = std::min(from.squaredNorm() - bound * bound, 0.0);
+      share = std::min(share, (std::sqrt(b * b - a * c) - b) / a);
+    }
+  }
+  if (how == StepLimit::all_alike) {
+    MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+    step *= share;
+  }
+  is_shortened = on_any_rank(surface_.comm(), is_shortened);
+  any_held_ = any_held_ || is_shortened;
+  return is_shortened;
+}
+
+double SurfaceContact::value(const Field& x) const {
+  mesh_.write_points(x, places_);
+  double sum = 0;
+  for (const ContactPair& pair : pairs_) {
+    const NearestPoints nearest = pair.nearest(places_);
+    const double gap = nearest.apart.norm();
+    if (gap < pair.barrier.thickness && counts(stencil(pair, nearest.weights))) {
+      sum += pair.barrier.value(gap);
+    }
+  }
+  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
+    if (rubbing_[r].counts) {
+      sum += rubbing_[r].force * slip_value(slip_of(r).norm());
+    }
+  }
+  return sum;
+}
+
+void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  mesh_.write_points(x, places_);
+  const auto add = [&](const Stencil& stencil, const Eigen::Vector3d& force) {
+    for (int k = 0; k < stencil.count; ++k) {
+      if (const PetscInt i = stencil.particles[static_cast<std::size_t>(k)]; i < gradient.cols()) {
+        gradient.col(i) += stencil.weights[static_cast<std::size_t>(k)] * force;
+      }
+    }
+  };
+  for (const ContactPair& pair : pairs_) {
+    const NearestPoints nearest = pair.nearest(places_);
+    const double gap = nearest.apart.norm();
+    if (gap < pair.barrier.thickness && gap > 0) {
+      add(stencil(pair, nearest.weights), pair.barrier.slope(gap) / gap * nearest.apart);
+    }
+  }
+  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
+    const Eigen::Vector3d slip = slip_of(r);
+    add(rubbing_stencils_[r], rubbing_[r].force * slip_factor(slip.norm()) * slip);
+  }
+}
+
+/// How far what rubs has slipped since the step's start, with the particles where `places_` has them [m].
+Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
+  const Stencil& stencil = rubbing_stencils_[number];
+  const Rubbing& rubbing = rubbing_[number];
+  Eigen::Vector3d moved = -rubbing.start;
+  for (int k = 0; k < stencil.count; ++k) {
+    moved += stencil.weights[static_cast<std::size_t>(k)] * places_.col(stencil.particles[static_cast<std::size_t>(k)]);
+  }
+  return moved - rubbing.normal * rubbing.normal.dot(moved);
+}
+
+/// s(y).
+double SurfaceContact::slip_value(double slip) const {
+  const double e = h_ * options_.slip_speed;
+  return slip < e ? slip * slip / e - slip * slip * slip / (3 * e * e) + e / 3 : slip;
+}
+
+/// s'(y) / y.
+double SurfaceContact::slip_factor(double slip) const {
+  const double e = h_ * options_.slip_speed;
+  return slip < e ? (2 - slip / e) / e : 1 / slip;
+}
+
+void SurfaceContact::find_rubbing_stencils() {
+  rubbing_stencils_.clear();
+  for (const Rubbing& rubbing : rubbing_) {
+    Stencil& stencil = rubbing_stencils_.emplace_back();
+    for (const auto& [particle, weight] : rubbing.particles) {
+      stencil.add(mesh_.find(particle), weight);
+    }
+  }
+}
+
+/// Collective.
+void SurfaceContact::find_blocks(const Field& x) {
+  mesh_.write_points(x, places_);
+  blocks_.clear();
+  for (const ContactPair& pair : pairs_) {
+    const NearestPoints nearest = pair.nearest(places_);
+    const double gap = nearest.apart.norm();
+    if (gap < pair.barrier.thickness && gap > 0) {
+      const Eigen::Vector3d normal = nearest.apart / gap;
+      blocks_.push_back({stencil(pair, nearest.weights), pair.barrier.curvature(gap) * normal * normal.transpose()});
+    }
+  }
+  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
+    const Eigen::Vector3d& normal = rubbing_[r].normal;
+    blocks_.push_back({rubbing_stencils_[r], rubbing_[r].force * slip_factor(slip_of(r).norm()) *
+                                                 (Eigen::Matrix3d::Identity() - normal * normal.transpose())});
+  }
+}
+
+/// Calls `take` with the owned particle, the global number of the other and the product of their weights.
+template <class Take>
+void SurfaceContact::visit_couplings(const Stencil& stencil, const Take& take) const {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
+    const PetscInt row = stencil.particles[k];
+    for (std::size_t l = 0; l < static_cast<std::size_t>(stencil.count) && row < surface_.particles.owned; ++l) {
+      take(row, mesh_.reach().to_global(stencil.particles[l]), stencil.weights[k] * stencil.weights[l]);
+    }
+  }
+}
+
+/// By what the present blocks couple. What has touched before stays in the pattern, which costs less than a new one.
+/// Collective.
+void SurfaceContact::extend_pattern() {
+  columns_.resize(static_cast<std::size_t>(surface_.particles.owned));
+  bool is_longer = false;
+  for (const Block& block : blocks_) {
+    visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double) {
+      std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
+      const auto place = std::lower_bound(columns.begin(), columns.end(), column);
+      if (place == columns.end() || *place != column) {
+        columns.insert(place, column);
+        is_longer = true;
+      }
+    });
+  }
+  if (on_any_rank(surface_.comm(), is_longer)) {
+    ++version_;
+    offsets_.assign(1, 0);
+    for (const std::vector<PetscInt>& columns : columns_) {
+      offsets_.push_back(offsets_.back() + static_cast<PetscInt>(columns.size()));
+    }
+  }
+}
+
+std::vector<VertexPair> SurfaceContact::pattern() const {
+  std::vector<VertexPair> pairs;
+  for (std::size_t row = 0; row < columns_.size(); ++row) {
+    for (const PetscInt column : columns_[row]) {
+      pairs.push_back({static_cast<PetscInt>(row), column});
+    }
+  }
+  return pairs;
+}
+
+void SurfaceContact::update_hessian(const Field& x, Curvature /*curvature*/) { find_blocks(x); }
+
+void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
+  for (const Block& block : blocks_) {
+    visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double weight) {
+      const std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
+      const auto place = std::lower_bound(columns.begin(), columns.end(), column);
+      blocks.add(static_cast<std::size_t>(offsets_[static_cast<std::size_t>(row)] + (place - columns.begin())),
+                 weight * block.stiffness);
+    });
+  }
+}
+
+void SurfaceContact::forget() {
+  columns_.clear();
+  blocks_.clear();
+  ++version_;
+}
+
+ContactFigures SurfaceContact::figures(const Field& x) const {
+  mesh_.write_points(x, places_);
+  ContactFigures figures;
+  double smallest = thickness_;
+  for (const ContactPair& pair : pairs_) {
+    const NearestPoints nearest = pair.nearest(places_);
+    const double gap = nearest.apart.norm();
+    if (gap < pair.barrier.thickness && counts(stencil(pair, nearest.weights))) {
+      ++figures.contacts;
+      smallest = std::min(smallest, gap);
+      figures.energy += pair.barrier.value(gap);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &figures.energy, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &figures.contacts, 1, MPIU_INT, MPI_SUM, surface_.comm());
+  MPI_Allreduce(&smallest, &figures.smallest_gap, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+  figures.searches = searches_;
+  return figures;
+}
+
+}  // namespace contact
+}  // namespace pellicle

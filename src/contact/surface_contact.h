@@ -1,0 +1,123 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "contact/contact_options.h"
+#include "contact/contact_pairs.h"
+#include "solvers/potential.h"
+
+namespace pellicle {
+inline namespace contact {
+
+/// How the drawn surface of an object touches itself.
+struct ContactFigures {
+  PetscInt contacts = 0;    ///< pairs of features that press on each other
+  double smallest_gap = 0;  ///< of them, and the thickness where there is none [m]
+  double energy = 0;        ///< of the barriers [J]
+  int searches = 0;         ///< for pairs, in the last step
+};
+
+/// Contact of a drawn surface with itself: a cubic Barrier between every point and triangle, and every two edges, that
+/// have no common end, by their distance, with Coulomb friction.
+///
+/// Nothing passes through anything, whatever the forces: a particle moves at most 0.45 of the smallest distance of what
+/// it is a part of from where pairs were last sought ("offset geometric contact", Chen et al. 2025), less what all
+/// particles move alike. Where that ends Newton's step, pairs are sought again from there.
+///
+/// Friction is that of incremental potential contact (Li et al. 2020, section 5): mu N s(|u|), with the slip u since
+/// the step's start, normal force N, normal and places of contact those of the step's start, and s smooth: s' rises
+/// from 0 to 1 up to the slip of `slip_speed` in a step.
+class SurfaceContact : public Potential {
+ public:
+  /// The surface must outlive it. Collective.
+  /// @param is_free whether all particles may move alike, as none is held
+  SurfaceContact(const Surface& surface, const ContactOptions& options, bool is_free);
+
+  /// Which drawn triangles of the surface there still are, from the next step on. Not collective.
+  void set_living(const std::vector<bool>& triangles) { living_ = &triangles; }
+
+  void start_from(const Field& start, Field& x, double h) override;
+  void move_on(const Field& x) override;
+  bool limits() const override { return true; }
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override;
+
+  double value(const Field& x) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override;
+  PetscInt pattern_version() const override { return version_; }
+  void update_hessian(const Field& x, Curvature curvature) override;
+  void add_hessian(const HessianBlocks& blocks) const override;
+
+  /// At the end of a step. Collective.
+  ContactFigures figures(const Field& x) const;
+  /// Forgets what has been in contact: the next step is that of a new one. Not collective.
+  void forget();
+  /// Gap at which two surfaces begin to press [m].
+  double thickness() const { return thickness_; }
+
+ private:
+  /// Particles of which a vector between two features is a weighted sum.
+  struct Stencil {
+    std::array<PetscInt, 16> particles;  ///< in reach
+    std::array<double, 16> weights;
+    int count = 0;
+    void add(PetscInt particle, double weight);
+  };
+  /// What rubs in a step.
+  struct Rubbing {
+    std::vector<std::pair<PetscInt, double>> particles;  ///< global numbers, and weights
+    Eigen::Vector3d normal;
+    Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
+    double force = 0;       ///< friction's at most [N]
+    bool counts = false;    ///< on this rank, of a sum over all ranks
+  };
+
+  Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
+  void search(const Field& x);
+  bool can_touch(const ContactPair& pair) const;
+  void note_rubbing(const Field& x);
+  void find_rubbing_stencils();
+  void find_blocks(const Field& x);
+  void extend_pattern();
+  Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
+  template <class Take>
+  void visit_couplings(const Stencil& stencil, const Take& take) const;
+  bool counts(const Stencil& stencil) const;
+  Eigen::Vector3d slip_of(std::size_t number) const;
+  double slip_factor(double slip) const;
+  double slip_value(double slip) const;
+
+  const Surface& surface_;
+  ContactOptions options_;
+  bool is_free_;
+  double thickness_ = 0;  ///< [m]
+  const std::vector<bool>* living_ = nullptr;
+  ContactMesh mesh_;
+  mutable Eigen::Matrix3Xd places_;  ///< of its points, wherever they were last asked for
+  std::vector<ContactPair> pairs_;
+  std::vector<Rubbing> rubbing_;
+  std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
+
+  // Bounds on displacements, of the owned particles.
+  Eigen::Matrix3Xd reference_;      ///< places from which they are counted [m]
+  std::vector<double> bound_;       ///< [m]
+  std::vector<double> reach_;       ///< what is sought: of the local particles, how far they may want to go [m]
+  mutable std::vector<bool> held_;  ///< back by their bounds, since pairs were last sought
+  mutable bool any_held_ = false;   ///< on any rank
+  int searches_ = 0;
+
+  // What presses and rubs where Newton's method is.
+  struct Block {
+    Stencil stencil;
+    Eigen::Matrix3d stiffness;  ///< [N/m]
+  };
+  std::vector<Block> blocks_;
+  PetscInt version_ = 0;
+  std::vector<std::vector<PetscInt>> columns_;  ///< of the pattern, of each owned particle, sorted
+  std::vector<PetscInt> offsets_;               ///< of its rows
+  double h_ = 0;                                ///< [s]
+};
+
+}  // namespace contact
+}  // namespace pellicle
