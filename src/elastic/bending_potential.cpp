@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "base/error.h"
 
@@ -36,46 +38,70 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
 
 void BendingPotential::make_rows() {
   const auto owned = static_cast<std::size_t>(sheet_->particles.owned);
-  std::vector<std::vector<PetscInt>> rows(owned);
+  const std::vector<PetscInt>& points = stencils_.points();
+  // Of each owned particle the points at which stencils have it, as the stencil's number and the point's.
+  std::vector<std::size_t> first_use(owned + 1, 0);
+  std::vector<std::size_t> first_pair;  // of each stencil
+  std::size_t pairs = 0;
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
+    first_pair.push_back(pairs);
     if (stencil.is_clamped) {
       clamped_.push_back(s);
       continue;
     }
-    const auto first = stencils_.points().begin() + static_cast<std::ptrdiff_t>(stencil.first);
-    const auto last = stencils_.points().begin() + static_cast<std::ptrdiff_t>(stencil.last);
-    for (auto p = first; p != last; ++p) {
-      if (const auto i = static_cast<std::size_t>(*p); i < owned) {
-        rows[i].insert(rows[i].end(), first, last);
+    const std::size_t count = stencil.last - stencil.first;
+    pairs += count * count;
+    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+      if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
+        ++first_use[i + 1];
       }
     }
   }
+  std::partial_sum(first_use.begin(), first_use.end(), first_use.begin());
+  std::vector<std::pair<std::size_t, std::size_t>> uses(first_use.back());
+  std::vector<std::size_t> next = first_use;
+  for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    for (std::size_t p = stencil.first; p < stencil.last && !stencil.is_clamped; ++p) {
+      if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
+        uses[next[i]++] = {s, p};
+      }
+    }
+  }
+  places_.assign(pairs, -1);
   offsets_.assign(1, 0);
-  for (auto& row : rows) {
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
-    columns_.insert(columns_.end(), row.begin(), row.end());
+  std::vector<PetscInt> last_row(static_cast<std::size_t>(sheet_->particles.local()), -1);
+  std::vector<PetscInt> place(last_row.size());
+  for (std::size_t i = 0; i < owned; ++i) {
+    const auto row = static_cast<PetscInt>(i);
+    for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
+      const Stencil& stencil = stencils_.stencils()[uses[u].first];
+      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
+        const PetscInt j = points[q];
+        if (j >= row && std::exchange(last_row[static_cast<std::size_t>(j)], row) != row) {
+          columns_.push_back(j);
+        }
+      }
+    }
+    std::sort(columns_.begin() + offsets_.back(), columns_.end());
+    for (auto k = static_cast<std::size_t>(offsets_.back()); k < columns_.size(); ++k) {
+      place[static_cast<std::size_t>(columns_[k])] = static_cast<PetscInt>(k);
+    }
+    for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
+      const auto [s, p] = uses[u];
+      const Stencil& stencil = stencils_.stencils()[s];
+      const std::size_t count = stencil.last - stencil.first;
+      for (std::size_t q = 0; q < count; ++q) {
+        const PetscInt j = points[stencil.first + q];
+        if (j >= row) {
+          places_[first_pair[s] + (p - stencil.first) * count + q] = place[static_cast<std::size_t>(j)];
+        }
+      }
+    }
     offsets_.push_back(static_cast<PetscInt>(columns_.size()));
   }
   entries_.assign(columns_.size(), 0);
-  for (const Stencil& stencil : stencils_.stencils()) {
-    if (stencil.is_clamped) {
-      continue;
-    }
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const auto i = static_cast<std::size_t>(stencils_.points()[p]);
-      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        PetscInt place = -1;
-        if (i < owned) {
-          const auto begin = columns_.begin() + offsets_[i];
-          const auto end = columns_.begin() + offsets_[i + 1];
-          place = static_cast<PetscInt>(std::lower_bound(begin, end, stencils_.points()[q]) - columns_.begin());
-        }
-        places_.push_back(place);
-      }
-    }
-  }
 }
 
 void BendingPotential::update_rows() {
@@ -268,7 +294,9 @@ std::vector<VertexPair> BendingPotential::pattern() const {
   std::vector<VertexPair> pairs;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
     for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
-      pairs.push_back({i, sheet_->particles.to_global(columns_[static_cast<std::size_t>(k)])});
+      const PetscInt j = columns_[static_cast<std::size_t>(k)];
+      pairs.push_back({i, sheet_->particles.to_global(j)});
+      pairs.push_back({j, sheet_->particles.to_global(i)});
     }
   }
   for (const std::size_t s : clamped_) {
@@ -283,13 +311,16 @@ std::vector<VertexPair> BendingPotential::pattern() const {
 }
 
 void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
-  std::size_t pair = 0;
-  for (const double entry : entries_) {
-    blocks.add(pair++, entry * Eigen::Matrix3d::Identity());
+  for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
+    for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
+      const auto place = static_cast<std::size_t>(k);
+      add_pair(blocks, place, columns_[place] == i, entries_[place] * Eigen::Matrix3d::Identity());
+    }
   }
   if (has_dashpots_) {
     add_dashpots(blocks);
   }
+  std::size_t pair = 2 * entries_.size();
   for (const std::size_t s : clamped_) {
     const Stencil& stencil = stencils_.stencils()[s];
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
@@ -302,8 +333,17 @@ void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
+/// Adds a block of the rows, and the one across the diagonal.
+void BendingPotential::add_pair(const HessianBlocks& blocks, std::size_t place, bool is_diagonal,
+                                const Eigen::Matrix3d& block) {
+  blocks.add(2 * place, block);
+  if (!is_diagonal) {
+    blocks.add(2 * place + 1, block);
+  }
+}
+
 void BendingPotential::add_dashpots(const HessianBlocks& blocks) const {
-  auto place = places_.begin();  // of a pair among the rows, which is its number in the pattern
+  auto place = places_.begin();
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.is_clamped) {
@@ -314,7 +354,9 @@ void BendingPotential::add_dashpots(const HessianBlocks& blocks) const {
       const Curvature3 weighted = dashpots_[s].stiffness * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
         if (*place >= 0) {
-          blocks.add(static_cast<std::size_t>(*place), (weighted * stencils_.weights()[q]).sum() * along);
+          const bool is_diagonal = stencils_.points()[p] == stencils_.points()[q];
+          add_pair(blocks, static_cast<std::size_t>(*place), is_diagonal,
+                   (weighted * stencils_.weights()[q]).sum() * along);
         }
       }
     }
@@ -338,9 +380,18 @@ void BendingPotential::add_product(const double* w, double* result) const {
   using Vector = Eigen::Map<Eigen::Vector3d>;
   using ConstVector = Eigen::Map<const Eigen::Vector3d>;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
+    const Eigen::Vector3d own = ConstVector(w + 3 * i);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
-      sum += entries_[static_cast<std::size_t>(k)] * ConstVector(w + 3 * columns_[static_cast<std::size_t>(k)]);
+    PetscInt k = offsets_[static_cast<std::size_t>(i)];
+    const PetscInt end = offsets_[static_cast<std::size_t>(i) + 1];
+    if (k < end && columns_[static_cast<std::size_t>(k)] == i) {
+      sum = entries_[static_cast<std::size_t>(k++)] * own;
+    }
+    for (; k < end; ++k) {
+      const double entry = entries_[static_cast<std::size_t>(k)];
+      const PetscInt j = columns_[static_cast<std::size_t>(k)];
+      sum += entry * ConstVector(w + 3 * j);
+      Vector(result + 3 * j) += entry * own;
     }
     Vector(result + 3 * i) += sum;
   }
@@ -355,7 +406,7 @@ void BendingPotential::add_product(const double* w, double* result) const {
       add_product_along(stencil, dashpots_[s].normal, dashpots_[s].stiffness, w, result);
     }
   }
-  check(PetscLogFlops(6.0 * static_cast<double>(entries_.size())));
+  check(PetscLogFlops(12.0 * static_cast<double>(entries_.size())));
 }
 
 }  // namespace elastic

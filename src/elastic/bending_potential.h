@@ -69,6 +69,7 @@ class BendingPotential : public Potential {
   Eigen::Matrix3d residual(std::size_t stencil, const Eigen::Matrix3d& second_derivatives, const Positions& x,
                            Normal& normal) const;
   bool needs_normal(std::size_t stencil) const;
+  static void add_pair(const HessianBlocks& blocks, std::size_t place, bool is_diagonal, const Eigen::Matrix3d& block);
   void add_dashpots(const HessianBlocks& blocks) const;
   void add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness, const double* w,
                          double* result) const;
@@ -93,10 +94,11 @@ class BendingPotential : public Potential {
   bool has_dashpots_ = false;  ///< the Hessian, along the normals
 
   // The Hessian of the stencils that are not clamped, a number for each pair of particles, in rows of the owned ones.
+  // It is symmetric: a row has its diagonal and the columns after it, with those of ghosts.
   std::vector<PetscInt> offsets_;
   std::vector<PetscInt> columns_;     ///< local particles
   std::vector<double> entries_;       ///< [N/m]
-  std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: of a ghost's row
+  std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: none, before the diagonal
   std::vector<std::size_t> clamped_;  ///< stencils
   std::vector<Curvature3> rows_of_;   ///< the stiffness, with weak viscosity, that `entries_` have
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits, likewise

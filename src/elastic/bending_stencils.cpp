@@ -1,5 +1,6 @@
 #include "elastic/bending_stencils.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
@@ -12,6 +13,24 @@ namespace {
 
 /// Singular values below this share of the largest are taken for zero: what the points do not tell is not guessed.
 constexpr double negligible = 1e-6;
+
+using Terms = Eigen::Matrix<double, 5, Eigen::Dynamic>;
+
+/// Pseudo-inverse of the transposed terms.
+Terms pseudo_inverse(const Terms& terms) {
+  using Matrix5 = Eigen::Matrix<double, 5, 5>;
+  constexpr double well_conditioned = 1e-3;  // of the products, in which little is lost then
+  const Matrix5 products = terms.lazyProduct(terms.transpose());
+  const Eigen::LDLT<Matrix5> factors(products);
+  if (factors.vectorD().minCoeff() > well_conditioned * factors.vectorD().maxCoeff()) {
+    const Matrix5 inverse = factors.solve(Matrix5::Identity());
+    return inverse.lazyProduct(terms);
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  decomposition.setThreshold(negligible);
+  decomposition.compute(terms.transpose());
+  return decomposition.pseudoInverse();
+}
 
 }  // namespace
 
@@ -196,17 +215,14 @@ void BendingStencils::fit(Stencil& stencil, const std::vector<bool>& takes_part)
     return;
   }
   r /= length;
-  Eigen::MatrixXd terms(static_cast<Eigen::Index>(used.size()), 5);
+  Terms terms(5, static_cast<Eigen::Index>(used.size()));
   for (std::size_t row = 0; row < used.size(); ++row) {
     const double x = r(0, used[row]);
     const double y = r(1, used[row]);
     const double tilt = stencil.is_clamped ? 0 : 1;
-    terms.row(static_cast<Eigen::Index>(row)) << tilt * x, tilt * y, x * x / 2, x * y, y * y / 2;
+    terms.col(static_cast<Eigen::Index>(row)) << tilt * x, tilt * y, x * x / 2, x * y, y * y / 2;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-  decomposition.setThreshold(negligible);
-  decomposition.compute(terms);
-  const Eigen::MatrixXd inverse = decomposition.pseudoInverse() / (length * length);
+  const Terms inverse = pseudo_inverse(terms) / (length * length);
   for (std::size_t row = 0; row < used.size(); ++row) {
     const Curvature3 weight = inverse.col(static_cast<Eigen::Index>(row)).tail<3>();
     const std::size_t point = stencil.first + static_cast<std::size_t>(used[row]);

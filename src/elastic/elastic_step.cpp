@@ -105,6 +105,7 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   }
   defaults.rtol = 1e-2;
   defaults.max_iterations = 10000;
+  defaults.single_reduction = true;
   defaults.fields = {"x", "y", "z"};
   const Tangent& preconditioning = assembled_ != nullptr ? *assembled_ : *tangent_;
   solver_ = make_ksp(tangent_->matrix(), preconditioning.matrix(), options_.solver_prefix, defaults);

@@ -26,7 +26,7 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
       }
     }
   }
-  hessian_.resize(springs_.size());
+  hessian_.reserve(springs_.size());
 }
 
 void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
@@ -138,33 +138,37 @@ std::vector<VertexPair> SpringPotential::pattern() const {
 }
 
 void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
-  for (std::size_t s = 0; s < springs_.size(); ++s) {
-    const Spring& spring = springs_[s];
+  hessian_.clear();
+  for (const Spring& spring : springs_) {
+    if (!spring.acts()) {
+      continue;
+    }
+    Curved& curved = hessian_.emplace_back(Curved{spring.a, spring.b, Eigen::Vector3d::Zero(), 0});
     const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
     const double d = arm.norm();
-    if (!spring.acts() || d == 0) {
-      hessian_[s] = {Eigen::Vector3d::Zero(), 0};
+    if (d == 0) {
       continue;
     }
     const StrainLimit::Law energy = law(spring, d);
-    double across = energy.slope / d;
+    curved.across = energy.slope / d;
     if (curvature == Curvature::positive) {
-      across = std::max(0.0, across);
+      curved.across = std::max(0.0, curved.across);
     }
     // Not negative: of Hooke's law it is k L / d, or k; the limit's slope grows faster than the stretch.
-    hessian_[s] = {std::sqrt(std::max(0.0, energy.curvature - across)) / d * arm, across};
+    curved.direction = std::sqrt(std::max(0.0, energy.curvature - curved.across)) / d * arm;
   }
-  check(PetscLogFlops(17.0 * static_cast<double>(springs_.size())));
+  check(PetscLogFlops(17.0 * static_cast<double>(hessian_.size())));
 }
 
 void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
+  auto curved = hessian_.begin();
   for (std::size_t s = 0; s < springs_.size(); ++s) {
     if (!springs_[s].acts()) {
       continue;
     }
-    const auto& [direction, across] = hessian_[s];
-    Eigen::Matrix3d block = direction * direction.transpose();
-    block.diagonal().array() += across;
+    Eigen::Matrix3d block = curved->direction * curved->direction.transpose();
+    block.diagonal().array() += curved->across;
+    ++curved;
     const std::size_t pair = 4 * s;
     blocks.add(pair, block);
     blocks.add(pair + 1, -block);
@@ -176,19 +180,13 @@ void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
 void SpringPotential::add_product(const double* w, double* result) const {
   using Vector = Eigen::Map<Eigen::Vector3d>;
   using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-  for (std::size_t s = 0; s < springs_.size(); ++s) {
-    if (!springs_[s].acts()) {
-      continue;
-    }
-    const PetscInt a = springs_[s].a;
-    const PetscInt b = springs_[s].b;
-    const auto& [direction, across] = hessian_[s];
-    const Eigen::Vector3d difference = ConstVector(w + 3 * a) - ConstVector(w + 3 * b);
-    const Eigen::Vector3d force = direction.dot(difference) * direction + across * difference;
-    Vector(result + 3 * a) += force;
-    Vector(result + 3 * b) -= force;
+  for (const Curved& spring : hessian_) {
+    const Eigen::Vector3d difference = ConstVector(w + 3 * spring.a) - ConstVector(w + 3 * spring.b);
+    const Eigen::Vector3d force = spring.direction.dot(difference) * spring.direction + spring.across * difference;
+    Vector(result + 3 * spring.a) += force;
+    Vector(result + 3 * spring.b) -= force;
   }
-  check(PetscLogFlops(23.0 * static_cast<double>(springs_.size())));
+  check(PetscLogFlops(23.0 * static_cast<double>(hessian_.size())));
 }
 
 }  // namespace elastic

@@ -56,8 +56,10 @@ class SpringPotential : public Potential {
     double target;  ///< of the limit; 0: the spring has none
     bool acts() const { return stiffness != 0 || target != 0; }
   };
-  /// Of a spring: along n n^T + across I.
+  /// Of a spring that acts: along n n^T + across I.
   struct Curved {
+    PetscInt a;
+    PetscInt b;
     Eigen::Vector3d direction;  ///< square root of `along` times n
     double across;
   };
@@ -70,7 +72,7 @@ class SpringPotential : public Potential {
   std::array<std::vector<std::size_t>, 4> number_;  ///< in its colour's set, of each spring, in order
   std::vector<std::size_t> owned_;                  ///< springs of this rank
   std::vector<Spring> springs_;
-  std::vector<Curved> hessian_;
+  std::vector<Curved> hessian_;  ///< of the springs that act, in order
 };
 
 }  // namespace elastic

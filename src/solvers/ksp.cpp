@@ -335,6 +335,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   check(KSPSetOperators(ksp, matrix, preconditioning));
   check(KSPSetType(ksp, defaults.type));
   check(KSPSetTolerances(ksp, defaults.rtol, PETSC_DEFAULT, defaults.divtol, defaults.max_iterations));
+  check(KSPCGUseSingleReduction(ksp, defaults.single_reduction ? PETSC_TRUE : PETSC_FALSE));
   check(KSPGetPC(ksp, &pc));
   check(MatGetType(preconditioning, &matrix_type));
   const bool matrix_free = is(matrix_type, MATSHELL);

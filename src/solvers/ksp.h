@@ -20,6 +20,7 @@ struct KspDefaults {
   double rtol = 1e-8;
   int max_iterations = 2000;
   double divtol = 1e5;                ///< growth of the residual that ends a solve
+  bool single_reduction = false;      ///< of conjugate gradients, one an iteration in place of three
   std::vector<std::string> fields{};  ///< names of the unknowns of a vertex, a particle or a spring, for the DM
 };
 
