@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/error.h"
 #include "geometry/cross_matrix.h"
@@ -265,43 +266,60 @@ RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt col
 }
 
 /// Adds up interpolation^T tangent interpolation, first of shifts and turns in place of the bases, which then come in.
-/// What is symmetric is computed once, on ranks that own both sides.
+/// What is symmetric is computed once, on ranks that own both sides: of a patch with itself blocks after the diagonal
+/// and half of that, to which the transposed are added. Forces on a vertex are summed up before their moments are
+/// found.
 void RigidPatches::add_blocks() {
   const PetscInt last = first_patch_ + own_patches();
   const auto is_own = [&](PetscInt patch) { return patch >= first_patch_ && patch < last; };
-  tangent_.visit([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
+  PetscInt vertex = -1;
+  PetscInt column_patch = -1;
+  Motion forces = Motion::Zero();  // on the vertex, by motions of the patch
+  const auto add_forces = [&] {
+    if (vertex < 0) {
+      return;
+    }
+    CoarseBlock& sum = coarse_block(patch_[static_cast<std::size_t>(vertex)], column_patch);
+    sum.topRows<3>() += forces;
+    for (int column = 0; column < 6; ++column) {
+      sum.col(column).tail<3>() += arm_.col(vertex).cross(forces.col(column));
+    }
+    forces.setZero();
+  };
+  const auto take = [&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
     const PetscInt p = patch_[static_cast<std::size_t>(i)];
     const PetscInt q = patch_[static_cast<std::size_t>(j)];
-    if (is_own(q) && (q < p || (p == q && j < i))) {
+    const bool is_own_column = is_own(q);
+    if (is_own_column && (q < p || (p == q && j < i))) {
       return;
+    }
+    if (i != vertex || q != column_patch) {
+      add_forces();
+      vertex = i;
+      column_patch = q;
     }
     Eigen::Matrix3d allowed = block;
     if (is_constrained_[static_cast<std::size_t>(i)]) {
       allowed = projectors_[static_cast<std::size_t>(i)] * block;
     }
-    Motion forces;  // on vertex i
-    if (is_own(q)) {
-      if (is_constrained_[static_cast<std::size_t>(j)]) {
-        allowed *= projectors_[static_cast<std::size_t>(j)];
-      }
-      forces.leftCols<3>() = allowed;
-      for (int row = 0; row < 3; ++row) {
-        forces.row(row).tail<3>() = arm_.col(j).cross(allowed.row(row).transpose()).transpose();
-      }
-    } else {
-      forces.noalias() = allowed * motion(j);
+    if (!is_own_column) {
+      forces.noalias() += allowed * motion(j);
+      return;
     }
-    CoarseBlock product;
-    product.topRows<3>() = forces;
-    for (int column = 0; column < 6; ++column) {
-      product.col(column).tail<3>() = arm_.col(i).cross(forces.col(column));
+    if (is_constrained_[static_cast<std::size_t>(j)]) {
+      allowed *= projectors_[static_cast<std::size_t>(j)];
     }
-    CoarseBlock& sum = coarse_block(p, q);
-    sum += product;
-    if (p == q && i != j) {
-      sum += product.transpose();
+    if (i == j) {
+      allowed *= 0.5;
     }
-  });
+    const Eigen::Vector3d arm = arm_.col(j);
+    forces.leftCols<3>() += allowed;
+    forces.col(3) += arm.y() * allowed.col(2) - arm.z() * allowed.col(1);
+    forces.col(4) += arm.z() * allowed.col(0) - arm.x() * allowed.col(2);
+    forces.col(5) += arm.x() * allowed.col(1) - arm.y() * allowed.col(0);
+  };
+  tangent_.visit(std::cref(take));  // A copy would be allocated.
+  add_forces();
   for (PetscInt p = first_patch_; p < last; ++p) {
     CoarseRow& row = rows_[static_cast<std::size_t>(p - first_patch_)];
     for (std::size_t k = 0; k < row.columns.size(); ++k) {
@@ -310,6 +328,9 @@ void RigidPatches::add_blocks() {
         continue;
       }
       CoarseBlock& block = row.blocks[k];
+      if (p == q) {
+        block += block.transpose().eval();
+      }
       block = (basis_[static_cast<std::size_t>(p - first_patch_)].transpose() * block).eval();
       if (is_own(q)) {
         block *= basis_[static_cast<std::size_t>(q - first_patch_)];
