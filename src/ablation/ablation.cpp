@@ -45,45 +45,37 @@ bool Ablation::crack(Living& living, const std::vector<PetscInt>& sides) {
     return false;
   }
   // Sides of this rank's springs may be those of cells of others, whose owners mark them.
-  std::vector<TriangleFlags> marks(elements(), TriangleFlags{});
-  for (const PetscInt side : sides) {
-    for (const PetscInt triangle : surface_.of(Colour::blue).triangles[static_cast<std::size_t>(side)]) {
-      if (triangle >= 0) {
-        flag(marks, static_cast<std::size_t>(triangle)) = true;
-      }
+  std::vector<ElementFlags> marks(elements(), ElementFlags{});
+  const auto per_element = static_cast<std::size_t>(surface_.sides_per_element());
+  for (const PetscInt blue : sides) {
+    for (const PetscInt of_element : surface_.sides_along(static_cast<std::size_t>(blue))) {
+      const auto side = static_cast<std::size_t>(of_element);
+      marks[side / per_element][side % per_element] = true;
     }
   }
   gather_flags(surface_.elements, marks);
-  for (std::size_t t = 0; t < owned_triangles(); ++t) {
-    living.cracked[t] = living.cracked[t] || flag(marks, t);
+  for (std::size_t side = 0; side < per_element * static_cast<std::size_t>(surface_.elements.owned); ++side) {
+    living.cracked[side] = living.cracked[side] || marks[side / per_element][side % per_element];
   }
   return spread(living, true);
-}
-
-bool Ablation::tear(Living& living, const std::vector<PetscInt>& torn) {
-  for (const PetscInt element : torn) {
-    living.triangles[static_cast<std::size_t>(element)] = false;
-  }
-  return spread(living, !torn.empty());
 }
 
 bool Ablation::spread(Living& living, bool died) {
   if (!on_any_rank(surface_.comm(), died)) {
     return false;
   }
-  for (std::vector<bool>* flags : {&living.triangles, &living.cracked}) {
-    if (flags == &living.cracked && !surface_.has_quads()) {
-      continue;
-    }
-    std::vector<TriangleFlags> of_elements(elements(), TriangleFlags{});
-    for (std::size_t t = 0; t < owned_triangles(); ++t) {
-      flag(of_elements, t) = (*flags)[t];
+  const auto update = [this](std::vector<bool>& flags, std::size_t per_element) {
+    std::vector<ElementFlags> of_elements(elements(), ElementFlags{});
+    for (std::size_t k = 0; k < flags.size(); ++k) {
+      of_elements[k / per_element][k % per_element] = flags[k];
     }
     update_ghosts(surface_.elements, of_elements);
-    for (std::size_t t = owned_triangles(); t < flags->size(); ++t) {
-      (*flags)[t] = flag(of_elements, t);
+    for (std::size_t k = 0; k < flags.size(); ++k) {
+      flags[k] = of_elements[k / per_element][k % per_element];
     }
-  }
+  };
+  update(living.triangles, static_cast<std::size_t>(surface_.triangles_per_element));
+  update(living.cracked, static_cast<std::size_t>(surface_.sides_per_element()));
 
   // All triangles of an owned spring are local; a ghost's need not be.
   const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[static_cast<std::size_t>(t)]; };
@@ -91,6 +83,7 @@ bool Ablation::spread(Living& living, bool died) {
     const SpringSet& set = surface_.of(colour);
     std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      // A green spring crosses the side of a quad's drawn triangle, which has its number.
       const bool crosses_crack =
           colour == Colour::green && living.cracked[static_cast<std::size_t>(set.triangles[s].front())];
       springs[s] =

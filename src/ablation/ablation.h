@@ -23,11 +23,11 @@ void set_level(std::vector<double>& level, const Surface& surface, const Field& 
 enum class SpringState { shrunk = 0, partly_burnt = 1, burnt = 2 };
 SpringState spring_state(double level_0, double level_1);
 
-/// Takes what has burnt or torn out of a surface, without a change of its numbering.
+/// Takes what has burnt out of a surface and cracks it, without a change of its numbering.
 ///
 /// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
-/// lattice particle's m', or when the membrane's element that it is tears; a spring dies when all triangles that share
-/// it are dead, a green one also when the side that it crosses cracks.
+/// lattice particle's m'; a spring dies when all triangles that share it are dead, a green one also when the side that
+/// it crosses cracks.
 class Ablation {
  public:
   /// The surface must outlive this object.
@@ -37,13 +37,10 @@ class Ablation {
   /// @returns whether a triangle died on any rank
   bool burn_away(Living& living, const std::vector<double>& level);
 
-  /// Sides of a sheet's quads that crack. Nothing leaves the sheet. Collective.
-  /// @param sides owned blue springs along them, each between two cells
+  /// Sides of elements that crack. Nothing leaves the surface. Collective.
+  /// @param sides owned blue springs along them, each between two local elements
   /// @returns whether there is one on any rank
   bool crack(Living& living, const std::vector<PetscInt>& sides);
-  /// Elements of a membrane that tear. Collective.
-  /// @param torn owned ones
-  bool tear(Living& living, const std::vector<PetscInt>& torn);
 
   /// Springs, and triangles of other ranks' elements, that follow from the triangles of the owned ones. Collective.
   void follow_triangles(Living& living) { spread(living, true); }
@@ -52,18 +49,14 @@ class Ablation {
   std::vector<PetscInt> bare_particles(const Living& living, const Field& mass) const;
 
  private:
-  /// A flag for each drawn triangle of an element.
-  using TriangleFlags = std::array<bool, 4>;
-  bool& flag(std::vector<TriangleFlags>& flags, std::size_t triangle) const {
-    const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
-    return flags[triangle / per_element][triangle % per_element];
-  }
+  /// A flag for each drawn triangle, or each side, of an element.
+  using ElementFlags = std::array<bool, 4>;
   std::size_t elements() const { return static_cast<std::size_t>(surface_.elements.local()); }
   std::size_t owned_triangles() const {
     return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
   }
 
-  /// Tells the other ranks which triangles of this rank's elements live, and then which of its springs.
+  /// Tells the other ranks which triangles and sides of this rank's elements live, and then which of its springs.
   /// @param died whether a triangle of this rank's elements has died
   /// @returns whether one has on any rank
   bool spread(Living& living, bool died);

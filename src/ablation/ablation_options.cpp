@@ -22,8 +22,9 @@ void describe(OptionTable& table, AblationOptions& options) {
       .unit("N/m")
       .more_than(0)
       .help(
-          "force per width at which the unburnt sheet cracks along sides of its cells, or elements of the unburnt wall "
-          "tear. Nothing tears unless given")
+          "force per width at which the unburnt sheet, or a balloon's wall, cracks along sides of its cells. Nothing "
+          "cracks "
+          "unless given")
       .source("burning paper, section 8.2; README: readings");
   const Condition tears{"ablation.strength", [&options] { return options.strength.has_value(); }};
   table.add("ablation.strength_texture", options.strength_texture)
@@ -43,8 +44,8 @@ void describe(OptionTable& table, AblationOptions& options) {
       .range(0, 1)
       .acts_with(tears)
       .help(
-          "largest share by which the strength of a side of cells, or of a balloon's element, differs at random; "
-          "depends on the seed and the persistent ids only");
+          "largest share by which the strength of a side of cells differs at random; depends on the seed and the "
+          "persistent ids only");
   table.add("ablation.seed", options.seed)
       .at_least(0)
       .acts_with(tears)

@@ -18,8 +18,8 @@ struct AblationOptions {
   std::string strength_texture;    ///< file of an image that weights the strength; none when empty
   std::vector<double> strength_range{0.2, 1.8};  ///< factors on the strength at black and at white
   double char_strength = 0.1;                    ///< share of the strength that is left at the least mass
-  double strength_scatter = 0;  ///< largest share by which the strength of a side, or element, differs at random
-  int seed = 1;                 ///< of the scatter
+  double strength_scatter = 0;                   ///< largest share by which the strength of a side differs at random
+  int seed = 1;                                  ///< of the scatter
 };
 
 /// Declares the options `ablation.*`.

@@ -1,5 +1,6 @@
 #include "constraints/point_loads.h"
 
+#include <numeric>
 #include <utility>
 
 #include "base/error.h"
@@ -29,14 +30,29 @@ void describe(OptionTable& table, PushOptions& options) {
 PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
                        const std::map<std::string, AttachmentOptions>& attachments,
                        const std::map<std::string, PushOptions>& forces,
-                       const std::map<std::string, BodyOptions>& bodies, const ContactOptions& contact)
-    : points_(&points), areas_(std::move(areas)), options_(contact) {
+                       const std::map<std::string, BodyOptions>& bodies, const ContactOptions& contact,
+                       const std::vector<bool>* chosen)
+    : points_(&points),
+      areas_(std::move(areas)),
+      loads_(attachments.size() + forces.size()),
+      chosen_(chosen != nullptr ? *chosen : std::vector<bool>(loads_ * areas_.size())),
+      options_(contact) {
+  std::size_t load = 0;
+  const auto shares_of = [&](const std::string& key, const SelectionOptions& selection) {
+    if (chosen == nullptr) {
+      const std::vector<bool> selected = select(points, key, selection);
+      for (std::size_t i = 0; i < selected.size(); ++i) {
+        chosen_[loads_ * i + load] = selected[i];
+      }
+    }
+    return shares(load++);
+  };
   for (const auto& [name, given] : attachments) {
     const std::string key = "attachments." + name;
     if (const std::string fault = fault_of_motion(given.path, given.velocity); !fault.empty()) {
       throw Error(key + fault);
     }
-    std::vector<double> stiffness = shares(select(points, key, given));
+    std::vector<double> stiffness = shares_of(key, given);
     for (double& share : stiffness) {
       share *= given.total_stiffness;
     }
@@ -50,7 +66,7 @@ PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
     if (const std::string fault = fault_of_key_points(given.force); !fault.empty()) {
       throw Error(key + ".force: " + fault);
     }
-    pushes_.push_back({given.force, shares(select(points, key, given)), Eigen::Vector3d::Zero()});
+    pushes_.push_back({given.force, shares_of(key, given), Eigen::Vector3d::Zero()});
   }
   for (Body& body : make_bodies(points.comm(), bodies)) {
     const Solid solid = body.at(0);
@@ -58,15 +74,15 @@ PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
   }
 }
 
-std::vector<double> PointLoads::shares(const std::vector<bool>& chosen) const {
-  double total = 0;
-  for (PetscInt i = 0; i < points_->particles.owned; ++i) {
-    total += chosen[static_cast<std::size_t>(i)] ? areas_[static_cast<std::size_t>(i)] : 0;
+std::vector<double> PointLoads::shares(std::size_t load) const {
+  std::vector<double> result(areas_.size(), 0);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = chosen_[loads_ * i + load] ? areas_[i] : 0;
   }
+  double total = std::accumulate(result.begin(), result.begin() + points_->particles.owned, 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, points_->comm());
-  std::vector<double> result(chosen.size(), 0);
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    result[i] = chosen[i] ? areas_[i] / total : 0;
+  for (double& share : result) {
+    share /= total;
   }
   return result;
 }

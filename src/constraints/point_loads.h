@@ -44,11 +44,15 @@ class PointLoads {
  public:
   /// Collective. The points must outlive the loads.
   /// @param areas undeformed area round each local particle [m^2]
+  /// @param chosen see `chosen`, of loads with these options that were made before; null: to be found
   /// @throws Error that names the object and the key, the same on all ranks
   PointLoads(const Surface& points, std::vector<double> areas,
              const std::map<std::string, AttachmentOptions>& attachments,
              const std::map<std::string, PushOptions>& forces, const std::map<std::string, BodyOptions>& bodies,
-             const ContactOptions& contact);
+             const ContactOptions& contact, const std::vector<bool>* chosen = nullptr);
+
+  /// Whether each attachment, then each force, acts on a local particle: particle after particle.
+  const std::vector<bool>& chosen() const { return chosen_; }
 
   /// Fixes time and what is lagged (normal forces, tangents of friction) for the step that ends at `time_end` [s]. To
   /// be called before `at`. Not collective.
@@ -84,13 +88,15 @@ class PointLoads {
     std::vector<Friction> friction;  ///< of each local particle
   };
 
-  /// Share of each local particle in the area of those that are chosen, 0 for the others; collective.
-  std::vector<double> shares(const std::vector<bool>& chosen) const;
+  /// Share of each local particle in the area of those on which a load acts, 0 for the others; collective.
+  std::vector<double> shares(std::size_t load) const;
   void add_pressure(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact, PointPotential& sum) const;
   void add_friction(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact, PointPotential& sum) const;
 
   const Surface* points_;
   std::vector<double> areas_;
+  std::size_t loads_;  ///< attachments and forces
+  std::vector<bool> chosen_;
   ContactOptions options_;
   std::vector<Attachment> attachments_;
   std::vector<Push> pushes_;

@@ -107,6 +107,11 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
   return piece;
 }
 
+/// The name of a chamber that stands for several pieces, for each of them, from 1 on.
+std::string name_of(const std::string& name, int piece) {
+  return piece == 1 ? name : name + "_" + std::to_string(piece);
+}
+
 /// The chamber of each piece, -1 where there is none, and the chambers' names and options in their order. Collective.
 struct NamedPieces {
   std::vector<int> chamber_of_piece;
@@ -140,7 +145,7 @@ NamedPieces name_pieces(const Surface& surface, const std::map<std::string, Cham
       if (taken[piece] == (given.vertex < 0 ? "" : name)) {
         ++found;
         result.chamber_of_piece[piece] = static_cast<int>(result.chambers.size());
-        result.chambers.emplace_back(found == 1 ? name : name + "_" + std::to_string(found), &given);
+        result.chambers.emplace_back(name_of(name, found), &given);
       }
     }
     if (found == 0) {
@@ -161,27 +166,21 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   }
   const NamedPieces named = name_pieces(surface, options);
   for (const auto& [name, given] : named.chambers) {
-    Chamber& chamber = chambers_.emplace_back();
-    chamber.name = name;
-    chamber.law = given->law;
-    chamber.options = *given;
+    add(name, *given);
   }
-  chamber_of_piece_ = named.chamber_of_piece;
-  set_living(std::vector<bool>(surface.triangles.size(), true));
+  for (const int piece : surface.piece) {
+    chamber_of_element_.push_back(named.chamber_of_piece[static_cast<std::size_t>(piece)]);
+  }
+  begin();
 
   Field rest(surface.particles, 3);
   rest.values() = surface.rest;
-  const Eigen::VectorXd volume = volumes(rest);
   for (std::size_t piece = 0; piece < named.chamber_of_piece.size(); ++piece) {
     const int number = named.chamber_of_piece[piece];
-    if (number < 0) {
+    if (number < 0 || !needs_closed_wall(number)) {
       continue;
     }
-    Chamber& chamber = chambers_[static_cast<std::size_t>(number)];
-    chamber.initial_volume = volume[number];
-    if (chamber.law == GasLaw::pressure) {
-      continue;
-    }
+    const Chamber& chamber = of(number);
     if (!surface.piece_is_closed[piece]) {
       if (!has_symmetry_planes) {
         throw Error("chambers." + chamber.name + ".law: " + chamber.options.law.name() +
@@ -195,6 +194,50 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
                   " m^3, expected more than 0, with normals outward");
     }
   }
+  set_amounts();
+}
+
+Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
+                   const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers)
+    : surface_(&surface), ambient_pressure_(gas.ambient_pressure), origin_(origin), chamber_of_element_(numbers) {
+  PetscInt last = -1;
+  for (const PetscInt number : numbers) {
+    last = std::max(last, number);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPIU_INT, MPI_MAX, surface.comm());
+  const auto with_vertex =
+      std::count_if(options.begin(), options.end(), [](const auto& chamber) { return chamber.second.vertex >= 0; });
+  for (const auto& [name, given] : options) {
+    require_valid("chambers." + name, given);
+    const auto pieces = given.vertex < 0 ? static_cast<int>(last + 1 - with_vertex) : 1;
+    for (int piece = 1; piece <= pieces; ++piece) {
+      add(name_of(name, piece), given);
+    }
+  }
+  begin();
+  set_amounts();
+}
+
+void Chambers::add(const std::string& name, const ChamberOptions& options) {
+  Chamber& chamber = chambers_.emplace_back();
+  chamber.name = name;
+  chamber.law = options.law;
+  chamber.options = options;
+}
+
+/// Of chambers whose elements are known: all of these are there; initial volumes. Collective.
+void Chambers::begin() {
+  set_living(Living(*surface_));
+  Field rest(surface_->particles, 3);
+  rest.values() = surface_->rest;
+  const Eigen::VectorXd volume = volumes(rest);
+  for (std::size_t chamber = 0; chamber < chambers_.size(); ++chamber) {
+    chambers_[chamber].initial_volume = volume[static_cast<Eigen::Index>(chamber)];
+  }
+}
+
+/// What the laws need that the options have not.
+void Chambers::set_amounts() {
   for (Chamber& chamber : chambers_) {
     if (chamber.law != GasLaw::isothermal && chamber.law != GasLaw::adiabatic) {
       continue;
@@ -252,16 +295,26 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
   }
 }
 
-void Chambers::set_living(const std::vector<bool>& living) {
-  chamber_of_triangle_.assign(living.size(), -1);
+void Chambers::set_living(const Living& living) {
+  chamber_of_triangle_.assign(living.triangles.size(), -1);
   has_hole_.assign(chambers_.size(), 0);
   const auto per_element = static_cast<std::size_t>(surface_->triangles_per_element);
-  for (std::size_t triangle = 0; triangle < living.size(); ++triangle) {
-    const int chamber = chamber_of_piece_[static_cast<std::size_t>(surface_->piece[triangle / per_element])];
-    if (living[triangle] || (chamber >= 0 && needs_closed_wall(chamber))) {
-      chamber_of_triangle_[triangle] = chamber;
-    } else if (chamber >= 0) {
+  const auto open = [this](PetscInt chamber) {
+    if (chamber >= 0 && !needs_closed_wall(static_cast<int>(chamber))) {
       has_hole_[static_cast<std::size_t>(chamber)] = 1;
+    }
+  };
+  for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
+    const PetscInt chamber = chamber_of_element_[triangle / per_element];
+    if (living.triangles[triangle] || (chamber >= 0 && needs_closed_wall(static_cast<int>(chamber)))) {
+      chamber_of_triangle_[triangle] = static_cast<int>(chamber);
+    } else {
+      open(chamber);
+    }
+  }
+  for (std::size_t side = 0; side < living.cracked.size(); ++side) {
+    if (living.cracked[side]) {
+      open(chamber_of_element_[surface_->element_of_side(side)]);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, surface_->comm());

@@ -7,7 +7,7 @@
 
 #include "gas/gas_options.h"
 #include "parallel/field.h"
-#include "surface/surface.h"
+#include "surface/living.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -41,18 +41,27 @@ class Chambers {
            const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), bool has_symmetry_planes = false,
            const std::vector<Eigen::Matrix3d>& projectors = {});
 
+  /// Chambers of triangles that have been chosen before, whatever has become of the surface since. Collective. The
+  /// surface must outlive the chambers.
+  /// @param numbers chamber of each local element, see numbers
+  /// @throws Error on keys that the law lacks or does not know
+  Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
+           const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers);
+
   int count() const { return static_cast<int>(chambers_.size()); }
+  /// Number of the chamber that each local element bounds, -1: none.
+  const std::vector<PetscInt>& numbers() const { return chamber_of_element_; }
   const std::string& name(int chamber) const { return of(chamber).name; }
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
   int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[static_cast<std::size_t>(triangle)]; }
 
   /// Whether its law asks for the volume, which a wall with a hole does not enclose.
   bool needs_closed_wall(int chamber) const { return of(chamber).law != GasLaw::pressure; }
-  /// Says which triangles of the local elements there are, ghosts included: the pressure of a chamber that needs no
-  /// closed wall acts on no others. Collective.
-  void set_living(const std::vector<bool>& living);
-  /// Whether triangles are missing on which the pressure of a chamber would act. Then V is no volume, and dV/dx, by
-  /// which the pressure acts, is not its gradient.
+  /// Says which triangles of the local elements there are: the pressure of a chamber that needs no closed wall acts on
+  /// no others. Collective.
+  void set_living(const Living& living);
+  /// Whether triangles are missing on which the pressure of a chamber would act, or its wall has cracked. Then V is no
+  /// volume, and dV/dx, by which the pressure acts, is not its gradient.
   bool has_hole(int chamber) const { return has_hole_[static_cast<std::size_t>(chamber)] != 0; }
 
   /// V0, from the undeformed positions, the same on every rank [m^3].
@@ -85,6 +94,9 @@ class Chambers {
     double unit_amount = 1;     ///< what a value of the key points `amount` stands for [mol]
   };
 
+  void add(const std::string& name, const ChamberOptions& options);
+  void begin();
+  void set_amounts();
   const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
   void require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const;
 
@@ -92,9 +104,9 @@ class Chambers {
   double ambient_pressure_;  ///< [Pa]
   Eigen::Vector3d origin_;
   std::vector<Chamber> chambers_;
-  std::vector<int> chamber_of_piece_;     ///< of each piece of the mesh, -1: none
-  std::vector<int> chamber_of_triangle_;  ///< of the triangles of the local elements, -1: none
-  std::vector<int> has_hole_;             ///< of each chamber
+  std::vector<PetscInt> chamber_of_element_;  ///< of each local element, -1: none
+  std::vector<int> chamber_of_triangle_;      ///< of what is left of their triangles, -1: none
+  std::vector<int> has_hole_;                 ///< of each chamber
 };
 
 }  // namespace gas

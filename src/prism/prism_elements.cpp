@@ -70,6 +70,18 @@ PrincipalState PrismElements::principal(std::size_t element, const Eigen::Vector
   return state;
 }
 
+std::vector<Eigen::Matrix3d> PrismElements::tensions(const Field& positions,
+                                                     const std::vector<double>& thickness_ratio) const {
+  std::vector<Eigen::Matrix3d> result(membrane_->triangles.size(), Eigen::Matrix3d::Zero());
+  for (std::size_t e = 0; e < result.size(); ++e) {
+    if (stiffness(e) != 0) {
+      const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[e]);
+      result[e] = tension(element_energy(e, positions, thickness_ratio[e]).gradient, e12, e13);
+    }
+  }
+  return result;
+}
+
 double PrismElements::energy(const Field& positions, const std::vector<double>& thickness_ratio) const {
   static const PetscLogEvent event = log_event("PrismEnergy");
   const LogScope scope(event, owned_flops_ + static_cast<double>(membrane_->elements.owned));

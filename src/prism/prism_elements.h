@@ -44,6 +44,10 @@ class PrismElements {
   PrincipalState principal(std::size_t element, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13,
                            double thickness_ratio) const;
 
+  /// Cauchy stress times present thickness of the local elements, forces per present width in the wall's plane [N/m]; 0
+  /// of those that are gone.
+  std::vector<Eigen::Matrix3d> tensions(const Field& positions, const std::vector<double>& thickness_ratio) const;
+
   /// Owned elements that have collapsed (to 1e-12 of the undeformed area) or turned over (by more than 90 degrees) on
   /// the way between two positions.
   PetscInt inverted(const Field& from, const Field& to) const;

@@ -33,5 +33,14 @@ PrincipalState principal_state(const Material& material, ThicknessRule rule, con
   return {eigenvalues(inverse * deformed).cwiseSqrt(), eigenvalues(stress * deformed / present_volume)};
 }
 
+Eigen::Matrix3d tension(const Eigen::Vector3d& gradient, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13) {
+  // N:d A = dU of a small strain d, by which the metric e_a.e_b changes by 2 e_a.d e_b.
+  const Eigen::Matrix3d shear = gradient[1] * e12 * e13.transpose();
+  const double area = e12.cross(e13).norm() / 2;
+  return (2 * gradient[0] * e12 * e12.transpose() + shear + shear.transpose() +
+          2 * gradient[2] * e13 * e13.transpose()) /
+         area;
+}
+
 }  // namespace prism
 }  // namespace pellicle

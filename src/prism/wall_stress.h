@@ -18,5 +18,9 @@ struct PrincipalState {
 PrincipalState principal_state(const Material& material, ThicknessRule rule, const RestMetric& rest,
                                const Eigen::Vector3d& e12, const Eigen::Vector3d& e13, double thickness_ratio);
 
+/// Cauchy stress times present thickness [N/m].
+/// @param gradient of the elastic energy by the metric (MetricEnergy) [N]
+Eigen::Matrix3d tension(const Eigen::Vector3d& gradient, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13);
+
 }  // namespace prism
 }  // namespace pellicle

@@ -1,11 +1,30 @@
 #include "surface/compaction.h"
 
-#include <array>
 #include <utility>
 #include <vector>
 
 namespace pellicle {
 inline namespace surface {
+
+namespace {
+
+/// @param rows of all elements of a surface
+void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {
+  const std::size_t vertices = rows.vertices.size();
+  for (const SplitCorners::Copy& copy : corners.copies) {
+    MeshRows::Point row = rows.vertices[static_cast<std::size_t>(copy.original)];
+    row.id = copy.id;
+    row.mass *= copy.share;
+    rows.vertices.push_back(row);
+  }
+  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
+    rows.vertices[vertex].mass *= corners.share[vertex];
+  }
+  rows.vertex_data.append(copies);
+  rows.cell_corners = corners.cell_corners;
+}
+
+}  // namespace
 
 LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
                     const SheetOptions& options) {
@@ -28,22 +47,15 @@ LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records
                   const Records& cells, const SheetOptions& options) {
   MeshRows rows =
       rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true), particles, cells);
-  for (std::size_t k = 0; k < corners.copies.size(); ++k) {
-    const SplitCorners::Copy& copy = corners.copies[k];
-    MeshRows::Point row = rows.vertices[static_cast<std::size_t>(copy.original)];
-    row.id = copy.id;
-    row.mass *= copy.share;
-    rows.vertices.push_back(row);
-  }
-  for (std::size_t corner = 0; corner < corners.share.size(); ++corner) {
-    rows.vertices[corner].mass *= corners.share[corner];
-  }
-  rows.vertex_data.append(copies);
-  rows.cell_corners.clear();
-  for (const std::array<PetscInt, 4>& ids : corners.cell_corners) {
-    rows.cell_corners.insert(rows.cell_corners.end(), ids.begin(), ids.end());
-  }
+  split(rows, corners, copies);
   return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, corners.id_end}, options);
+}
+
+LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements, const SheetOptions& options) {
+  MeshRows rows = rows_of(membrane, particles, elements);
+  split(rows, corners, copies);
+  return make_membrane(membrane.comm(), std::move(rows), options);
 }
 
 }  // namespace surface

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "surface/membrane.h"
 #include "surface/shell.h"
 #include "surface/split_corners.h"
 
@@ -25,6 +26,8 @@ LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Rec
 /// @param cells what moves with the owned cells
 LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
                   const Records& cells, const SheetOptions& options);
+LoadedMembrane split(const Membrane& membrane, const SplitCorners& corners, const Records& particles,
+                     const Records& copies, const Records& elements, const SheetOptions& options);
 
 }  // namespace surface
 }  // namespace pellicle

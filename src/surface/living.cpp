@@ -4,7 +4,8 @@ namespace pellicle {
 inline namespace surface {
 
 Living::Living(const Surface& surface)
-    : triangles(surface.triangles.size(), true), cracked(surface.has_quads() ? surface.triangles.size() : 0, false) {
+    : triangles(surface.triangles.size(), true),
+      cracked(static_cast<std::size_t>(surface.sides_per_element() * surface.elements.local()), false) {
   for (const Colour colour : all_colours) {
     springs[static_cast<std::size_t>(colour)].assign(surface.of(colour).ends.size(), true);
   }

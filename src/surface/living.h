@@ -17,8 +17,8 @@ struct Living {
 
   std::array<std::vector<bool>, 4> springs;  ///< local springs of each colour, ghosts up to date
   std::vector<bool> triangles;               ///< drawn ones of the local elements, ghosts up to date
-  /// Sides of a sheet's local quads along which it has cracked, as that of the drawn triangle at each; both quads at a
-  /// side say the same. Ghosts up to date. None of a membrane.
+  /// Sides of the local elements along which the surface has cracked; both elements at a side say the same. Ghosts up
+  /// to date.
   std::vector<bool> cracked;
 };
 

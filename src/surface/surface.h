@@ -57,6 +57,33 @@ struct Surface {
   MPI_Comm comm() const { return particles.comm; }
   int pieces() const { return static_cast<int>(piece_is_closed.size()); }
   bool has_quads() const { return triangles_per_element == 4; }
+  /// Side `sides_per_element() e + k` of local element e joins its corners k and k + 1.
+  int sides_per_element() const { return has_quads() ? 4 : 3; }
+  std::size_t element_of_side(std::size_t side) const { return side / static_cast<std::size_t>(sides_per_element()); }
+  /// The drawn triangle at a side.
+  std::size_t triangle_at(std::size_t side) const { return has_quads() ? side : element_of_side(side); }
+  /// Corner of a local element, in the mesh's order round it; k may go once beyond the last one.
+  PetscInt corner(std::size_t element, std::size_t k) const {
+    return has_quads() ? cells[element][k % 4] : triangles[element][k % 3];
+  }
+  /// The sides of local elements along a blue spring; -1 where there is none.
+  std::array<PetscInt, 2> sides_along(std::size_t blue) const {
+    const SpringSet& edges = of(Colour::blue);
+    std::array<PetscInt, 2> sides{edges.triangles[blue][0], edges.triangles[blue][1]};
+    const auto is_end = [&](PetscInt particle) {
+      return particle == edges.ends[blue][0] || particle == edges.ends[blue][1];
+    };
+    for (PetscInt& side : sides) {
+      if (side >= 0 && !has_quads()) {
+        const auto element = static_cast<std::size_t>(side);
+        side *= 3;
+        for (std::size_t k = 0; !is_end(corner(element, k)) || !is_end(corner(element, k + 1)); ++k) {
+          ++side;
+        }
+      }
+    }
+    return sides;
+  }
   /// What each point of a drawn triangle has of its mass and area.
   std::array<double, 3> point_shares() const {
     return has_quads() ? std::array{0.25, 0.25, 0.5} : std::array{1.0 / 3, 1.0 / 3, 1.0 / 3};

@@ -37,7 +37,10 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
   columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chain.burns()) {
     columns.push_back({"heat_iterations", ""});
-    columns.push_back({"mass_torn", "kg"});
+  }
+  if (chain.can_crack()) {
+    columns.push_back({"cracked_sides", ""});
+    columns.push_back({"crack_length", "m"});
   }
   if (chain.goes_by_arc_length()) {
     columns.push_back({"load_time", "s"});
@@ -53,9 +56,7 @@ double area_of(const double* positions, const std::array<PetscInt, 3>& triangle)
 }  // namespace
 
 BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed)
-    : chain_(chain),
-      group_(output.group("balloon")),
-      ledger_(output, chain.burns(), columns_of_balloon(chain), resumed) {
+    : group_(output.group("balloon")), ledger_(output, chain.burns(), columns_of_balloon(chain), resumed) {
   const Membrane& membrane = chain.elements().membrane();
   if (resumed != nullptr) {
     const std::vector<int> counts = resumed->read_all<int>(group_ + counts_table);
@@ -83,21 +84,17 @@ void BalloonLedger::save(Hdf5File& checkpoint) const {
   checkpoint.write_once<double>(group_ + residuals_table, {worst_residual_, last_residual_});
 }
 
-void BalloonLedger::go_on_from(const BalloonState& state) {
-  last_position_ = std::make_unique<Field>(chain_.elements().membrane().particles, 3);
-  last_position_->values() = state.position.values();
-}
-
-void BalloonLedger::add(const BalloonState& state, const InflateStep& step, double h, int retries) {
-  const PrismElements& elements = chain_.elements();
+void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const InflateStep& step, double h,
+                        int retries) {
+  const PrismElements& elements = chain.elements();
   const Membrane& membrane = elements.membrane();
-  enum Sum { rubber, elastic, inverted, count };
+  enum Sum { rubber, elastic, count };
   std::array<double, count> sums{};
   // Of thickness, its ratio and an element's volume ratio: the largest, and minus the least.
   std::array<std::array<double, 2>, 3> maxima;
   maxima.fill({-HUGE_VAL, -HUGE_VAL});
   sums[rubber] = elements.volume(state.position, state.thickness_ratio);
-  sums[elastic] = elements.energy(state.position, state.thickness_ratio) + chain_.bending_energy(state);
+  sums[elastic] = elements.energy(state.position, state.thickness_ratio) + chain.bending_energy(state);
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     if (elements.stiffness(e) == 0) {
       continue;
@@ -110,35 +107,31 @@ void BalloonLedger::add(const BalloonState& state, const InflateStep& step, doub
       maxima[k] = {std::max(maxima[k][0], values[k]), std::max(maxima[k][1], -values[k])};
     }
   }
-  if (last_position_ == nullptr) {
-    last_position_ = std::make_unique<Field>(membrane.particles, 3);
-  } else {
-    sums[inverted] = static_cast<double>(elements.inverted(*last_position_, state.position));
-  }
-  last_position_->values() = state.position.values();
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, membrane.comm());
   MPI_Allreduce(MPI_IN_PLACE, maxima.front().data(), 6, MPI_DOUBLE, MPI_MAX, membrane.comm());
 
-  std::vector<double> own = gas_values(chain_.chambers(), state, state.pressure.data(), state.time_of_loads());
+  std::vector<double> own = gas_values(chain.chambers(), state, state.pressure.data(), state.time_of_loads());
   own.insert(own.end(),
              {sums[rubber] / initial_rubber_volume_, -maxima[0][1], maxima[0][0], -maxima[1][1], maxima[1][0],
-              -maxima[2][1], maxima[2][0], sums[inverted], static_cast<double>(step.newton_iterations),
-              static_cast<double>(step.linear_iterations), static_cast<double>(step.concave_iterations), step.residual,
-              step.relative_residual, sums[elastic]});
+              -maxima[2][1], maxima[2][0], static_cast<double>(step.inverted),
+              static_cast<double>(step.newton_iterations), static_cast<double>(step.linear_iterations),
+              static_cast<double>(step.concave_iterations), step.residual, step.relative_residual, sums[elastic]});
   const std::vector<double> of_contact =
-      contact_values(chain_.contact_options(), chain_.contact(), membrane, state.position,
+      contact_values(chain.contact_options(), chain.contact(), membrane, state.position,
                      state.burning ? &state.burning->living.triangles : nullptr);
   own.insert(own.end(), of_contact.begin(), of_contact.end());
-  if (chain_.burns()) {
-    double torn = state.burning->mass_torn;
-    MPI_Allreduce(MPI_IN_PLACE, &torn, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  if (chain.burns()) {
     own.push_back(static_cast<double>(step.heat_iterations));
-    own.push_back(torn);
+  }
+  if (chain.can_crack()) {
+    cracks_ = {state.burning->cracked_sides, state.burning->crack_length};
+    MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, membrane.comm());
+    own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
   if (state.load_time != nullptr) {
     own.push_back(*state.load_time);
   }
-  ledger_.add({membrane, state, chain_.mass().data(), state.burning ? &*state.burning : nullptr, chain_.heat_capacity(),
+  ledger_.add({membrane, state, chain.mass().data(), state.burning ? &*state.burning : nullptr, chain.heat_capacity(),
                h, retries},
               own);
 
@@ -174,6 +167,9 @@ std::vector<std::string> BalloonLedger::remarks() const {
         "concave_iterations): such a step may have several equilibria, and with another length find another",
         concave_steps_, steps_, first_concave_step_);
     lines.emplace_back(text);
+  }
+  if (cracks_[0] > 0) {
+    lines.push_back(crack_line(cracks_));
   }
   return lines;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <memory>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -13,7 +13,7 @@ inline namespace world {
 /// The books of a balloon: those of every object, with its gas, its wall and how its steps ended.
 class BalloonLedger {
  public:
-  /// Makes the file in a folder that has been started; the chain must outlive it. Collective.
+  /// Makes the file in a folder that has been started. Collective.
   /// @throws Error when it cannot be written
   /// @param resumed checkpoint from which the run goes on in its folder
   BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed = nullptr);
@@ -21,12 +21,10 @@ class BalloonLedger {
   /// Notes in a checkpoint how far the table is, and what is known of the steps so far. Collective.
   /// @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
-  /// The state is that of the last row, written before.
-  void go_on_from(const BalloonState& state);
 
   /// @param h length of the step [s]
   /// @param retries how often it was tried again. Collective.
-  void add(const BalloonState& state, const InflateStep& step, double h, int retries);
+  void add(const Inflate& chain, const BalloonState& state, const InflateStep& step, double h, int retries);
 
   /// A row of pieces.csv for each piece of a wall that burns. Collective.
   /// @param masses of the present pieces [kg]
@@ -38,11 +36,10 @@ class BalloonLedger {
   std::vector<std::string> remarks() const;
 
  private:
-  const Inflate& chain_;
   std::string group_;  ///< of the object in a checkpoint
   Ledger ledger_;
-  double initial_rubber_volume_ = 0;      ///< [m^3]
-  std::unique_ptr<Field> last_position_;  ///< positions of the last row, to see what turned over since
+  std::array<double, 2> cracks_{};    ///< sides and length, of the last row
+  double initial_rubber_volume_ = 0;  ///< [m^3]
   int steps_ = 0;
   int steps_above_tolerance_ = 0;
   int worst_step_ = 0;     ///< of these

@@ -11,7 +11,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// All that changes of a balloon from step to step.
+/// All that changes of a balloon from step to step, and of its vertices and elements what they keep when cracks part
+/// it.
 struct BalloonState : ObjectState {
   /// At rest in the undeformed shape. The membrane must outlive the state. Collective.
   /// @param burns whether it has BurningFields, for which the membrane must be burnable (set_burnable)
@@ -24,6 +25,8 @@ struct BalloonState : ObjectState {
       burning.emplace(*this, membrane);
     }
   }
+  /// Attachments and forces act on its vertices. Not collective. @param count of them
+  void add_loads(int count) { loads = &add<std::vector<bool>>({"loads", "", Item::particle}, count); }
   /// Its steps go on with accelerations (TimeIntegrator::is_second_order). Collective.
   void add_acceleration() { acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3); }
   /// Its steps go by arc length (TimeIntegrator::arc_length). Collective.
@@ -37,13 +40,18 @@ struct BalloonState : ObjectState {
     return *this;
   }
 
+  /// Number of the pin that holds each local vertex, -1: none (Pins).
+  std::vector<PetscInt>& pin = add<std::vector<PetscInt>>({"pin", "", Item::particle});
+  /// Number of the chamber that each local element bounds, -1: none (Chambers).
+  std::vector<PetscInt>& chamber = add<std::vector<PetscInt>>({"chamber", "", Item::cell});
   /// h/h0 of the local elements.
   std::vector<double>& thickness_ratio = add<std::vector<double>>({"thickness_ratio", "", Item::cell, Drawn::yes});
   Eigen::VectorXd& pressure;  ///< across the wall, of each chamber, the same on every rank
   std::optional<BurningFields> burning;
-  Field* acceleration = nullptr;  ///< of generalized alpha, which is not quite that of this moment [m/s^2]
-  double* load_time = nullptr;    ///< by arc length: at which the loads are [s]
-  Field* direction = nullptr;     ///< by arc length: of the last step, see StepPotential::write_direction
+  std::vector<bool>* loads = nullptr;  ///< whether each acts on each local vertex (PointLoads::chosen)
+  Field* acceleration = nullptr;       ///< of generalized alpha, which is not quite that of this moment [m/s^2]
+  double* load_time = nullptr;         ///< by arc length: at which the loads are [s]
+  Field* direction = nullptr;          ///< by arc length: of the last step, see StepPotential::write_direction
 
   /// By which pressures, places of pins and other loads go [s].
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }

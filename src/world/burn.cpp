@@ -335,7 +335,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   Eigen::MatrixXd free_position;  // and velocity, before the gas pushes
   Eigen::MatrixXd free_velocity;
   if (chambers_.count() > 0) {
-    chambers_.set_living(state.living.triangles);
+    chambers_.set_living(state.living);
     if (sheet_.layers == 1) {
       follow_corners(sheet_, state.position);
     }

@@ -9,7 +9,6 @@
 #include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
-#include "parallel/collective.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
@@ -18,6 +17,7 @@
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
+#include "world/renumbering.h"
 
 namespace pellicle {
 inline namespace world {
@@ -225,32 +225,14 @@ void BurnRun::accept(double time) {
   }
 }
 
-Records BurnRun::packed(Item item, PetscInt owned) const {
-  Records records(state_->record_size(item), owned);
-  for (PetscInt i = 0; i < owned; ++i) {
-    state_->pack(item, i, records.at(i));
-  }
-  return records;
-}
-
 /// Splits the corners at which cracks have parted the sheet.
 void BurnRun::part() {
   const SplitCorners corners = find_split_corners(*sheet_, state_->living);
-  if (corners.count == 0) {
-    return;
+  if (corners.count > 0) {
+    const auto [particles, copies, cells] = packed(*state_, *sheet_, corners);
+    take_over(split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
+    update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
   }
-  Records particles = packed(Item::particle, sheet_->particles.owned);
-  Records copies(particles.bytes(), static_cast<PetscInt>(corners.copies.size()));
-  for (PetscInt k = 0; k < copies.count(); ++k) {
-    const SplitCorners::Copy& copy = corners.copies[static_cast<std::size_t>(k)];
-    state_->pack(Item::particle, copy.original, copies.at(k), copy.share);
-  }
-  for (PetscInt corner = 0; corner < sheet_->owned_corners; ++corner) {
-    state_->pack(Item::particle, corner, particles.at(corner), corners.share[static_cast<std::size_t>(corner)]);
-  }
-  take_over(
-      split(*sheet_, corners, particles, copies, packed(Item::cell, sheet_->elements.owned), shell_options(options_)));
-  update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
 }
 
 /// Removes cells of which nothing is left, if they are many.
@@ -261,8 +243,8 @@ void BurnRun::compact() {
   MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT, MPI_SUM, sheet_->comm());
   const PetscInt before = sheet_->elements.global;
   if (static_cast<double>(before - left) > options_.ablation.compact_fraction * static_cast<double>(before)) {
-    take_over(pellicle::compact(*sheet_, kept, packed(Item::particle, sheet_->particles.owned),
-                                packed(Item::cell, sheet_->elements.owned), shell_options(options_)));
+    take_over(pellicle::compact(*sheet_, kept, packed(*state_, Item::particle, sheet_->particles.owned),
+                                packed(*state_, Item::cell, sheet_->elements.owned), shell_options(options_)));
     output_.console.say(output_.heading() + "step " + std::to_string(state_->step) + ": " +
                         std::to_string(before - left) + " of " + std::to_string(before) + " cells are gone; " +
                         partition_line(*sheet_));
@@ -273,14 +255,7 @@ void BurnRun::compact() {
 void BurnRun::take_over(LoadedSheet loaded) {
   auto sheet = std::make_unique<Sheet>(std::move(loaded.sheet));
   auto state = std::make_unique<State>(*sheet);
-  state->take_over(*state_);
-  const auto unpack = [&state](Item item, const Records& records) {
-    for (PetscInt i = 0; i < records.count(); ++i) {
-      state->unpack(item, i, records.at(i));
-    }
-  };
-  unpack(Item::particle, loaded.particles);
-  unpack(Item::cell, loaded.cells);
+  pellicle::take_over(*state, *state_, loaded.particles, loaded.cells);
   auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), state->pin);
   burn->follow(*state);
 
@@ -291,31 +266,10 @@ void BurnRun::take_over(LoadedSheet loaded) {
 }
 
 void BurnRun::find_end() {
-  ended_ = is_gone() ? "the sheet has burnt away"
-                     : hole(burn_->chambers(), *sheet_, state_->position, *state_, options_.ablation.loss_mass);
+  ended_ = is_gone() ? "the sheet has burnt away" : hole(burn_->chambers(), *sheet_, state_->position, *state_);
   if (ended_.empty() && burn_->chambers().count() > 0 && options_.ablation.strength) {
-    ended_ = torn_open();
+    ended_ = torn_open(burn_->chambers(), *sheet_, state_->position, find_split_corners(*sheet_, state_->living));
   }
-}
-
-/// Where cracks have parted a sheet with gas, which is not numbered anew; empty: nowhere. Collective.
-std::string BurnRun::torn_open() const {
-  const SplitCorners corners = find_split_corners(*sheet_, state_->living);
-  if (corners.count == 0) {
-    return "";
-  }
-  std::array<double, 4> first{HUGE_VAL};  // id and place
-  for (const SplitCorners::Copy& copy : corners.copies) {
-    const double id = sheet_->persistent_id[static_cast<std::size_t>(copy.original)];
-    const Eigen::Vector3d x = state_->position.vector(copy.original);
-    first = std::min(first, {id, x[0], x[1], x[2]});
-  }
-  const std::vector<std::array<double, 4>> all = of_all_ranks(sheet_->comm(), std::vector{first});
-  const auto& [id, x, y, z] = *std::min_element(all.begin(), all.end());
-  char text[160];
-  std::snprintf(text, sizeof text, "the sheet round the gas is open: it has torn at vertex %d at (%.4g, %.4g, %.4g) m",
-                static_cast<int>(id), x, y, z);
-  return text;
 }
 
 void BurnRun::draw(const FrameSink& write) {

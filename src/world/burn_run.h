@@ -44,9 +44,7 @@ class BurnRun : public Object {
   void part();
   void compact();
   void take_over(LoadedSheet loaded);
-  Records packed(Item item, PetscInt owned) const;
   void find_end();
-  std::string torn_open() const;
   SheetLedger& ledger();
 
   const Options& options_;

@@ -100,22 +100,9 @@ bool Burning::ablation(BurningFields& fields, const ObjectState& state, double h
   }
   const bool died = ablation_.burn_away(fields.living, level_);
   if (died) {
-    take_out(fields, fields.mass_burnt, state.time + h);
+    take_out(fields, state.time + h);
   }
   return died;
-}
-
-bool Burning::tear(BurningFields& fields, const std::vector<PetscInt>& torn, double time) {
-  if (!ablation_.tear(fields.living, torn)) {
-    return false;
-  }
-  for (std::size_t element = 0; element < fields.living.triangles.size(); ++element) {
-    if (!fields.living.triangles[element] && fields.burn_time[element] < 0) {
-      fields.burn_time[element] = time;
-    }
-  }
-  take_out(fields, fields.mass_torn, time);
-  return true;
 }
 
 bool Burning::crack(BurningFields& fields, const std::vector<PetscInt>& sides) {
@@ -127,11 +114,10 @@ bool Burning::crack(BurningFields& fields, const std::vector<PetscInt>& sides) {
 }
 
 /// What follows when triangles have died: particles without springs leave, pieces separate.
-/// @param mass_lost grows by what leaves [kg]
-void Burning::take_out(BurningFields& fields, double& mass_lost, double time) {
+void Burning::take_out(BurningFields& fields, double time) {
   for (const PetscInt i : ablation_.bare_particles(fields.living, fields.mass)) {
     double& mass = fields.mass.data()[i];
-    mass_lost += mass;
+    fields.mass_burnt += mass;
     fields.heat_out += mass * options_.heat.capacity * fields.temperature.data()[i];
     mass = 0;
     fields.mass_change.data()[i] = 0;

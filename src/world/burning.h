@@ -36,10 +36,7 @@ class Burning {
   void combustion(BurningFields& fields, double h);
   /// What has burnt leaves the surface. @returns whether any has, on any rank
   bool ablation(BurningFields& fields, const ObjectState& state, double h);
-  /// Elements of a membrane that tear leave it. @param torn owned ones @param time at which they do [s]
-  /// @returns whether any has torn, on any rank
-  bool tear(BurningFields& fields, const std::vector<PetscInt>& torn, double time);
-  /// A sheet cracks. @param sides see Ablation::crack @returns whether there is one, on any rank
+  /// The surface cracks. @param sides see Ablation::crack @returns whether there is one, on any rank
   bool crack(BurningFields& fields, const std::vector<PetscInt>& sides);
   /// Springs, and triangles of other ranks, that follow from the triangles of the owned elements.
   void follow(BurningFields& fields) { ablation_.follow_triangles(fields.living); }
@@ -49,7 +46,7 @@ class Burning {
   StageResult heat_ledger(const BurningFields& fields) const;
 
  private:
-  void take_out(BurningFields& fields, double& mass_lost, double time);
+  void take_out(BurningFields& fields, double time);
 
   const Surface& surface_;
   const Options& options_;

@@ -14,7 +14,6 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
       burn_time(registry.add<std::vector<double>>({"burn_time", "s", Item::cell, Drawn::yes})),
       living(registry.own<Living>(surface)),
       mass_burnt(registry.add<double>({"mass_burnt", "kg", Item::sum})),
-      mass_torn(registry.add<double>({"mass_torn", "kg", Item::sum})),
       cracked_sides(registry.add<double>({"cracked_sides", "", Item::sum})),
       crack_length(registry.add<double>({"crack_length", "m", Item::sum})),
       heat_initial(registry.add<double>({"heat_initial", "J", Item::sum})),
@@ -26,9 +25,7 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
   registry.declare({"pieces_birth_time", "s", Item::object}, pieces.birth_time);
   registry.declare({"pieces_next_id", "", Item::object}, pieces.next_id);
   registry.declare({"living_triangles", "", Item::cell}, living.triangles, surface.triangles_per_element);
-  if (surface.has_quads()) {
-    registry.declare({"cracked", "", Item::cell}, living.cracked, surface.triangles_per_element);
-  }
+  registry.declare({"cracked", "", Item::cell}, living.cracked, surface.sides_per_element());
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     registry.declare({std::string("living_springs_") + colour_names[index], "", Item::spring, Drawn::no, true},

@@ -20,11 +20,10 @@ struct BurningFields {
   Field& mass;         ///< 0: the particle has left the surface
   Field& mass_change;  ///< of the last step, at most 0
   Pieces& pieces;
-  std::vector<double>& burn_time;  ///< when each local element began to burn away, or a wall's tore; -1: not yet
+  std::vector<double>& burn_time;  ///< when each local element began to burn away; -1: not yet
   Living& living;
   double& mass_burnt;  ///< since the beginning, by the owned particles, with what was left when they left
-  double& mass_torn;   ///< since the beginning, of owned particles of a membrane that left because elements tore
-  // Of a sheet, since the beginning, by the ranks that had the sides.
+  // Since the beginning, by the ranks that had the sides.
   double& cracked_sides;
   double& crack_length;  ///< undeformed
   // Heat ledger, of the owned particles: the content is initial + in - out + made.

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -48,8 +52,7 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
   return values;
 }
 
-std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
-                 double loss_mass) {
+std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields) {
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
   const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
   const auto chamber_of = [&](std::size_t e) { return chambers.of_triangle(static_cast<PetscInt>(per_element * e)); };
@@ -67,24 +70,54 @@ std::string hole(const Chambers& chambers, const Surface& surface, const Field& 
   if (first == none) {
     return "";
   }
-  std::array<double, 5> place{};  // centre, chamber, whether it has torn: of the rank that has it
+  std::array<double, 4> place{};  // centre, chamber: of the rank that has it
   if (least == first) {
     Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    bool has_burnt = false;
     for (std::size_t t = per_element * found; t < per_element * (found + 1); ++t) {
       for (const PetscInt point : surface.triangles[t]) {
         x += position.vector(point) / static_cast<double>(3 * per_element);
-        has_burnt =
-            has_burnt || fields.mass.data()[point] < loss_mass * surface.initial_mass[static_cast<std::size_t>(point)];
       }
     }
-    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found)), has_burnt ? 0.0 : 1.0};
+    place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
   }
-  MPI_Allreduce(MPI_IN_PLACE, place.data(), 5, MPI_DOUBLE, MPI_SUM, surface.comm());
+  MPI_Allreduce(MPI_IN_PLACE, place.data(), 4, MPI_DOUBLE, MPI_SUM, surface.comm());
   char text[160];
-  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has %s", static_cast<int>(first),
-                place[0], place[1], place[2], place[4] > 0 ? "torn" : "burnt through");
+  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has burnt through",
+                static_cast<int>(first), place[0], place[1], place[2]);
   return "chamber " + chambers.name(static_cast<int>(place[3])) + text;
+}
+
+std::string torn_open(const Chambers& chambers, const Surface& surface, const Field& position,
+                      const SplitCorners& corners) {
+  if (corners.count == 0 || chambers.count() == 0) {
+    return "";
+  }
+  std::map<PetscInt, int> chamber_of;  // of vertices of triangles that may not part
+  for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
+    const int chamber = chambers.of_triangle(static_cast<PetscInt>(triangle));
+    if (chamber >= 0 && (surface.has_quads() || chambers.needs_closed_wall(chamber))) {
+      for (const PetscInt vertex : surface.triangles[triangle]) {
+        chamber_of[vertex] = chamber;
+      }
+    }
+  }
+  std::array<double, 5> first{HUGE_VAL};  // id, place and chamber
+  for (const SplitCorners::Copy& copy : corners.copies) {
+    if (const auto found = chamber_of.find(copy.original); found != chamber_of.end()) {
+      const double id = surface.persistent_id[static_cast<std::size_t>(copy.original)];
+      const Eigen::Vector3d x = position.vector(copy.original);
+      first = std::min(first, {id, x[0], x[1], x[2], static_cast<double>(found->second)});
+    }
+  }
+  const std::vector<std::array<double, 5>> all = of_all_ranks(surface.comm(), std::vector{first});
+  const auto& [id, x, y, z, chamber] = *std::min_element(all.begin(), all.end());
+  if (id == HUGE_VAL) {
+    return "";
+  }
+  char text[160];
+  std::snprintf(text, sizeof text, " is open: it has torn at vertex %d at (%.4g, %.4g, %.4g) m", static_cast<int>(id),
+                x, y, z);
+  return "chamber " + chambers.name(static_cast<int>(chamber)) + text;
 }
 
 }  // namespace world

@@ -5,6 +5,7 @@
 
 #include "gas/chambers.h"
 #include "io/history.h"
+#include "surface/split_corners.h"
 #include "world/burning_fields.h"
 #include "world/object_state.h"
 
@@ -23,9 +24,12 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
 
 /// Where a chamber that needs a closed surface has a hole: chamber, element, place, in words and the same on all ranks.
 /// Empty: nowhere. Collective.
-/// @param loss_mass m^loss as a share of m^init
-std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
-                 double loss_mass);
+std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields);
+
+/// The same where cracks part the surface round a chamber that needs it closed, or that round any gas in a sheet, which
+/// is not numbered anew: chamber, vertex, place. Collective.
+std::string torn_open(const Chambers& chambers, const Surface& surface, const Field& position,
+                      const SplitCorners& corners);
 
 }  // namespace world
 }  // namespace pellicle

@@ -16,10 +16,9 @@ inline namespace world {
 
 namespace {
 
-Wall wall_of(const Membrane& membrane, const Options& options) {
-  return make_wall(
-      membrane, options.wall,
-      Textures(membrane.comm()).values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
+Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures) {
+  return make_wall(membrane, options.wall,
+                   textures.values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
 }
 
 /// @throws Error on what generalized alpha and the arc length do not go with
@@ -74,12 +73,27 @@ void make_burnable(Membrane& membrane, const Options& options) {
         "prism.thickness: global keeps the volume of the whole wall, of which fire takes away; expected "
         "incompressible, plane_stress or fixed for a balloon that heats or tears");
   }
-  const Wall wall = wall_of(membrane, options);
+  Textures textures(membrane.comm());
+  const Wall wall = wall_of(membrane, options, textures);
   std::vector<double> mass;
   for (std::size_t e = 0; e < wall.rest.size(); ++e) {
     mass.push_back(wall.density[e] * wall.rest[e].volume);
   }
   set_burnable(membrane, std::move(mass));
+}
+
+BalloonState state_at_rest(const Membrane& membrane, const Options& options, int chambers) {
+  BalloonState state(membrane, chambers, balloon_burns(options));
+  if (const std::size_t loads = options.attachments.size() + options.forces.size(); loads > 0) {
+    state.add_loads(static_cast<int>(loads));
+  }
+  if (options.time.scheme == TimeScheme::generalized_alpha) {
+    state.add_acceleration();
+  }
+  if (options.time.arc_length) {
+    state.add_path();
+  }
+  return state;
 }
 
 const std::vector<std::string>& Inflate::stage_names(bool burns) {
@@ -90,26 +104,39 @@ const std::vector<std::string>& Inflate::stage_names(bool burns) {
 }
 
 Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& clock)
+    : Inflate(membrane, options, clock, Textures(membrane.comm()), nullptr) {}
+
+Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& clock, const BalloonState& state)
+    : Inflate(membrane, options, clock, Textures(membrane.comm()), &state) {}
+
+Inflate::Inflate(const Membrane& parted, Inflate&& before, const BalloonState& state)
+    : Inflate(parted, before.options_, before.clock_, std::move(before.textures_), &state) {}
+
+Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& clock, Textures textures,
+                 const BalloonState* state)
     : membrane_(membrane),
       options_(options),
       clock_(clock),
-      wall_(wall_of(membrane, options)),
+      textures_(std::move(textures)),
+      wall_(wall_of(membrane, options, textures_)),
       mass_(vertex_masses(membrane, wall_)),
       elements_(membrane, wall_),
       integrator_(integrator_of(options)),
-      pins_(membrane, options.pins),
+      pins_(state == nullptr ? Pins(membrane, options.pins) : Pins(membrane, options.pins, state->pin)),
       constraints_(membrane, options.symmetry, pins_),
-      chambers_(membrane, options.gas, options.chambers, constraints_.origin(), constraints_.has_planes(),
-                constraints_.projectors()),
-      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact),
+      chambers_(state == nullptr
+                    ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
+                               constraints_.has_planes(), constraints_.projectors())
+                    : Chambers(membrane, options.gas, options.chambers, constraints_.origin(), state->chamber)),
+      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact,
+             state == nullptr ? nullptr : state->loads),
       start_(membrane.particles, 3) {
   if (balloon_burns(options)) {
-    Textures textures(membrane.comm());
-    burning_.emplace(membrane, options, clock, textures);
+    burning_.emplace(membrane, options, clock, textures_);
     const AblationOptions& ablation = options.ablation;
     if (ablation.strength) {
-      tearing_.emplace(membrane, ablation,
-                       textures.values(membrane.uv, "ablation.strength_texture", ablation.strength_texture,
+      cracks_.emplace(membrane, ablation,
+                      textures_.values(membrane.uv, "ablation.strength_texture", ablation.strength_texture,
                                        ablation.strength_range));
     }
     hold_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
@@ -174,18 +201,17 @@ void Inflate::make_solvers() {
 }
 
 BalloonState Inflate::initial_state() const {
-  BalloonState state(membrane_, chambers_.count(), burns());
-  if (integrator_.is_second_order()) {
-    state.add_acceleration();
-  }
-  if (integrator_.arc_length()) {
-    state.add_path();
-  }
+  BalloonState state = state_at_rest(membrane_, options_, chambers_.count());
   const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
   for (Eigen::Index i = 0; i < noise.cols(); ++i) {
     state.position.vector(i) += constraints_.projectors()[static_cast<std::size_t>(i)] * noise.col(i);
   }
   pins_.impose(state.position, 0);
+  state.pin = pins_.numbers();
+  state.chamber = chambers_.numbers();
+  if (state.loads != nullptr) {
+    *state.loads = loads_.chosen();
+  }
   elements_.update_thickness(state.position, state.thickness_ratio);
   set_pressures(state);
   if (burning_) {
@@ -202,7 +228,7 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     return !result.converged;
   };
   if (burning_) {
-    const StageResult burnt = burn(state, h);
+    const StageResult burnt = burn(state, h, step.has_burnt);
     step.heat_iterations = burnt.iterations;
     if (failed(burnt)) {
       return step;
@@ -250,8 +276,10 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     set_pressures(state);
     step.step_error = move_on(state) / implicit_->length_scale();
     MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
+    step.inverted = elements_.inverted(start_, state.position);
+    MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
   }
-  tear(state);
+  step.has_cracked = crack(state);
   return step;
 }
 
@@ -292,15 +320,15 @@ double Inflate::move_on(BalloonState& state) const {
   return error;
 }
 
-/// Heat, combustion and ablation. Collective.
-StageResult Inflate::burn(BalloonState& state, double h) {
+/// Heat, combustion and ablation. Collective. @param has_burnt set to whether an element has burnt away, on any rank
+StageResult Inflate::burn(BalloonState& state, double h, bool& has_burnt) {
   BurningFields& fields = *state.burning;
   StageResult result = burning_->heat(fields, state, h);
   if (!result.converged) {
     return result;
   }
   burning_->combustion(fields, h);
-  burning_->ablation(fields, state, h);
+  has_burnt = burning_->ablation(fields, state, h);
   hold_what_has_left(state);
   take_over(state);
   const int iterations = result.iterations;
@@ -335,26 +363,16 @@ void Inflate::hold_what_has_left(BalloonState& state) const {
   }
 }
 
-/// What the step has pulled too hard tears, if anything can. Collective.
-void Inflate::tear(BalloonState& state) {
-  if (!tearing_) {
-    return;
+/// What the step has pulled too hard cracks, if anything can. Collective. @returns whether any has, on any rank
+bool Inflate::crack(BalloonState& state) {
+  if (!cracks_) {
+    return false;
   }
   const auto timer = clock_.time("ablation");
   BurningFields& fields = *state.burning;
-  std::vector<double> tension(membrane_.triangles.size(), 0);
-  for (std::size_t e = 0; e < tension.size(); ++e) {
-    if (fields.living.triangles[e]) {
-      const auto [e12, e13] = edges_of(state.position.data(), membrane_.triangles[e]);
-      tension[e] = elements_.principal(e, e12, e13, state.thickness_ratio[e]).stress[0] * wall_.thickness[e] *
-                   state.thickness_ratio[e];
-    }
-  }
-  const std::vector<PetscInt> torn = tearing_->torn(tension, fields.living, fields.mass, options_.combustion.min_mass);
-  if (burning_->tear(fields, torn, state.time)) {
-    hold_what_has_left(state);
-    take_over(state);
-  }
+  const std::vector<Eigen::Matrix3d> tensions = elements_.tensions(state.position, state.thickness_ratio);
+  return burning_->crack(fields, cracks_->sides({fields.living, tensions, state.position, fields.mass, pins_.pinned(),
+                                                 options_.combustion.min_mass}));
 }
 
 void Inflate::follow(BalloonState& state) {
@@ -385,7 +403,7 @@ void Inflate::take_over(const BalloonState& state) {
     length.push_back(volume_ratio(ratio, combustion));
   }
   elements_.set_burnt(std::move(stiffness), length);
-  chambers_.set_living(fields.living.triangles);
+  chambers_.set_living(fields.living);
 }
 
 void Inflate::set_pressures(BalloonState& state) const {

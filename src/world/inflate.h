@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ablation/element_tearing.h"
+#include "ablation/cracks.h"
 #include "air/air_drag.h"
 #include "base/stage_clock.h"
 #include "contact/surface_contact.h"
@@ -22,7 +22,10 @@ inline namespace world {
 /// How a step of the balloon went.
 struct InflateStep : ImplicitResult {
   int heat_iterations = 0;
-  double step_error = 0;  ///< TimeIntegrator::error at most, over the square root of the wall's area
+  double step_error = 0;     ///< TimeIntegrator::error at most, over the square root of the wall's area
+  PetscInt inverted = 0;     ///< elements that have turned over (PrismElements::inverted), on all ranks
+  bool has_burnt = false;    ///< whether an element burnt away, on any rank
+  bool has_cracked = false;  ///< whether a side of its elements cracked, on any rank
 };
 
 /// Gives the membrane of a balloon that burns what that takes (set_burnable): the masses of its wall. Leaves others as
@@ -30,8 +33,14 @@ struct InflateStep : ImplicitResult {
 /// @throws Error as Inflate does
 void make_burnable(Membrane& membrane, const Options& options);
 
+/// A state of all that a chain with these options changes, at rest in the undeformed shape. Collective.
+/// @param chambers their number
+BalloonState state_at_rest(const Membrane& membrane, const Options& options, int chambers);
+
 /// The chain of the balloon paper (Algorithm 1): gas and implicit step, volume preservation, velocities. Where the wall
-/// burns (balloon_burns) heat, combustion and ablation come before. By generalized alpha (TimeOptions::scheme) the step
+/// burns (balloon_burns) heat, combustion and ablation come before; then sides of elements crack, if they can. Where
+/// cracks part the wall its numbering is to be renewed between steps (surface/split_corners.h), as InflateRun does. By
+/// generalized alpha (TimeOptions::scheme) the step
 /// starts from accelerations, too, which follow from the forces in the first one.
 class Inflate {
  public:
@@ -40,6 +49,12 @@ class Inflate {
   /// and the arc length do not go with: no inertia, a wall that burns or whose volume is preserved as a whole, a
   /// prescribed volume, air
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock);
+
+  /// The chain that goes on from a state, which says what is pinned, loaded and filled with gas.
+  Inflate(const Membrane& membrane, const Options& options, StageClock& clock, const BalloonState& state);
+
+  /// The same for a wall that cracks have parted; the chain before is used up. Collective.
+  Inflate(const Membrane& parted, Inflate&& before, const BalloonState& state);
 
   /// The undeformed shape with its initial noise, at rest at time 0, pins in their places. Collective.
   BalloonState initial_state() const;
@@ -61,8 +76,10 @@ class Inflate {
 
   bool goes_by_arc_length() const { return integrator_.arc_length().has_value(); }
   bool burns() const { return burning_.has_value(); }
+  bool can_crack() const { return cracks_.has_value(); }
   double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]
   double loss_mass() const { return options_.ablation.loss_mass; }  ///< m^loss as a share of m^init
+  const Options& options() const { return options_; }
 
   const PrismElements& elements() const { return elements_; }
   const Chambers& chambers() const { return chambers_; }
@@ -79,9 +96,11 @@ class Inflate {
   static const std::vector<std::string>& stage_names(bool burns = false);
 
  private:
+  Inflate(const Membrane& membrane, const Options& options, StageClock& clock, Textures textures,
+          const BalloonState* state);
   void make_solvers();
-  StageResult burn(BalloonState& state, double h);
-  void tear(BalloonState& state);
+  StageResult burn(BalloonState& state, double h, bool& has_burnt);
+  bool crack(BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);
   void set_drag(const BalloonState& state, double share);
@@ -94,6 +113,7 @@ class Inflate {
   const Membrane& membrane_;
   const Options& options_;
   StageClock& clock_;
+  Textures textures_;
   Wall wall_;
   std::vector<double> mass_;  ///< of the owned vertices at present [kg]
   PrismElements elements_;
@@ -107,8 +127,8 @@ class Inflate {
   std::optional<ImplicitStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   std::optional<Burning> burning_;                           ///< if the wall burns
-  std::optional<ElementTearing> tearing_;                    ///< if the wall can tear
-  std::unique_ptr<Potential> hold_;                          ///< if it burns or tears: of the vertices that have left
+  std::optional<Cracks> cracks_;                             ///< if the wall can crack
+  std::unique_ptr<Potential> hold_;                          ///< if it burns: of the vertices that have left
   std::optional<AirDrag> air_;                               ///< if there is air
   std::unique_ptr<Potential> drag_;                          ///< likewise: of its drag
   double h_ = 0;                                             ///< length of the step [s]

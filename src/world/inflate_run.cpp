@@ -9,10 +9,12 @@
 #include "ablation/cut_surface.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
+#include "surface/compaction.h"
 #include "surface/membrane_geometry.h"
 #include "world/gas_of_object.h"
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
+#include "world/renumbering.h"
 
 namespace pellicle {
 inline namespace world {
@@ -23,9 +25,19 @@ namespace {
 std::string balloon_mesh(const ObjectOutput& output) { return output.group("balloon") + "/mesh"; }
 std::string balloon_state(const ObjectOutput& output) { return output.group("balloon") + "/state"; }
 
-Membrane burnable(Membrane membrane, const Options& options) {
+std::unique_ptr<Membrane> burnable(Membrane membrane, const Options& options) {
   make_burnable(membrane, options);
-  return membrane;
+  return std::make_unique<Membrane>(std::move(membrane));
+}
+
+/// The state of a checkpoint. Collective.
+std::unique_ptr<BalloonState> read_state(const Hdf5File& checkpoint, const Membrane& membrane, const Options& options,
+                                         const ObjectOutput& output) {
+  const std::string group = balloon_state(output);
+  const auto chambers = checkpoint.read_all<double>(group + "/once/pressure").size();
+  auto state = std::make_unique<BalloonState>(state_at_rest(membrane, options, static_cast<int>(chambers)));
+  read_fields(checkpoint, group, *state, membrane.persistent_id, membrane.element_id);
+  return state;
 }
 
 /// m/m^init of the local vertices.
@@ -40,72 +52,111 @@ std::vector<double> mass_ratios(const Membrane& membrane, const Field& mass) {
 }  // namespace
 
 InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOutput& output)
-    : membrane_(std::make_unique<Membrane>(burnable(std::move(membrane), options))),
+    : options_(options),
       output_(output),
-      inflate_(*membrane_, options, output.clock),
-      state_(inflate_.initial_state()),
-      kept_(*membrane_, inflate_.chambers().count()),
+      membrane_(burnable(std::move(membrane), options)),
+      inflate_(std::make_unique<Inflate>(*membrane_, options, output.clock)),
+      state_(std::make_unique<BalloonState>(inflate_->initial_state())),
       surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {}
 
 InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
-    : InflateRun(make_membrane(checkpoint.comm(), read_mesh(checkpoint, balloon_mesh(output)), options.sheet).membrane,
-                 options, output) {
-  read_fields(checkpoint, balloon_state(output), state_, membrane_->persistent_id, membrane_->element_id);
-  inflate_.follow(state_);
+    : options_(options),
+      output_(output),
+      membrane_(burnable(
+          make_membrane(checkpoint.comm(), read_mesh(checkpoint, balloon_mesh(output)), options.sheet).membrane,
+          options)),
+      state_(read_state(checkpoint, *membrane_, options, output)),
+      surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {
+  inflate_ = std::make_unique<Inflate>(*membrane_, options, output.clock, *state_);
+  inflate_->follow(*state_);
   find_end();
 }
 
 StepResult InflateRun::advance(double h) {
-  last_ = inflate_.advance(state_, h);
+  last_ = inflate_->advance(*state_, h);
   StepResult result;
   result.converged = last_.converged;
   result.reason = last_.reason;
   if (result.converged) {
     const auto vertices = static_cast<std::size_t>(membrane_->particles.local());
     std::vector<NamedValues> watched{
-        {"position", state_.position.data(), 3 * vertices},
-        {"velocity", state_.velocity.data(), 3 * vertices},
-        {"thickness", state_.thickness_ratio.data(), state_.thickness_ratio.size()},
-        {"pressure", state_.pressure.data(), static_cast<std::size_t>(state_.pressure.size())}};
-    if (state_.burning) {
-      watched.push_back({"temperature", state_.burning->temperature.data(), vertices});
-      watched.push_back({"mass", state_.burning->mass.data(), vertices});
+        {"position", state_->position.data(), 3 * vertices},
+        {"velocity", state_->velocity.data(), 3 * vertices},
+        {"thickness", state_->thickness_ratio.data(), state_->thickness_ratio.size()},
+        {"pressure", state_->pressure.data(), static_cast<std::size_t>(state_->pressure.size())}};
+    if (state_->burning) {
+      watched.push_back({"temperature", state_->burning->temperature.data(), vertices});
+      watched.push_back({"mass", state_->burning->mass.data(), vertices});
     }
     result.reason = non_finite(membrane_->comm(), watched);
     result.converged = result.reason.empty();
   }
   result.iterations = last_.linear_iterations + last_.heat_iterations;
   result.step_error = last_.step_error;
-  if (state_.pressure.size() > 0) {
+  if (state_->pressure.size() > 0) {
     char figures[40];
-    std::snprintf(figures, sizeof figures, "p %.4g Pa", state_.pressure[0]);
+    std::snprintf(figures, sizeof figures, "p %.4g Pa", state_->pressure[0]);
     result.figures = figures;
   }
   return result;
 }
 
-void InflateRun::keep() { kept_ = state_; }
+void InflateRun::keep() {
+  if (kept_ == nullptr) {
+    kept_ = std::make_unique<BalloonState>(*membrane_, inflate_->chambers().count());
+  }
+  *kept_ = *state_;
+}
 
 void InflateRun::restore() {
-  state_ = kept_;
-  inflate_.follow(state_);
+  *state_ = *kept_;
+  inflate_->follow(*state_);
 }
 
 void InflateRun::accept(double time) {
-  state_.time = time;
+  state_->time = time;
   find_end();
+  if (ended_.empty() && (last_.has_cracked || (last_.has_burnt && inflate_->can_crack()))) {
+    part();
+  }
+}
+
+/// Splits the vertices at which cracks have parted the wall.
+void InflateRun::part() {
+  const auto timer = output_.clock.time("ablation");
+  const SplitCorners corners = find_split_corners(*membrane_, state_->burning->living);
+  if (corners.count == 0) {
+    return;
+  }
+  const auto [particles, copies, cells] = packed(*state_, *membrane_, corners);
+  LoadedMembrane loaded = split(*membrane_, corners, particles, copies, cells, options_.sheet);
+  std::unique_ptr<Membrane> membrane = burnable(std::move(loaded.membrane), options_);
+  auto state = std::make_unique<BalloonState>(state_at_rest(*membrane, options_, inflate_->chambers().count()));
+  take_over(*state, *state_, loaded.particles, loaded.elements);
+  auto inflate = std::make_unique<Inflate>(*membrane, std::move(*inflate_), *state);
+  kept_ = nullptr;
+  state_ = std::move(state);
+  inflate_ = std::move(inflate);
+  membrane_ = std::move(membrane);
+  inflate_->follow(*state_);
+  update_pieces(state_->burning->pieces, *membrane_, state_->burning->living, state_->time);
 }
 
 void InflateRun::find_end() {
-  if (state_.burning) {
-    ended_ = is_gone() ? "the wall has burnt away"
-                       : hole(inflate_.chambers(), *membrane_, state_.position, *state_.burning, inflate_.loss_mass());
+  if (!state_->burning) {
+    return;
+  }
+  const BurningFields& fields = *state_->burning;
+  ended_ = is_gone() ? "the wall has burnt away" : hole(inflate_->chambers(), *membrane_, state_->position, fields);
+  if (ended_.empty() && inflate_->can_crack()) {
+    ended_ =
+        torn_open(inflate_->chambers(), *membrane_, state_->position, find_split_corners(*membrane_, fields.living));
   }
 }
 
 void InflateRun::draw(const FrameSink& write) {
   const auto timer = output_.clock.time("output");
-  const PrismElements& wall = inflate_.elements();
+  const PrismElements& wall = inflate_->elements();
   const std::size_t elements = membrane_->triangles.size();
   std::vector<double> thickness(elements);
   std::vector<double> stretch(2 * elements);
@@ -114,23 +165,23 @@ void InflateRun::draw(const FrameSink& write) {
     if (wall.stiffness(e) == 0) {
       continue;
     }
-    const auto [e12, e13] = edges_of(state_.position.data(), membrane_->triangles[e]);
-    thickness[e] = wall.wall().thickness[e] * state_.thickness_ratio[e];
-    const PrincipalState principal = wall.principal(e, e12, e13, state_.thickness_ratio[e]);
+    const auto [e12, e13] = edges_of(state_->position.data(), membrane_->triangles[e]);
+    thickness[e] = wall.wall().thickness[e] * state_->thickness_ratio[e];
+    const PrincipalState principal = wall.principal(e, e12, e13, state_->thickness_ratio[e]);
     Eigen::Map<Eigen::Vector2d>(stretch.data() + 2 * e) = principal.stretch;
     Eigen::Map<Eigen::Vector2d>(stress.data() + 2 * e) = principal.stress;
   }
   Frame frame;
-  frame.time = state_.time;
-  frame.step = state_.step;
+  frame.time = state_->time;
+  frame.step = state_->step;
   frame.surface = &surface_;
-  frame.positions = state_.position.data();
-  frame.particle_fields = drawn_fields(state_, Item::particle);
-  frame.cell_fields = drawn_fields(state_, Item::cell);
+  frame.positions = state_->position.data();
+  frame.particle_fields = drawn_fields(*state_, Item::particle);
+  frame.cell_fields = drawn_fields(*state_, Item::cell);
   frame.cell_fields.insert(
       frame.cell_fields.end(),
       {{"thickness", 1, thickness.data()}, {"stretch", 2, stretch.data()}, {"stress", 2, stress.data()}});
-  if (state_.burning) {
+  if (state_->burning) {
     draw_burnt(frame, write);
   } else {
     write(frame);
@@ -138,9 +189,9 @@ void InflateRun::draw(const FrameSink& write) {
 }
 
 void InflateRun::draw_burnt(Frame& frame, const FrameSink& write) {
-  const BurningFields& fields = *state_.burning;
+  const BurningFields& fields = *state_->burning;
   surface_ = drawing_of(
-      *membrane_, cut_surface(*membrane_, fields.living, level_set(*membrane_, fields.mass, inflate_.loss_mass())));
+      *membrane_, cut_surface(*membrane_, fields.living, level_set(*membrane_, fields.mass, inflate_->loss_mass())));
   const std::vector<double> mass_ratio = mass_ratios(*membrane_, fields.mass);
   frame.particle_fields.push_back({"mass_ratio", 1, mass_ratio.data()});
   const std::vector<double> masses = piece_masses(fields.pieces, *membrane_, fields.mass);
@@ -148,7 +199,7 @@ void InflateRun::draw_burnt(Frame& frame, const FrameSink& write) {
   const std::vector<DrawnField> of_pieces = pieces.drawn();
   frame.cell_fields.insert(frame.cell_fields.end(), of_pieces.begin(), of_pieces.end());
   if (write(frame)) {
-    ledger().add(state_.time, state_.step, fields.pieces, masses);
+    ledger().add(state_->time, state_->step, fields.pieces, masses);
   }
 }
 
@@ -156,25 +207,24 @@ void InflateRun::save(Hdf5File& checkpoint) const {
   const std::vector<PetscInt>& particles = membrane_->persistent_id;
   const std::vector<PetscInt>& elements = membrane_->element_id;
   write_mesh(checkpoint, balloon_mesh(output_), rows_of(*membrane_, {}, {}));
-  write_fields(checkpoint, balloon_state(output_), state_,
+  write_fields(checkpoint, balloon_state(output_), *state_,
                {particles.begin(), particles.begin() + membrane_->particles.owned},
                {elements.begin(), elements.begin() + membrane_->elements.owned});
   ledger_->save(checkpoint);
 }
 
 void InflateRun::resume_output(const Hdf5File& checkpoint) {
-  ledger_ = std::make_unique<BalloonLedger>(output_, inflate_, &checkpoint);
-  ledger_->go_on_from(state_);
+  ledger_ = std::make_unique<BalloonLedger>(output_, *inflate_, &checkpoint);
 }
 
 BalloonLedger& InflateRun::ledger() {
   if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<BalloonLedger>(output_, inflate_);
+    ledger_ = std::make_unique<BalloonLedger>(output_, *inflate_);
   }
   return *ledger_;
 }
 
-void InflateRun::record(double h, int retries) { ledger().add(state_, last_, h, retries); }
+void InflateRun::record(double h, int retries) { ledger().add(*inflate_, *state_, last_, h, retries); }
 
 }  // namespace world
 }  // namespace pellicle

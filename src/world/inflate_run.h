@@ -11,7 +11,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// A balloon: its chain with state, frames and history.
+/// A balloon: its chain with state, frames and history. Where cracks part its wall the vertices are split after the
+/// step, unless that opens a chamber which needs a closed wall, and so ends the run.
 class InflateRun : public Object {
  public:
   /// Options must outlive it. Collective. @throws Error on bad input, see Inflate
@@ -21,30 +22,33 @@ class InflateRun : public Object {
 
   const Membrane& membrane() const { return *membrane_; }
 
-  BalloonState& state() override { return state_; }
+  BalloonState& state() override { return *state_; }
   StepResult advance(double h) override;
   void accept(double time) override;
   void keep() override;
   void restore() override;
   std::string ended() const override { return ended_; }
-  bool is_gone() const override { return state_.burning && state_.burning->pieces.present.empty(); }
+  bool is_gone() const override { return state_->burning && state_->burning->pieces.present.empty(); }
   void draw(const FrameSink& write) override;
   void record(double h, int retries) override;
   void save(Hdf5File& checkpoint) const override;
-  void forget() override { inflate_.forget(state_); }
+  void forget() override { inflate_->forget(*state_); }
   void resume_output(const Hdf5File& checkpoint) override;
   std::vector<std::string> remarks() const override { return ledger_->remarks(); }
 
  private:
+  void part();
   void draw_burnt(Frame& frame, const FrameSink& write);
   void find_end();
   BalloonLedger& ledger();
 
-  std::unique_ptr<Membrane> membrane_;
+  const Options& options_;
   ObjectOutput output_;
-  Inflate inflate_;
-  BalloonState state_;
-  BalloonState kept_;                      ///< to put back
+  // The wall, and what depends on its numbering.
+  std::unique_ptr<Membrane> membrane_;
+  std::unique_ptr<Inflate> inflate_;
+  std::unique_ptr<BalloonState> state_;
+  std::unique_ptr<BalloonState> kept_;     ///< of the present wall, to put back
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all
   std::string ended_;                      ///< see Object::ended
   InflateStep last_;                       ///< what the last step told

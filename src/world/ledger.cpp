@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 
 #include "heat/heat_balance.h"
 
@@ -53,6 +54,12 @@ void append(Values& values, const Values& more) {
 }
 
 }  // namespace
+
+std::string crack_line(const std::array<double, 2>& cracks) {
+  char text[100];
+  std::snprintf(text, sizeof text, "cracks: %.0f sides of cells, %.4g m", cracks[0], cracks[1]);
+  return text;
+}
 
 Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed)
     : clock_(output.clock) {

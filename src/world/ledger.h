@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,6 +24,9 @@ struct LedgerRow {
   double h = 0;                  ///< length of the step [s]
   int retries = 0;               ///< how often it was tried again
 };
+
+/// A line about the cracks of a run. @param cracks sides, and their undeformed length [m]
+std::string crack_line(const std::array<double, 2>& cracks);
 
 /// The books of an object: a row of history.csv for the initial state and for each step, and where something burns the
 /// pieces of each frame in pieces.csv. Every object's row has time, step, time_step, retries; mass_left, mass_burnt,

@@ -134,9 +134,7 @@ std::vector<std::string> SheetLedger::remarks() const {
                     time_text(record_.time));
   }
   if (cracks_[0] > 0) {
-    char text[100];
-    std::snprintf(text, sizeof text, "cracks: %.0f sides of cells, %.4g m", cracks_[0], cracks_[1]);
-    lines.emplace_back(text);
+    lines.push_back(crack_line(cracks_));
   }
   return lines;
 }

@@ -165,7 +165,7 @@ output: {directory: ball, name: ball}
   std::string end;
   for (const int ranks : {1, 3}) {
     const std::string printed = succeed(ranks, {ball}).output;
-    const std::size_t begin = printed.find("the sheet round the gas is open: it has torn at vertex ");
+    const std::size_t begin = printed.find("chamber air is open: it has torn at vertex ");
     ASSERT_NE(begin, std::string::npos) << printed;
     const std::string text = printed.substr(begin, printed.find('\n', begin) - begin);
     EXPECT_TRUE(end.empty() || end == text) << text;

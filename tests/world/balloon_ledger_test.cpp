@@ -276,7 +276,7 @@ TEST_P(BalloonTable, HasWhatTheStateSays) {
   expect_table(read_csv(options_.output.directory + "/history.csv"), history, 1e-10);
 }
 
-TEST_P(BalloonTable, CountsWhatTurnedOverSinceItsLastRow) {
+TEST_P(BalloonTable, CountsWhatTurnsOverInAStep) {
   const TestFolder folder;
   options_.output.directory = folder / "out";
   options_.output.name = "balls";
@@ -287,9 +287,16 @@ TEST_P(BalloonTable, CountsWhatTurnedOverSinceItsLastRow) {
   BalloonLedger ledger({run_folder.output, console, clock_, ""}, chain_);
   std::vector<TableRow> history;
   Eigen::Matrix3Xd before = rest_;
+  Eigen::MatrixXd last_position = membrane_.rest;
   for (int k = 0; k < 3; ++k) {
-    ledger.add(state_, {}, k == 0 ? 0 : h, k % 3);
-    history.push_back(row(state_, before, {}, clock_));
+    Field last(membrane_.particles, 3);
+    last.values() = last_position;
+    InflateStep step;
+    step.inverted = chain_.elements().inverted(last, state_.position);
+    MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
+    last_position = state_.position.values();
+    ledger.add(chain_, state_, step, k == 0 ? 0 : h, k % 3);
+    history.push_back(row(state_, before, step, clock_));
     for (const char* name : {"newton_iterations", "residual", "relative_residual"}) {
       history.back()[name] = 0;
     }

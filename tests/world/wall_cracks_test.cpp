@@ -1,0 +1,250 @@
+// Walls that are pulled apart: cracks along the sides of elements, vertices that double, pieces.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "parallel/collective.h"
+#include "surface/membrane.h"
+#include "tests/io/files.h"
+#include "tests/support/csv.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/picture.h"
+#include "tests/support/run_folder.h"
+#include "tests/world/one_object.h"
+
+namespace pellicle::wall_cracks_test {
+namespace {
+
+constexpr double width = 0.1;       // [m]
+constexpr double length = 0.2;      // [m]
+constexpr double thickness = 1e-3;  // [m]
+constexpr double mu = 0.4e6;        // [Pa]
+constexpr double strength = 200;    // half-way up [N/m]
+
+/// A strip of rubber between x = 0 and `width`, y = 0 and `length`, that is half as strong half-way up as elsewhere.
+/// Collective.
+Options strip(const TestFolder& folder, const std::string& name) {
+  Options options;
+  options.chain = ChainKind::inflate;
+  options.wall.thickness = thickness;
+  options.wall.material.mu = mu;
+  options.prism.mass_damping = 20;
+  options.force.gravity.setZero();
+  options.ablation.strength = 2 * strength;
+  options.ablation.strength_texture = write_picture(folder, 1, 3, [](int, int row) { return row == 1 ? 0 : 255; });
+  options.ablation.strength_range = {0.5, 1};
+  options.output.directory = folder / name;
+  options.output.name = "strip";
+  return options;
+}
+
+/// The right half is the mirror image of the left one.
+SurfaceMesh strip_mesh(int cells) {
+  SurfaceMesh mesh = grid_mesh(cells, 2 * cells, width / cells);
+  mesh.groups["middle"] = {cells * (cells + 1)};  // the left vertex half-way up
+  const SurfaceMesh quads = mesh;
+  mesh.faces.clear();
+  mesh.uv.clear();
+  for (std::size_t quad = 0; quad < quads.faces.size(); ++quad) {
+    const std::size_t first = static_cast<int>(quad) % cells < cells / 2 ? 0 : 1;  // corner of the diagonal
+    for (const std::size_t k : {first, first + 2}) {
+      const auto corner = [&](std::size_t turn) { return (k + turn) % 4; };
+      mesh.faces.push_back({quads.faces[quad][corner(0)], quads.faces[quad][corner(1)], quads.faces[quad][corner(2)]});
+      mesh.uv.push_back({quads.uv[quad][corner(0)], quads.uv[quad][corner(1)], quads.uv[quad][corner(2)]});
+    }
+  }
+  return mesh;
+}
+
+/// A run in steps of one length.
+class Pulled {
+ public:
+  Pulled(int cells, const Options& options, double h)
+      : h_(h),
+        console_(PETSC_COMM_WORLD, 0, silent_, false),
+        folder_(options.output),
+        run_(make_membrane(PETSC_COMM_WORLD, strip_mesh(cells), options.sheet), options, folder_.output, console_) {
+    run_.draw();
+    run_.record(0, 0);
+  }
+
+  void step() {
+    run_.keep();
+    const StepResult result = run_.advance(h_);
+    ASSERT_TRUE(result.converged) << result.reason;
+    run_.accept(run_.time());
+    run_.record(h_, 0);
+  }
+  /// Steps until something has cracked. @returns when [s]
+  double first_crack(double latest) {
+    while (cracked_sides() == 0 && run_.time() < latest && !::testing::Test::HasFatalFailure()) {
+      step();
+    }
+    return run_.time();
+  }
+
+  double time() const { return run_.time(); }
+  const Membrane& wall() { return run_.object().membrane(); }
+  BalloonState& state() { return run_.object().state(); }
+  BurningFields& fields() { return *state().burning; }
+  static double sum(double own) {
+    MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return own;
+  }
+  double cracked_sides() { return sum(fields().cracked_sides); }
+  /// Of the owned vertices of all ranks.
+  double sum_of(const double* values) {
+    double own = 0;
+    for (PetscInt i = 0; i < wall().particles.owned; ++i) {
+      own += values[i];
+    }
+    return sum(own);
+  }
+  /// Of the owned vertices of all ranks.
+  std::vector<PetscInt> all_of(const std::vector<PetscInt>& local) {
+    return of_all_ranks(PETSC_COMM_WORLD, std::vector<PetscInt>(local.begin(), local.begin() + wall().particles.owned));
+  }
+  /// Undeformed heights of the ends of all cracked sides of elements.
+  std::vector<double> heights() {
+    std::vector<double> own;
+    for (std::size_t side = 0; side < static_cast<std::size_t>(3 * wall().elements.owned); ++side) {
+      if (fields().living.cracked[side]) {
+        own.push_back(wall().rest(1, wall().corner(side / 3, side % 3)));
+        own.push_back(wall().rest(1, wall().corner(side / 3, side % 3 + 1)));
+      }
+    }
+    return of_all_ranks(PETSC_COMM_WORLD, own);
+  }
+  /// Least and greatest y of a piece's vertices.
+  std::array<double, 2> extent(PetscInt piece) {
+    std::array<double, 2> ends{-HUGE_VAL, -HUGE_VAL};
+    for (PetscInt i = 0; i < wall().particles.owned; ++i) {
+      if (fields().pieces.of_particle[static_cast<std::size_t>(i)] == piece) {
+        const double y = state().position.vector(i).y();
+        ends = {std::max(ends[0], -y), std::max(ends[1], y)};
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+    return {-ends[0], ends[1]};
+  }
+
+ private:
+  double h_;
+  std::ostringstream silent_;
+  Console console_;
+  RunFolder folder_;
+  OneObject<InflateRun> run_;
+};
+
+TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
+  const TestFolder folder;
+  Options options = strip(folder, "out");
+  options.pins["lower"].box = {-1, -1, -1, 1, 1e-6, 1};
+  options.pins["upper"].box = {-1, length - 1e-6, -1, 1, 1, 1};
+  constexpr double speed = 0.1;
+  options.prism.mass_damping = 100;
+  options.prism.stiffness_damping = 5e-3;  // so that the halves do not fold as they spring back
+  options.ablation.strength_range = {0.3, 1};
+  options.pins["upper"].velocity = {0, speed, 0};
+  options.forces["nudge"].group = "middle";
+  options.forces["nudge"].force = {{0, 0, 0, 1e-3}};
+  constexpr int cells = 6;
+  Pulled run(cells, options, 2e-3);
+  const PetscInt vertices = run.wall().particles.global;
+  const PetscInt elements = run.wall().elements.global;
+  const double mass = run.sum_of(run.fields().mass.data());
+  const double begin = run.first_crack(0.5);
+  for (int k = 0; k < 60; ++k) {
+    run.step();
+  }
+
+  EXPECT_EQ(run.cracked_sides(), cells);
+  EXPECT_NEAR(run.sum(run.fields().crack_length), width, 1e-12);
+  for (const double y : run.heights()) {
+    EXPECT_NEAR(y, length / 2, 1e-12);
+  }
+  EXPECT_EQ(run.wall().particles.global, vertices + cells + 1);
+  EXPECT_EQ(run.wall().elements.global, elements) << "no element is lost";
+  const std::vector<bool>& living = run.fields().living.triangles;
+  EXPECT_TRUE(std::all_of(living.begin(), living.end(), [](bool lives) { return lives; }));
+  const std::vector<PetscInt> ids = run.all_of(run.wall().persistent_id);
+  EXPECT_EQ(std::set<PetscInt>(ids.begin(), ids.end()).size(), ids.size());
+  EXPECT_EQ(*std::max_element(ids.begin(), ids.end()), vertices + cells) << "new ids follow on the old ones";
+  EXPECT_NEAR(run.sum_of(run.fields().mass.data()), mass, 1e-14 * mass);
+  EXPECT_NEAR(run.sum_of(run.wall().initial_mass.data()), mass, 1e-14 * mass);
+  EXPECT_EQ(run.sum(run.fields().mass_burnt), 0);
+  const std::vector<double>& burnt = run.fields().burn_time;
+  EXPECT_TRUE(std::all_of(burnt.begin(), burnt.end(), [](double time) { return time == -1; }));
+  const std::vector<PetscInt> pins = run.all_of(run.state().pin);
+  EXPECT_EQ(std::count(pins.begin(), pins.end(), 0), cells + 1);
+  EXPECT_EQ(std::count(pins.begin(), pins.end(), 1), cells + 1);
+  const std::vector<bool>& loads = *run.state().loads;
+  EXPECT_EQ(run.sum(static_cast<double>(std::count(loads.begin(), loads.begin() + run.wall().particles.owned, true))),
+            2)
+      << "the vertex that is pushed and its copy";
+
+  const Pieces& pieces = run.fields().pieces;
+  ASSERT_EQ(pieces.present.size(), 2U);
+  EXPECT_GE(pieces.birth_time[1], begin - 1e-12);
+  EXPECT_LE(pieces.birth_time[1], begin + 0.02);
+  for (const double piece : piece_masses(pieces, run.wall(), run.fields().mass)) {
+    EXPECT_NEAR(piece, mass / 2, 1e-12 * mass);
+  }
+  std::array<double, 2> lower = run.extent(pieces.present[0]);
+  std::array<double, 2> upper = run.extent(pieces.present[1]);
+  if (lower[0] > upper[0]) {
+    std::swap(lower, upper);
+  }
+  // The halves spring back to half of the length each, the gap is what the upper end has moved.
+  EXPECT_NEAR(lower[1], length / 2, 0.1 * speed * run.time());
+  EXPECT_NEAR(upper[0] - lower[1], speed * run.time(), 0.2 * speed * run.time());
+
+  MPI_Barrier(PETSC_COMM_WORLD);
+  const auto history = read_csv(folder / "out/history.csv");
+  EXPECT_EQ(history.at("cracked_sides").front(), 0);
+  EXPECT_EQ(history.at("cracked_sides").back(), cells);
+  EXPECT_NEAR(history.at("crack_length").back(), width, 1e-12);
+  EXPECT_EQ(history.at("pieces").back(), 2);
+}
+
+/// When a strip cracks first that is pulled by a force which grows by `rate` [s].
+double cracking_time(const TestFolder& folder, int cells, double h, double rate) {
+  Options options = strip(folder, std::to_string(cells) + "_" + std::to_string(h));
+  options.prism.inertia = false;
+  options.symmetry["lower"].normal = {0, 1, 0};
+  options.forces["upper"].box = {-1, length - 1e-6, -1, 1, 1, 1};
+  options.forces["upper"].force = {{0, 0, 0, 0}, {1, 0, rate, 0}};
+  Pulled run(cells, options, h);
+  return run.first_crack(1);
+}
+
+TEST(WallCracks, begin_where_the_tension_reaches_the_strength_whatever_mesh_and_step) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  const TestFolder folder;
+  // A strip that is stretched by c bears mu (c - 1/c^2) of force per undeformed section, and is narrower by c^(-1/2).
+  const auto tension = [](double c) { return mu * thickness * (c - 1 / (c * c)) * std::sqrt(c); };
+  double low = 1;
+  double high = 2;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = (low + high) / 2;
+    (tension(middle) < strength ? low : high) = middle;
+  }
+  constexpr double rate = 20;  // [N/s]
+  const double expected = strength * width / std::sqrt(low) / rate;
+  ASSERT_LT(expected, 0.98);
+  for (const auto& [cells, h] : {std::pair{4, 0.02}, {8, 0.02}, {8, 0.01}, {12, 0.01}}) {
+    EXPECT_NEAR(cracking_time(folder, cells, h, rate), expected + h / 2, 0.003 * expected + h / 2)
+        << cells << " cells, " << h << " s";
+  }
+}
+
+}  // namespace
+}  // namespace pellicle::wall_cracks_test
