@@ -26,6 +26,7 @@ struct Material {
   std::vector<double> ogden_mu;     ///< [Pa]
   std::vector<double> ogden_alpha;  ///< exponents, as many
   bool wrinkles = false;            ///< metric_energy is relaxed: by tension field, see there
+  double tension = 0;               ///< of one that wrinkles: stress of the undeformed wall, see there [Pa]
 };
 
 inline const std::vector<std::string>& names_of(Material::Law) {

@@ -192,8 +192,10 @@ Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest) {
   return map;
 }
 
-MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                           const Eigen::Vector3d& a, double given_ratio) {
+namespace {
+
+MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                                    const Eigen::Vector3d& a, double given_ratio) {
   // t = inverse : a and d = det a / det of the undeformed metric, with their derivatives by a
   const double scale = 1 / (4 * rest.area * rest.area);
   const Eigen::Vector3d by_t(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
@@ -228,6 +230,19 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
   result.hessian(1, 1) -= 2 * psi.d * scale;
   result.hessian *= rest.volume;
   result.thickness_ratio = std::sqrt(state.c);
+  return result;
+}
+
+}  // namespace
+
+MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
+                           const Eigen::Vector3d& a, double given_ratio) {
+  MetricEnergy result = energy_without_tension(material, rule, rest, a, given_ratio);
+  if (material.tension > 0) {
+    const Eigen::Vector3d by_trace(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
+    result.energy += rest.volume * material.tension / 2 * (by_trace.dot(a) - 2);
+    result.gradient += rest.volume * material.tension / 2 * by_trace;
+  }
   return result;
 }
 

@@ -55,7 +55,8 @@ struct MetricEnergy {
 /// Steigmann, Tension-field theory, Proc. R. Soc. Lond. A 429, 1990). With the principal stretches l1 >= l2, and w(l1)
 /// the width l2 at which there is no stress across the tension: where l2 >= w it is what it was (taut); where l1 > 1
 /// and l2 < w that at (l1, w), uniaxial tension (wrinkled); where l1 <= 1 and l2 < w 0 (slack), its derivatives too.
-/// The thickness is that of the wall in its wrinkles. Not for a thickness that is given and not 1.
+/// The thickness is that of the wall in its wrinkles. Not for a thickness that is given and not 1. Material::tension T
+/// adds T (tr C - 2)/2, a second Piola-Kirchhoff stress T in all directions, which leaves nothing without stiffness.
 ///
 /// Infinite energy and nothing finite else where the element has collapsed (no area) or, for plane_stress, no thickness
 /// balances it.

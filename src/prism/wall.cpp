@@ -219,9 +219,10 @@ void apply_region(Wall& wall, const Membrane& membrane, const std::string& name,
 }  // namespace
 
 Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::vector<double>& texture) {
-  if (options.wrinkling == Wrinkling::tension_field && options.bending != BendingModel::none) {
-    throw Error("wall.bending: " + options.bending.name() +
-                " given, expected none with wall.wrinkling: tension_field, which has no wrinkles that could bend");
+  if (options.has_tension_field() && options.bends()) {
+    throw Error(
+        "wall.bending: plate given, expected none with wall.wrinkling: tension_field, which has no wrinkles that "
+        "could bend");
   }
   Wall wall;
   wall.rule = options.thickness_rule == WallThickness::incompressible ? ThicknessRule::incompressible
@@ -229,7 +230,11 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
                                                                       : ThicknessRule::fixed;
   wall.preserve_volume = options.thickness_rule == WallThickness::global_volume;
   wall.materials.push_back(wall_material(options.material));
-  wall.materials.back().wrinkles = options.wrinkling == Wrinkling::tension_field;  // and so do those of regions
+  if (options.has_tension_field()) {
+    Material& material = wall.materials.back();  // of which regions have the rest
+    material.wrinkles = true;
+    material.tension = options.slack_tension * small_strain_moduli(material).shear;
+  }
   wall.material.assign(membrane.triangles.size(), 0);
   wall.density.assign(membrane.triangles.size(), options.density);
   wall.thickness = wall_thickness(membrane, options, texture);

@@ -132,7 +132,9 @@ void describe(OptionTable& table, WallOptions& options) {
   table.add("wall.bending", options.bending)
       .help(
           "plate: the wall resists bending as a plate of its present thickness h, E h^3 / (12 (1 - nu^2)), and is "
-          "curved as it is undeformed; none: only its stretching costs something, and wrinkles are as fine as the mesh")
+          "curved as it is undeformed; none: only its stretching costs something, and wrinkles are as fine as the "
+          "mesh; "
+          "by_wrinkling: plate, but none with wall.wrinkling: tension_field")
       .source("Koiter's thin shell; none: the balloon paper");
   table.add("wall.thickness", options.thickness)
       .unit("m")
@@ -164,8 +166,15 @@ void describe(OptionTable& table, WallOptions& options) {
                         {WallThickness::incompressible, WallThickness::plane_stress, WallThickness::fixed}))
       .help(
           "none: the wall bears compression, and wrinkles as its elements do; tension_field: it bears none, as a wall "
-          "does that is thin beside its wrinkles, which are finer than the elements; needs wall.bending: none")
+          "does that is thin beside its wrinkles, which are finer than the elements and do not bend")
       .source("Pipkin 1986, Steigmann 1990");
+  table.add("wall.slack_tension", options.slack_tension)
+      .range(0, 1)
+      .acts_with(one_of("wall.wrinkling", options.wrinkling, {Wrinkling::tension_field}))
+      .help(
+          "share of the shear modulus by which the undeformed wall is stressed in all directions, so that it has some "
+          "stiffness where it is slack, too; much less than the strains")
+      .source("README: balloons");
   // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
   const auto is_used = [&options](Material::Law law) {
     const Material::Law of_wall = options.material.law;

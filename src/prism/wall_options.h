@@ -63,16 +63,17 @@ inline const std::vector<std::string>& names_of(Wrinkling) {
   return names;
 }
 
-/// How the wall resists bending (`wall.bending`).
-enum class BendingModel { plate, none };
+/// How the wall resists bending (`wall.bending`). by_wrinkling: plate, but none with tension_field, whose wrinkles have
+/// no width of their own.
+enum class BendingModel { by_wrinkling, plate, none };
 inline const std::vector<std::string>& names_of(BendingModel) {
-  static const std::vector<std::string> names{"plate", "none"};
+  static const std::vector<std::string> names{"by_wrinkling", "plate", "none"};
   return names;
 }
 
 /// What the wall of a balloon is made of.
 struct WallOptions {
-  Choice<BendingModel> bending = BendingModel::plate;
+  Choice<BendingModel> bending = BendingModel::by_wrinkling;
   Choice<WallThickness> thickness_rule = WallThickness::incompressible;
   double thickness = 0.3e-3;                            ///< undeformed [m]
   std::string thickness_texture;                        ///< file of an image that gives it instead, if not empty
@@ -80,9 +81,15 @@ struct WallOptions {
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
   Choice<Wrinkling> wrinkling = Wrinkling::none;
+  double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a share of the shear modulus
   MaterialOptions<Material::Law, double> material{Material::Law::neo_hookean, 4e5,         0, 2e5, 2e4,
                                                   {6.3e5, 1.2e3, -1e4},       {1.3, 5, -2}};
   std::map<std::string, RegionOptions> regions;
+
+  bool has_tension_field() const { return wrinkling == Wrinkling::tension_field; }
+  bool bends() const {
+    return bending == BendingModel::plate || (bending == BendingModel::by_wrinkling && !has_tension_field());
+  }
 };
 
 /// Declares `prism.thickness`, the options `wall.*` and the named objects `regions`.

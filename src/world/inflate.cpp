@@ -162,7 +162,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                             stiffness};
     });
   }
-  if (options.wall.bending == BendingModel::plate) {
+  if (options.wall.bends()) {
     bending_.emplace(elements_, constraints_.projectors(), pins_.clamped());
   }
   if (options.contact.self) {

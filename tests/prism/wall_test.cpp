@@ -247,7 +247,10 @@ TEST(Wall, refuses_what_it_cannot_use) {
          o.material.ogden_alpha[1] = 0;
        },
        "wall.ogden_alpha: 0 given, expected exponents that are not zero"},
-      {[](WallOptions& o) { o.wrinkling = "tension_field"; },
+      {[](WallOptions& o) {
+         o.wrinkling = "tension_field";
+         o.bending = "plate";
+       },
        "wall.bending: plate given, expected none with wall.wrinkling: tension_field"}};
   for (const auto& [change, expected] : cases) {
     EXPECT_NE(fault(change).find(expected), std::string::npos) << fault(change) << "\nexpected: " << expected;
