@@ -135,5 +135,24 @@ TEST(TensionField, HasNoForceWhereItIsSlack) {
   }
 }
 
+TEST(TensionField, HasATensionInAllDirectionsIfAskedFor) {
+  constexpr double tension = 50;  // [Pa]
+  std::mt19937 random(12);
+  for (auto [name, material] : wrinkling_materials()) {
+    material.tension = tension;
+    for (const ThicknessRule rule : rules) {
+      const TestElement slack = random_element(random, 0.9, 0.4);
+      const PrincipalState state = principal_state(material, rule, slack.rest(), slack.e12, slack.e13, 1);
+      EXPECT_NEAR(state.stress[0], tension * 0.9 / 0.4, 1e-9 * tension) << name;
+      EXPECT_NEAR(state.stress[1], tension * 0.4 / 0.9, 1e-9 * tension) << name;
+      const MetricEnergy energy = energy_of(material, rule, slack);
+      const Eigen::VectorXd eigenvalues = eigenvalues_of(element_matrix({energy.gradient, energy.hessian}, slack));
+      EXPECT_NEAR(eigenvalues[2], 0, 1e-9 * eigenvalues[8]) << name << ": it may be shifted";
+      EXPECT_GT(eigenvalues[3], 1e-3 * eigenvalues[8]) << name;
+      expect_derivatives(name, material, rule, random_element(random, 1.4, 0.6));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pellicle::tension_field_test
