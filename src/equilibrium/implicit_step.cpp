@@ -21,6 +21,15 @@ constexpr double negligible_force = 1e-6;
 /// By which a tangent that is not positive definite goes over to the positive one, until it is; 1 is the whole way.
 constexpr double share_step = 0.125;
 
+/// Of a linear solve, before the tangent is factorised instead, which costs what some 250 do (README: balloons).
+constexpr int most_linear_iterations = 100;
+
+/// Beyond as many vertices a factor takes too much memory to be made unasked.
+constexpr PetscInt most_vertices_to_factorise = 200000;
+
+/// Steps at most until iterations are tried again.
+constexpr int most_steps_to_factorise = 8;
+
 /// Options of a step. One in time that ends when it has converged has the exact tangent near its end, since Newton's
 /// method converges slowly without it, and where that is not positive definite changes it no more than it must. By arc
 /// length the whole tangent says where the path goes.
@@ -35,7 +44,19 @@ PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integra
   return options;
 }
 
-KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes) {
+/// Whether the tangent may be factorised where iterations fail: not if the user has chosen how to iterate.
+bool may_factorise(const PrismOptions& options, PetscInt vertices) {
+  PetscBool is_chosen = PETSC_FALSE;
+  for (const char* option : {"-pc_type", "-ksp_type", "-ksp_max_it"}) {
+    PetscBool is_set = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, options.solver_prefix.c_str(), option, &is_set));
+    is_chosen = is_set == PETSC_TRUE ? PETSC_TRUE : is_chosen;
+  }
+  return options.factor == PrismFactor::automatic && is_chosen == PETSC_FALSE &&
+         options.mat_type != TangentMatrix::shell && vertices <= most_vertices_to_factorise;
+}
+
+KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes, bool may_factorise) {
   KspDefaults defaults;
   // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
   // motions are all but free, and beyond a limit point only the volume that is prescribed holds it.
@@ -47,7 +68,7 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
     defaults.preconditioner = PCMG;
   }
   defaults.rtol = options.ksp_rtol;
-  defaults.max_iterations = 10000;
+  defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;
   defaults.fields = {"x", "y", "z"};
   return defaults;
 }
@@ -57,10 +78,25 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
     : options_(options_of_step(options, integrator)),
       potential_(model, options_, integrator),
+      before_(model.elements.membrane().particles, 3),
+      may_factorise_(may_factorise(options, model.elements.membrane().particles.global)),
       system_(potential_.tangent_matrix(), model.chambers.count() + (integrator.arc_length() ? 1 : 0),
-              options.solver_prefix, solver_defaults(options_, !potential_.prescribed().empty())),
+              options.solver_prefix, solver_defaults(options_, !potential_.prescribed().empty(), may_factorise_)),
       patches_(RigidPatches::of(system_.solver(), potential_.tangent(), model.elements.membrane().triangles,
                                 model.constraints.projectors(), options.patch_size)) {
+  KSPType type = nullptr;
+  PC pc = nullptr;
+  PCType preconditioner = nullptr;
+  check(KSPGetType(system_.solver(), &type));
+  check(KSPGetPC(system_.solver(), &pc));
+  check(PCGetType(pc, &preconditioner));
+  solver_words_ = options_.factor == PrismFactor::always
+                      ? "cg with a factorisation"
+                      : std::string(type) + ", " + preconditioner + (patches_ ? " with rigid patches" : "");
+  if (may_factorise_) {
+    solver_words_ += "; with a factorisation where a solve takes more than " + std::to_string(most_linear_iterations) +
+                     " iterations";
+  }
   if (!potential_.prescribed().empty()) {
     bordered_.emplace(system_, potential_.prescribed(), potential_.pressure_scales());
   }
@@ -97,6 +133,7 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
     update_jacobian();
   };
   problem.solve = [this](Vec residual, Vec descent, const NewtonRequest& request) {
+    linear_rtol_ = request.rtol;
     check(KSPSetTolerances(system_.solver(), request.rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
     const bool is_new = std::exchange(has_new_pattern_, false);
     check(KSPSetReusePreconditioner(system_.solver(), is_new ? PETSC_FALSE : request.reuses_preconditioner));
@@ -122,12 +159,14 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
   potential_.write_to(unknowns_);
   concave_iterations_ = 0;
   last_share_ = 0;
+  choose_solver();
   const NewtonResult newton = newton_->solve(unknowns_);
 
   ImplicitResult result;
   result.newton_iterations = newton.iterations;
   result.linear_iterations = newton.linear_iterations;
   result.concave_iterations = concave_iterations_;
+  result.is_factorised = is_factorised_;
   result.converged = newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
   if (result.converged) {
     judge(newton, result);
@@ -136,7 +175,7 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
     potential_.move_to(unknowns_);
   }
   potential_.write_end(position);
-  if (result.converged && potential_.ends_beyond() && potential_.inverted(position) > 0) {
+  if (result.converged && potential_.ends_beyond() && potential_.inverted(potential_.start(), position) > 0) {
     result.converged = false;
     result.reason = "the end of the step turns elements over: it is too long";
   }
@@ -210,12 +249,15 @@ void ImplicitStep::update_jacobian() {
     if (patches_) {
       patches_->forget_pattern();
     }
+    if (factor_) {
+      factor_->forget_pattern();
+    }
     if (positive_ != nullptr) {
       system_.precondition_from(system_.sparse());
       positive_ = {};
     }
   }
-  const bool renews_patches = patches_ && patches_->due();
+  const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {
     potential_.update_tangent(Curvature::positive, system_);
     if (renews_patches) {
@@ -231,6 +273,27 @@ void ImplicitStep::update_jacobian() {
   }
 }
 
+/// Of a step that begins: iterations, unless they have failed of late.
+void ImplicitStep::choose_solver() {
+  if (steps_left_ == 0 && may_factorise_ && !is_factorised_) {
+    steps_to_factorise_ = 0;  // They have done for the whole of the last step.
+  }
+  is_factorised_ = false;
+  system_.use(nullptr);
+  if (options_.factor == PrismFactor::always || steps_left_ > 0) {
+    factorise();
+    steps_left_ = std::max(steps_left_ - 1, 0);
+  }
+}
+
+void ImplicitStep::factorise() {
+  if (!factor_) {
+    factor_.emplace(potential_.tangent(), system_, options_.solver_prefix);
+  }
+  is_factorised_ = true;
+  system_.use(factor_->solver());
+}
+
 /// The step of Newton's method, J y = r, or of a tangent in J's place that is positive definite (see the class).
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   LinearResult result = solve_once(right_hand_side, solution);
@@ -239,8 +302,14 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     result = solve_once(right_hand_side, solution);
     result.iterations += iterations;
   };
-  if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && system_.allows_other_preconditioning() &&
-      options_.mat_type != TangentMatrix::shell) {
+  const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
+  if (has_failed && may_factorise_ && !is_factorised_) {
+    steps_to_factorise_ = std::clamp(2 * steps_to_factorise_, 1, most_steps_to_factorise);
+    steps_left_ = steps_to_factorise_;
+    factorise();
+    again();
+  } else if (result.solved == Solved::bad_preconditioner && positive_ == nullptr &&
+             system_.allows_other_preconditioning() && options_.mat_type != TangentMatrix::shell) {
     // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
     system_.precondition_from(positive_);
@@ -274,6 +343,15 @@ void ImplicitStep::set_tangent(double positive_share) {
 }
 
 LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
+  if (is_factorised_) {
+    check(KSPSetTolerances(factor_->solver(), linear_rtol_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+    const std::optional<int> negative = factor_->renew();
+    if (!negative || *negative > 0) {
+      LinearResult result;
+      result.refuse(Solved::concave, "the tangent is not positive definite");
+      return result;
+    }
+  }
   if (bordered_) {
     return bordered_->solve(right_hand_side, solution);
   }
@@ -289,17 +367,19 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
   return result;
 }
 
-/// Steps back from Newton's step until no element turns over and the potential falls; with prescribed volumes the
-/// potential and what the multipliers make of the volumes' errors.
+/// Steps back from Newton's step until no element turns over in it and the potential falls; with prescribed volumes the
+/// potential and what the multipliers make of the volumes' errors. In a step in time an element may turn as far as it
+/// likes, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   potential_.move_to(step.position);
+  before_.values() = potential_.position().values();
   potential_.limit(step.residual, step.descent);
   if (path_) {
     return backtrack(
         [&](double share) -> std::optional<double> {
           check(VecWAXPY(step.trial, -share, step.descent, step.position));
           potential_.move_to(step.trial);
-          return potential_.inverted() > 0 ? std::nullopt : std::optional(0.0);
+          return potential_.inverted(before_, potential_.position()) > 0 ? std::nullopt : std::optional(0.0);
         },
         0, 0, 0);
   }
@@ -323,7 +403,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
       [&](double share) -> std::optional<double> {
         check(VecWAXPY(step.trial, -share, step.descent, step.position));
         potential_.move_to(step.trial);
-        return potential_.inverted() > 0 ? std::nullopt : std::optional(merit());
+        return potential_.inverted(before_, potential_.position()) > 0 ? std::nullopt : std::optional(merit());
       },
       before, slope, rounding);
 }

@@ -9,6 +9,7 @@
 #include "solvers/load_border.h"
 #include "solvers/newton.h"
 #include "solvers/rigid_patches.h"
+#include "solvers/tangent_factor.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -19,6 +20,7 @@ struct ImplicitResult {
   std::string reason;  ///< of a failure, in words
   int newton_iterations = 0;
   int linear_iterations = 0;
+  bool is_factorised = false;       ///< from some Newton iteration on
   int concave_iterations = 0;       ///< Newton iterations in which the tangent was not positive definite
   double residual = 0;              ///< norm of what is left of all forces together at the end [N]
   double relative_residual = 0;     ///< over the largest norm of one kind of force: of the wall, the gas, inertia, ...
@@ -28,11 +30,17 @@ struct ImplicitResult {
 /// An implicit step of the wall and its gas (balloon paper, eq. 18 to 23) by a TimeIntegrator, with SNES and KSP of
 /// prefix `prism_`: makes StepPotential stationary.
 ///
-/// Newton's steps are halved until no element has turned over since x^n and Pi falls (README: readings). The gas's
-/// rank-one part stays low-rank beside the assembled or matrix-free part.
+/// Newton's steps are halved until no element turns over in one and Pi falls (README: readings). The gas's rank-one
+/// part stays low-rank beside the assembled or matrix-free part.
+///
+/// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
+/// not serve. Once one takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
+/// step, and for 1, 2, 4, 8 steps more each time that iterations are tried again and fail. How many it has been
+/// is forgotten with a new ImplicitStep.
 ///
 /// Where the tangent is not positive definite, Pi has no minimum near and may have several further off. Whether it is
-/// so the linear solver finds out: conjugate gradients meet a direction of negative curvature, or the solution is one.
+/// so the linear solver finds out: the factor has negative pivots, or conjugate gradients meet a direction of negative
+/// curvature, or the solution is one.
 /// What they have reached by then depends on preconditioner, ranks and rounding, and is not used: the iteration is
 /// solved again with a tangent on the way to one that is positive definite by construction (Curvature::positive), by
 /// eighths of the way, as few as do. So the steps are the same everywhere, and near a minimum the tangent is exact. The
@@ -58,12 +66,17 @@ class ImplicitStep {
   /// The step in progress.
   const StepPotential& potential() const { return potential_; }
 
+  /// Which solver it has, such as "cg, mg with rigid patches".
+  const std::string& solver_words() const { return solver_words_; }
+
   /// Square root of the wall's undeformed area, the same on every rank [m].
   double length_scale() const { return potential_.length_scale(); }
 
  private:
   void update_jacobian();
   void set_tangent(double positive_share);
+  void choose_solver();
+  void factorise();
   LinearResult solve(Vec right_hand_side, Vec solution);
   LinearResult solve_once(Vec right_hand_side, Vec solution);
   std::optional<double> search(const NewtonStep& step);
@@ -73,11 +86,19 @@ class ImplicitStep {
 
   PrismOptions options_;
   StepPotential potential_;
+  Field before_;          ///< positions at which Newton's iteration in progress began
+  bool may_factorise_;    ///< the tangent, where iterations fail
   MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed
   LowRankSystem system_;  ///< of the positions
-  std::unique_ptr<RigidPatches> patches_;   ///< of its preconditioner, if it is multigrid
+  std::unique_ptr<RigidPatches> patches_;  ///< of its preconditioner, if it is multigrid
+  std::string solver_words_;
+  bool is_factorised_ = false;              ///< the tangent is, in the step in progress
+  int steps_to_factorise_ = 0;              ///< without trying iterations, in a row
+  int steps_left_ = 0;                      ///< of them
+  std::optional<TangentFactor> factor_;     ///< once it has been needed
   std::optional<BorderedSystem> bordered_;  ///< of positions and pressures, if a volume is prescribed
   std::optional<LoadBorder> path_;          ///< of positions and the loads' time, if by arc length
+  double linear_rtol_ = 0;                  ///< of the solve in progress
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress

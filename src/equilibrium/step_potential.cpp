@@ -123,7 +123,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   }
   if (integrator_.arc_length()) {
     begin_path(start);
-  } else if (inverted() > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
+  } else if (inverted(start_, position_) > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
   keep_clear();
@@ -305,8 +305,8 @@ Eigen::VectorXd StepPotential::excess_volume() const {
   return excess;
 }
 
-double StepPotential::inverted(const Field& position) const {
-  return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(start_, position)));
+double StepPotential::inverted(const Field& from, const Field& to) const {
+  return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
 void StepPotential::evaluate_gas() {

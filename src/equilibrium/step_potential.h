@@ -111,6 +111,8 @@ class StepPotential {
 
   /// x, ghosts up to date.
   const Field& position() const { return position_; }
+  /// x^n, ghosts up to date.
+  const Field& start() const { return start_; }
   /// Of the prescribed chambers [Pa].
   const Eigen::VectorXd& multiplier() const { return multiplier_; }
 
@@ -118,10 +120,8 @@ class StepPotential {
   double value();
   /// V(x) - V* of the prescribed chambers when Pi or the residual was last asked for [m^3].
   Eigen::VectorXd excess_volume() const;
-  /// Elements that have turned over since x^n, on all ranks. Collective.
-  double inverted() const { return inverted(position_); }
-  /// The same for other positions, ghosts up to date.
-  double inverted(const Field& position) const;
+  /// Elements that turn over on the way from one place to another, on all ranks; ghosts up to date. Collective.
+  double inverted(const Field& from, const Field& to) const;
   /// Gradient of Pi at x, and the rows of the multipliers. Collective.
   void compute_residual(Vec residual);
   /// Norms of the forces of each potential and of the gas in the last residual [N]. Collective.

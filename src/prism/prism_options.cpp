@@ -31,13 +31,23 @@ void describe(OptionTable& table, PrismOptions& options) {
           "system matrix: baij, aij: rows, in blocks of 3 or not; sbaij: the upper half of the blocks; shell: "
           "matrix-free, element by element")
       .source("balloon paper, section 4: matrix-free");
+  table.add("prism.factor", options.factor)
+      .acts_with(
+          one_of("prism.mat_type", options.mat_type, {TangentMatrix::baij, TangentMatrix::aij, TangentMatrix::sbaij}))
+      .help(
+          "factorise the tangent (MUMPS): auto: for the rest of a step in which a linear solve takes more than 100 "
+          "iterations, and for some steps more, of up to 200,000 vertices and unless pc_type, ksp_type or ksp_max_it "
+          "is "
+          "given; always, never")
+      .source("measured: README, balloons");
   table.add("prism.patch_size", options.patch_size)
       .at_least(10)
       .acts_with({"prism.inertia", [&options] { return options.inertia; }})
       .help(
-          "the default preconditioner, pc_type mg, takes out the rigid motions of patches of about so many vertices; "
+          "the preconditioner of iterations, pc_type mg, takes out the rigid motions of patches of about so many "
+          "vertices; "
           "more is cheaper to set up and converges more slowly")
-      .source("measured: 40 to 100 are alike");
+      .source("measured: 15 to 100 are alike, of fewer more solves take less than 100 iterations");
   table.add("prism.tangent", options.tangent)
       .help(
           "stiffness of the elements: exact: from the metric, eight elements at once; gradient: the same from the "

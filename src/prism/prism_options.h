@@ -19,6 +19,13 @@ inline const std::vector<std::string>& names_of(NewtonEnd) {
   return names;
 }
 
+/// When the tangent is factorised: automatic: where iterations are slow.
+enum class PrismFactor { automatic, always, never };
+inline const std::vector<std::string>& names_of(PrismFactor) {
+  static const std::vector<std::string> names{"auto", "always", "never"};
+  return names;
+}
+
 /// exact: the metric's; gradient: from F, director varied; paper: director left out.
 enum class ElementTangent { exact, gradient, paper };
 inline const std::vector<std::string>& names_of(ElementTangent) {
@@ -36,7 +43,8 @@ struct PrismOptions {
   double ksp_rtol = 1e-6;
   double residual_tolerance = 1e-3;  ///< of the residual at the end of a step, against its forces: more is reported
   Choice<TangentMatrix> mat_type = TangentMatrix::baij;
-  int patch_size = 60;  ///< vertices of a rigid patch of the preconditioner's coarse level
+  Choice<PrismFactor> factor = PrismFactor::automatic;
+  int patch_size = 30;  ///< vertices of a rigid patch of the preconditioner's coarse level
   Choice<ElementTangent> tangent = ElementTangent::exact;
   bool positive_elements = true;  ///< compressive stresses are left out of the geometric stiffness
   bool line_search = true;        ///< on the potential of the step; elements may not turn over

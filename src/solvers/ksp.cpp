@@ -197,11 +197,6 @@ std::string prefix_of(KSP ksp) {
   return prefix != nullptr ? prefix : "";
 }
 
-/// Of what MUMPS has worked out that it needs, the share that it gets in addition [%]: on several ranks it needs more,
-/// by how much depends on who is first, and by default (20) small systems now and then fail.
-constexpr PetscInt mumps_room = 100;
-constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of it
-
 /// Gives MUMPS room where it factorises, unless the user says how much.
 void give_mumps_room(KSP ksp) {
   PC pc = nullptr;

@@ -24,6 +24,11 @@ struct KspDefaults {
   std::vector<std::string> fields{};  ///< names of the unknowns of a vertex, a particle or a spring, for the DM
 };
 
+/// Of what MUMPS has worked out that it needs, the share that it gets in addition [%]: on several ranks it needs more,
+/// by how much depends on who is first, and by default (20) small systems now and then fail.
+constexpr PetscInt mumps_room = 100;
+constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of it
+
 /// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner
 /// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
 /// @param preconditioning matrix that the preconditioner is built from

@@ -63,6 +63,9 @@ void LowRankSystem::precondition_from(Mat matrix) {
 }
 
 LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution) {
+  if (other_solver_ != nullptr) {
+    return pellicle::solve(other_solver_, right_hand_side, solution);
+  }
   return solves_sparse_alone_ ? solve_by_woodbury(right_hand_side, solution)
                               : pellicle::solve(solver_, right_hand_side, solution);
 }

@@ -34,6 +34,8 @@ class LowRankSystem {
   /// Takes G and C for values of T that have just changed. Collective.
   void update(const Eigen::MatrixXd& columns, const Eigen::VectorXd& coefficients);
 
+  /// From here on solves by another solver of `matrix()`; null: by its own.
+  void use(KSP solver) { other_solver_ = solver; }
   /// Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
@@ -56,6 +58,7 @@ class LowRankSystem {
   VecHandle petsc_coefficients_;
   MatHandle low_rank_;
   KspHandle solver_;
+  KSP other_solver_ = nullptr;        ///< in use in its place
   std::vector<VecHandle> influence_;  ///< T^-1 g of the columns, as far as they are known for the present values
 };
 

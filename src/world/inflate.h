@@ -75,6 +75,8 @@ class Inflate {
   void follow(BalloonState& state);
 
   bool goes_by_arc_length() const { return integrator_.arc_length().has_value(); }
+  /// Which linear solver the implicit step has.
+  const std::string& solver_words() const { return implicit_->solver_words(); }
   bool burns() const { return burning_.has_value(); }
   bool can_crack() const { return cracks_.has_value(); }
   double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]

@@ -224,7 +224,21 @@ BalloonLedger& InflateRun::ledger() {
   return *ledger_;
 }
 
-void InflateRun::record(double h, int retries) { ledger().add(*inflate_, *state_, last_, h, retries); }
+void InflateRun::record(double h, int retries) {
+  if (last_.is_factorised && ++factorised_steps_ == 1) {
+    output_.console.tell(output_.heading() + "step " + std::to_string(state_->step) +
+                         ": the tangent is factorised (prism.factor)");
+  }
+  ledger().add(*inflate_, *state_, last_, h, retries);
+}
+
+std::vector<std::string> InflateRun::remarks() const {
+  std::vector<std::string> lines = ledger_->remarks();
+  if (factorised_steps_ > 0) {
+    lines.push_back("linear solver: the tangent was factorised in " + std::to_string(factorised_steps_) + " steps");
+  }
+  return lines;
+}
 
 }  // namespace world
 }  // namespace pellicle

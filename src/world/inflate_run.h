@@ -34,7 +34,8 @@ class InflateRun : public Object {
   void save(Hdf5File& checkpoint) const override;
   void forget() override { inflate_->forget(*state_); }
   void resume_output(const Hdf5File& checkpoint) override;
-  std::vector<std::string> remarks() const override { return ledger_->remarks(); }
+  std::vector<std::string> first_remarks() const override { return {"linear solver: " + inflate_->solver_words()}; }
+  std::vector<std::string> remarks() const override;
 
  private:
   void part();
@@ -52,6 +53,7 @@ class InflateRun : public Object {
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all
   std::string ended_;                      ///< see Object::ended
   InflateStep last_;                       ///< what the last step told
+  int factorised_steps_ = 0;               ///< of this process
   std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
 };
 

@@ -264,6 +264,79 @@ TEST_F(BalloonSolversTest, ASlackWallThatWrinklesTakesFewIterations) {
   expect_same_balloon(ends[0], ends[1], agreement, "ranks");
 }
 
+// A slack wall: by iterations a solve takes several hundred.
+TEST_F(BalloonSolversTest, WhereIterationsAreSlowTheTangentIsFactorised) {
+  const auto vase = [&](int ranks, const Arguments& choice) {
+    const std::string out = "vase_" + std::to_string(ranks) + choice.back();
+    output_ = succeed(ranks, Arguments{PELLICLE_SOURCE_DIR "/input/vase.yaml", "-mesh_vertices", "600", "-prism_newton",
+                                       "converged", "-prism_ksp_rtol", "1e-10", "-time_step", "5 ms", "-time_max_steps",
+                                       "3", "-output_interval_steps", "3", "-output_directory", out} +
+                                 choice)
+                  .output;
+    history_ = read_csv(folder() / out / "history.csv");
+    return last_frame(folder() / out / "vase.pvd");
+  };
+  const auto iterations_of_a_solve = [&] {
+    const std::vector<double>& linear = history_.at("linear_iterations");
+    const std::vector<double>& newton = history_.at("newton_iterations");
+    return std::accumulate(linear.begin(), linear.end(), 0.0) / std::accumulate(newton.begin(), newton.end(), 0.0);
+  };
+  const DrawnFrame reference = vase(1, {"-prism_factor", "never"});
+  EXPECT_NE(output_.find("linear solver: cg, mg with rigid patches\n"), std::string::npos) << output_;
+  EXPECT_EQ(output_.find("factorised"), std::string::npos) << output_;
+  EXPECT_GT(iterations_of_a_solve(), 100);
+  for (const int ranks : {1, 2, 4}) {
+    expect_same_balloon(reference, vase(ranks, {"-prism_factor", "auto"}), agreement, std::to_string(ranks) + " ranks");
+    EXPECT_NE(output_.find("linear solver: cg, mg with rigid patches; with a factorisation where a solve takes more "
+                           "than 100 iterations"),
+              std::string::npos)
+        << output_;
+    EXPECT_NE(output_.find("step 1: the tangent is factorised"), std::string::npos) << output_;
+    EXPECT_NE(output_.find("linear solver: the tangent was factorised in 3 steps"), std::string::npos) << output_;
+    EXPECT_LT(iterations_of_a_solve(), 30);
+  }
+  expect_same_balloon(reference, vase(1, {"-prism_mat_type", "sbaij", "-prism_factor", "always"}), agreement, "always");
+  EXPECT_NE(output_.find("linear solver: cg with a factorisation\n"), std::string::npos) << output_;
+  EXPECT_LE(iterations_of_a_solve(), 2);
+  vase(1, {"-prism_pc_type", "pbjacobi"});
+  EXPECT_EQ(output_.find("factoris"), std::string::npos) << "the user has chosen: " << output_;
+}
+
+TEST_F(BalloonSolversTest, AFactorisedPrescribedVolumeWithoutInertiaGoesBeyondTheLimitPoint) {
+  const Arguments scene{write(
+      "limit.yaml",
+      "chain: inflate\nmesh: {shape: icosphere, level: 2, radius: 0.05}\ntime: {step: 0.05, end: 1}\n"
+      "force: {gravity: [0, 0, 0]}\nwall: {thickness: 0.2 mm, material: neo_hookean, mu: 0.4 MPa, bending: none}\n"
+      "prism: {inertia: false, mass_damping: 1e-3}\n"
+      "chambers: {gas: {law: volume, volume_ratio: [[0, 1], [1, 8]]}}\noutput: {directory: out, name: limit}\n")};
+  std::vector<std::vector<double>> pressures;
+  for (const auto& [ranks, factor] : {std::pair{1, "never"}, {1, "always"}, {3, "always"}}) {
+    const std::string out = std::string("limit_") + factor + std::to_string(ranks);
+    succeed(ranks, scene + Arguments{"-output_directory", out, "-prism_factor", factor});
+    const auto history = read_csv(folder() / out / "history.csv");
+    EXPECT_EQ(*std::max_element(history.at("retries").begin(), history.at("retries").end()), 0);
+    pressures.push_back(history.at("gas_pressure"));
+  }
+  const double largest = *std::max_element(pressures[0].begin(), pressures[0].end());
+  EXPECT_LT(pressures[0].back(), 0.95 * largest) << "beyond the limit point";
+  for (const std::vector<double>& other : {pressures[1], pressures[2]}) {
+    ASSERT_EQ(other.size(), pressures[0].size());
+    for (std::size_t i = 0; i < other.size(); ++i) {
+      EXPECT_NEAR(other[i], pressures[0][i], 1e-6 * largest) << i;
+    }
+  }
+}
+
+TEST_F(BalloonSolversTest, FactorisedStepsAreTheSameAfterARestart) {
+  for (const int ranks : {1, 2}) {
+    const CommandResult result =
+        succeed(ranks, {PELLICLE_SOURCE_DIR "/input/vase.yaml", "-mesh_vertices", "600", "-prism_newton", "converged",
+                        "-time_step", "5 ms", "-verify_restart", "3", "-output_directory", "verified"});
+    EXPECT_NE(result.output.find("the tangent is factorised"), std::string::npos) << result;
+    EXPECT_NE(result.output.find("fields are the same"), std::string::npos) << result;
+  }
+}
+
 TEST_F(BalloonSolversTest, TheCountOfIterationsFollowsFromTheEndOfNewtonsMethod) {
   const std::string all = "all";
   const auto iterations = [&](const Arguments& choice) {
