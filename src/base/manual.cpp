@@ -117,8 +117,9 @@ const std::string objects =
     "one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do: self-contact (a sheet or a wall passes through itself); contact between objects "
-    "(they meet bodies, but not each other); gas that escapes through a hole (the run ends there) or in a sheet; "
+    "What the program does not do: contact between objects (they meet bodies and, with contact.self, themselves, but "
+    "not each other: what is to touch must be pieces of one mesh); gas that escapes through a hole (the run ends "
+    "there) or in a sheet; "
     "flames "
     "and air.";
 

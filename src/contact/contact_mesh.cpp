@@ -194,8 +194,8 @@ PetscInt ContactMesh::find(PetscInt global) const {
   return found != ghosts_.end() && found->first == global ? found->second : -1;
 }
 
-void ContactMesh::gather(const Field& x, const std::vector<bool>* living, const std::vector<double>& margins,
-                         const std::vector<PetscInt>& further) {
+void ContactMesh::gather(const Field& x, const Field& start, const std::vector<bool>* living,
+                         const std::vector<double>& margins, const std::vector<PetscInt>& further) {
   const Layout& particles = surface_.particles;
   std::vector<PetscInt> here;  // local elements that live
   std::vector<Element> sent;
@@ -250,11 +250,11 @@ void ContactMesh::gather(const Field& x, const std::vector<bool>* living, const 
   reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
   find_ghosts();
-  known_ = Field(reach_, 5);
+  known_ = Field(reach_, 8);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const auto particle = static_cast<std::size_t>(i);
-    known_.values().col(i) << surface_.rest.col(i), particle_area_[particle], margins[particle];
+    known_.values().col(i) << surface_.rest.col(i), particle_area_[particle], margins[particle], start.vector(i);
     places_.vector(i) = x.vector(i);
   }
   if (reaches_further_) {

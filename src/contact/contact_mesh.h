@@ -26,8 +26,9 @@ class ContactMesh {
   /// @param x places of the particles, ghosts up to date
   /// @param living of the surface's drawn triangles; null: all of them
   /// @param margins of the local particles, ghosts up to date [m]
+  /// @param start places of the particles at the beginning of the step, likewise
   /// @param further global numbers of particles that are to be in reach in any case
-  void gather(const Field& x, const std::vector<bool>* living, const std::vector<double>& margins,
+  void gather(const Field& x, const Field& start, const std::vector<bool>* living, const std::vector<double>& margins,
               const std::vector<PetscInt>& further);
 
   /// The surface's particles, and as further ghosts those of other ranks' triangles.
@@ -60,6 +61,8 @@ class ContactMesh {
   void write_points(const Field& x, Eigen::Matrix3Xd& points) const;
   /// The same of undeformed places. Not collective.
   Eigen::Vector3d rest(PetscInt point) const { return mean(known_.values().topRows<3>(), point); }
+  /// Likewise at the beginning of the step.
+  Eigen::Vector3d start(PetscInt point) const { return mean(known_.values().bottomRows<3>(), point); }
   /// Undeformed area round a point [m^2].
   double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }
   /// As they were gathered: the largest of its particles [m].
@@ -92,8 +95,8 @@ class ContactMesh {
   Layout reach_;
   std::vector<std::pair<PetscInt, PetscInt>> ghosts_;  ///< of `reach_`: global and local number, sorted
   bool reaches_further_ = false;                       ///< than the surface's layout, on any rank
-  Field known_;                                        ///< on `reach_`: undeformed place, area, margin
-  mutable Field places_;                               ///< on `reach_`
+  Field known_;           ///< on `reach_`: undeformed place, area, margin, place at the start
+  mutable Field places_;  ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<int> pieces_;
   std::vector<Eigen::AlignedBox3d> boxes_;

@@ -15,6 +15,8 @@ using Box = Eigen::AlignedBox3d;
 
 /// Undeformed distances below this share of the thickness are none: such features are one and the same.
 constexpr double least_share = 1e-3;
+/// Square of the sine of the angle between edges up to which they are nearly parallel.
+constexpr double nearly_parallel = 0.01;
 
 /// What Eigen's traversal of two box trees asks, by its names.
 class Search {
@@ -155,13 +157,30 @@ class Search {
     if (pair.barrier.thickness < least_share * thickness_) {
       return;
     }
+    const double share = are_edges ? share_of_edges(points) : 1;
     const auto area = [&](std::size_t k) { return mesh_.area(points[k]); };
-    pair.barrier.stiffness = stiffness_ * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
-    result_.pairs.push_back(pair);
+    pair.barrier.stiffness =
+        share * stiffness_ * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
+    if (pair.barrier.stiffness > 0) {
+      result_.pairs.push_back(pair);
+    }
     for (std::size_t k = 0; k < 4; ++k) {
       double& nearest = result_.nearest[static_cast<std::size_t>(points[k])];
       nearest = std::min(nearest, pair.distance);
     }
+  }
+
+  /// Where edges are parallel the nearest points are many, and which of them would be found is chance: they press the
+  /// less the nearer they are to that when the step starts (points and triangles press there instead).
+  double share_of_edges(const std::array<PetscInt, 4>& points) const {
+    const Eigen::Vector3d first = mesh_.start(points[1]) - mesh_.start(points[0]);
+    const Eigen::Vector3d second = mesh_.start(points[3]) - mesh_.start(points[2]);
+    const double lengths = first.squaredNorm() * second.squaredNorm();
+    if (lengths == 0) {
+      return 0;
+    }
+    const double c = first.cross(second).squaredNorm() / (nearly_parallel * lengths);
+    return c < 1 ? c * (2 - c) : 1;
   }
 
   double rest_distance(const ContactPair& pair) const {

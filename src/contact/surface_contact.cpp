@@ -17,6 +17,9 @@ namespace {
 constexpr double bound_share = 0.45;
 /// Of the thickness: how far a particle may want to go that is not expected to move.
 constexpr double least_reach = 0.25;
+/// Likewise, how far one may want to go at most, be it expected or not: beyond it pairs are sought once more on the
+/// way.
+constexpr double largest_reach = 10;
 /// How much further than expected.
 constexpr double more_reach = 1.5;
 /// Of the mean side of a mesh: the thickness, unless it is given.
@@ -45,7 +48,8 @@ SurfaceContact::SurfaceContact(const Surface& surface, const ContactOptions& opt
       options_(options),
       is_free_(is_free),
       thickness_(options.thickness ? *options.thickness : usual_thickness * mean_side(surface)),
-      mesh_(surface) {}
+      mesh_(surface),
+      start_(surface.particles, 3) {}
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
   for (int k = 0; k < count; ++k) {
@@ -91,14 +95,15 @@ Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) co
 void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   h_ = h;
   searches_ = 0;
+  start_.values() = start.values();
   const Layout& particles = surface_.particles;
   const Eigen::Vector3d together = is_free_ ? mean_step(start, x) : Eigen::Vector3d::Zero();
   reach_.resize(static_cast<std::size_t>(particles.local()));
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const double travel = (x.vector(i) - start.vector(i) - together).norm();
-    reach_[static_cast<std::size_t>(i)] = std::max(more_reach * travel, least_reach * thickness_);
+    reach_[static_cast<std::size_t>(i)] =
+        std::clamp(more_reach * travel, least_reach * thickness_, largest_reach * thickness_);
   }
-  held_.assign(static_cast<std::size_t>(particles.owned), false);
   rubbing_.clear();
   search(start);
   note_rubbing(start);
@@ -126,7 +131,7 @@ void SurfaceContact::search(const Field& x) {
       further.push_back(particle);
     }
   }
-  mesh_.gather(x, living_, margins, further);
+  mesh_.gather(x, start_, living_, margins, further);
   mesh_.write_points(x, places_);
   ContactPairs found = find_contact_pairs(mesh_, places_, thickness_, options_.stiffness);
   const auto owned = static_cast<std::size_t>(surface_.particles.owned);
@@ -145,7 +150,7 @@ void SurfaceContact::search(const Field& x) {
   pairs_.erase(
       std::remove_if(pairs_.begin(), pairs_.end(), [this](const ContactPair& pair) { return !can_touch(pair); }),
       pairs_.end());
-  held_.assign(owned, false);
+  wanted_.assign(owned, 0);
   any_held_ = false;
 }
 
@@ -187,14 +192,18 @@ void SurfaceContact::note_rubbing(const Field& x) {
   }
 }
 
+/// Pairs from where bounds have held particles back. Collective.
+void SurfaceContact::search_further(const Field& x) {
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    const double reach = std::min(more_reach * wanted_[i], largest_reach * thickness_);
+    reach_[i] = std::max(reach_[i], reach);
+  }
+  search(x);
+}
+
 void SurfaceContact::move_on(const Field& x) {
   if (any_held_) {
-    for (std::size_t i = 0; i < held_.size(); ++i) {
-      if (held_[i]) {
-        reach_[i] *= 3;  // It goes further than was expected.
-      }
-    }
-    search(x);
+    search_further(x);
   }
   find_blocks(x);
   extend_pattern();
@@ -212,7 +221,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       continue;
     }
     is_shortened = true;
-    held_[particle] = true;
+    wanted_[particle] = to.norm();
     if (how == StepLimit::each_vertex) {
       step.col(i) = to * (bound / to.norm()) - from;
     } else {  // where from + s step leaves the ball
@@ -385,6 +394,57 @@ void SurfaceContact::forget() {
   columns_.clear();
   blocks_.clear();
   ++version_;
+}
+
+void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held) {
+  const PetscInt owned = surface_.particles.owned;
+  const auto go = [&] {  // from `before` to x, or as far as there is room
+    const Eigen::Matrix3Xd target = x.values().leftCols(owned);
+    constexpr int most = 8;
+    for (int n = 0; n < most; ++n) {
+      Eigen::Matrix3Xd step = target - before.values().leftCols(owned);
+      const bool is_short = limit(before, StepLimit::each_vertex, step);
+      before.values().leftCols(owned) += step;
+      before.update_ghosts();
+      if (!is_short) {
+        break;
+      }
+      search_further(before);
+    }
+    x.values() = before.values();
+  };
+  go();
+  mesh_.write_points(x, places_);
+  Field mobility(mesh_.reach(), 1);  // 1/m, 0 of what is held
+  for (PetscInt i = 0; i < owned; ++i) {
+    const auto particle = static_cast<std::size_t>(i);
+    mobility.data()[i] = held[particle] || mass[particle] == 0 ? 0 : 1 / mass[particle];
+  }
+  mobility.update_ghosts();
+  Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
+  for (const ContactPair& pair : pairs_) {
+    const NearestPoints nearest = pair.nearest(places_);
+    const double gap = nearest.apart.norm();
+    if (gap >= pair.barrier.thickness || gap == 0) {
+      continue;
+    }
+    const Stencil whole = stencil(pair, nearest.weights);
+    double compliance = 1 / (pair.barrier.curvature(0) * h_ * h_);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
+      compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
+    }
+    const double push = (pair.barrier.thickness - gap) / compliance;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
+      if (const PetscInt i = whole.particles[k]; i < owned && whole.weights[k] != 0) {
+        pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] / gap * nearest.apart;
+        pushes(3, i) += 1;
+      }
+    }
+  }
+  for (PetscInt i = 0; i < owned; ++i) {
+    x.vector(i) += pushes.col(i).head<3>() / std::max(pushes(3, i), 1.0);
+  }
+  go();
 }
 
 ContactFigures SurfaceContact::figures(const Field& x) const {

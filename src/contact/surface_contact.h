@@ -49,6 +49,14 @@ class SurfaceContact : public Potential {
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
 
+  /// For a sheet that is projected, after start_from and each projection step: brings particles back to within their
+  /// bounds and pushes apart what presses, as compliant constraints of stiffness 4 k where gaps are less than their
+  /// thickness (one sweep, all pairs at once). Collective.
+  /// @param before positions when it, or start_from, was last called, ghosts up to date; then those that it leaves
+  /// @param x likewise, ghosts up to date before and after @param mass of the local particles [kg]
+  /// @param held which of them stay where they are
+  void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held);
+
   /// At the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
   /// Forgets what has been in contact: the next step is that of a new one. Not collective.
@@ -75,6 +83,7 @@ class SurfaceContact : public Potential {
 
   Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
   void search(const Field& x);
+  void search_further(const Field& x);
   bool can_touch(const ContactPair& pair) const;
   void note_rubbing(const Field& x);
   void find_rubbing_stencils();
@@ -94,17 +103,18 @@ class SurfaceContact : public Potential {
   double thickness_ = 0;  ///< [m]
   const std::vector<bool>* living_ = nullptr;
   ContactMesh mesh_;
+  Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< of its points, wherever they were last asked for
   std::vector<ContactPair> pairs_;
   std::vector<Rubbing> rubbing_;
   std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
   // Bounds on displacements, of the owned particles.
-  Eigen::Matrix3Xd reference_;      ///< places from which they are counted [m]
-  std::vector<double> bound_;       ///< [m]
-  std::vector<double> reach_;       ///< what is sought: of the local particles, how far they may want to go [m]
-  mutable std::vector<bool> held_;  ///< back by their bounds, since pairs were last sought
-  mutable bool any_held_ = false;   ///< on any rank
+  Eigen::Matrix3Xd reference_;          ///< places from which they are counted [m]
+  std::vector<double> bound_;           ///< [m]
+  std::vector<double> reach_;           ///< what is sought: of the local particles, how far they may want to go [m]
+  mutable std::vector<double> wanted_;  ///< how far those wanted to go that their bounds held back, else 0 [m]
+  mutable bool any_held_ = false;       ///< on any rank
   int searches_ = 0;
 
   // What presses and rubs where Newton's method is.

@@ -59,7 +59,8 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       pins_(std::move(pins)),
       bodies_(sheet.comm(), options.bodies),
       chambers_(sheet, options.gas, options.chambers),
-      start_(sheet.particles, 3) {
+      start_(sheet.particles, 3),
+      clear_(sheet.particles, 3) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
@@ -275,7 +276,12 @@ DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::functi
 DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   const auto timer = clock_.time("projection");  // eq. 12
   PetscInt contacts = 0;
-  const auto correct = [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); };
+  const auto correct = [&](Field& positions) {
+    contacts = bodies_.correct_positions(positions, contact);
+    if (contact_ && elastic_ == nullptr) {
+      contact_->correct(clear_, positions, mass_, held_);
+    }
+  };
   const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
                               tearing_ ? &force_ : nullptr};
   DynamicsResult result;
@@ -346,6 +352,10 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   unconstrained_ = x;
   if (contact_) {
     contact_->set_living(state.living.triangles);
+  }
+  if (contact_ && elastic_ == nullptr) {
+    contact_->start_from(start_, state.position, h);
+    clear_.values() = state.position.values();
   }
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   DynamicsResult result;

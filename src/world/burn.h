@@ -142,6 +142,7 @@ class Burn {
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
   Field start_;                           ///< positions at the beginning
+  Field clear_;                           ///< where the projected sheet last had not passed through itself
   Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
   std::vector<bool> held_;                ///< those that are pinned or have left
   std::vector<double> mass_;              ///< that moves with them [kg]
