@@ -123,7 +123,11 @@ class Run {
                                      : object_from(*checkpoint, object.options, output);
       });
     }
-    return {folder, options_.output, std::move(members)};
+    std::vector<const ObjectOptions*> objects;
+    for (const ObjectOptions& object : objects_) {
+      objects.push_back(&object);
+    }
+    return {folder, options_.output, std::move(members), drawings_of_bodies(comm_, objects)};
   }
 
   /// The checkpoint from which the run goes on, if it does.
