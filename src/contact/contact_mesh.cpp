@@ -52,8 +52,7 @@ struct ContactMesh::Element {
   PetscInt number = 0;                              ///< global
   std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< global numbers of the particles
   std::array<bool, 4> lives{};                      ///< of its drawn triangles
-  int piece = 0;
-  double area = 0;  ///< [m^2]
+  double area = 0;                                  ///< [m^2]
 };
 
 ContactMesh::ContactMesh(const Surface& surface)
@@ -116,7 +115,6 @@ ContactMesh::Element ContactMesh::element(PetscInt number, const std::vector<boo
   for (std::size_t t = 0; t < per_element; ++t) {
     element.lives[t] = living == nullptr || (*living)[e * per_element + t];
   }
-  element.piece = surface_.piece[e];
   element.area = element_area_[e];
   return element;
 }
@@ -263,7 +261,6 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
   }
 
   triangles_.clear();
-  pieces_.clear();
   centres_.clear();
   areas_.resize(static_cast<std::size_t>(reach_.local()));
   for (PetscInt i = 0; i < reach_.local(); ++i) {
@@ -295,7 +292,6 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
 void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& corners) {
   if (corners[3] < 0) {
     triangles_.push_back({corners[0], corners[1], corners[2]});
-    pieces_.push_back(element.piece);
     return;
   }
   const PetscInt centre = points();
@@ -304,7 +300,6 @@ void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& cor
   for (std::size_t t = 0; t < 4; ++t) {
     if (element.lives[t]) {
       triangles_.push_back({corners[t], corners[(t + 1) % 4], centre});
-      pieces_.push_back(element.piece);
     }
   }
 }

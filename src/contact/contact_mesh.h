@@ -36,8 +36,6 @@ class ContactMesh {
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const;
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
-  /// Of the triangles: the piece of the mesh that each is of (Surface::piece).
-  const std::vector<int>& pieces() const { return pieces_; }
   /// Of the triangles, wider by the margins, as they were gathered.
   const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
@@ -98,7 +96,6 @@ class ContactMesh {
   Field known_;           ///< on `reach_`: undeformed place, area, margin, place at the start
   mutable Field places_;  ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
-  std::vector<int> pieces_;
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::vector<std::array<PetscInt, 4>> centres_;  ///< particles
   std::vector<double> areas_;                     ///< of the points

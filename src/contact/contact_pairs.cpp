@@ -94,7 +94,6 @@ class Search {
   void add_triangles(int a, int b) {
     const std::array<PetscInt, 3>& first = mesh_.triangles()[static_cast<std::size_t>(a)];
     const std::array<PetscInt, 3>& second = mesh_.triangles()[static_cast<std::size_t>(b)];
-    same_piece_ = mesh_.pieces()[static_cast<std::size_t>(a)] == mesh_.pieces()[static_cast<std::size_t>(b)];
     for (std::size_t k = 0; k < 3; ++k) {
       if (leader_[static_cast<std::size_t>(first[k])] == a) {
         add({first[k], second[0], second[1], second[2]}, false);
@@ -150,10 +149,7 @@ class Search {
     if (pair.distance >= reach) {
       return;
     }
-    pair.barrier.thickness = thickness_;
-    if (same_piece_) {
-      pair.barrier.thickness = std::min(thickness_, rest_distance(pair) / 2);
-    }
+    pair.barrier.thickness = std::min(thickness_, rest_distance(pair) / 2);
     if (pair.barrier.thickness < least_share * thickness_) {
       return;
     }
@@ -200,7 +196,6 @@ class Search {
   std::vector<bool> is_own_;                     ///< of the points
   std::vector<std::array<bool, 3>> leads_side_;  ///< of the triangles: whether each stands for its sides
   std::vector<bool> touches_own_;                ///< of the triangles
-  bool same_piece_ = false;                      ///< the two triangles that are looked at
   ContactPairs result_;
 };
 

@@ -33,9 +33,9 @@ struct ContactPairs {
   std::vector<double> nearest;     ///< of each point of the mesh, to what it is in a pair with [m]; infinity: nothing
 };
 
-/// Looks for all pairs of features without a common point of which this rank owns a part. Two features of one piece
-/// of a mesh touch from half of their undeformed distance on, if that is less than the thickness: neighbours are near
-/// each other at rest. Where that is nothing there is no pair. Not collective.
+/// Looks for all pairs of features without a common point of which this rank owns a part. They
+/// touch from half of their undeformed distance on, if that is less than the thickness: neighbours are near each other
+/// at rest. Where that is nothing, as between the lips of a crack, there is no pair. Not collective.
 /// @param places of the mesh's points, for which it was gathered [m]
 /// @param thickness gap at which features begin to press [m] @param stiffness pressure over depth [Pa/m]
 ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double thickness,

@@ -152,8 +152,11 @@ TEST(Contact, SheetOnASlopeSticksOrSlipsAsCoulombSays) {
   constexpr double friction = 0.5;
   constexpr double h = 2e-3;
   for (const double tangent : {0.4, 0.8}) {
-    Touching sheets(PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, two_sheets(5e-3)), touching(friction),
+    Touching sheets(PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, two_sheets(0.01)), touching(friction),
                     [](const Eigen::Vector3d& place) { return place.z() < 1e-3; });
+    for (PetscInt i = 0; i < sheets.sheet.particles.local(); ++i) {
+      sheets.positions.vector(i).z() *= 0.5;  // The upper one begins where it touches.
+    }
     const double slope = std::atan(tangent);
     const Eigen::Vector3d gravity = g * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope));
     const auto speed = [&] {
