@@ -157,9 +157,7 @@ class Search {
     const auto area = [&](std::size_t k) { return mesh_.area(points[k]); };
     pair.barrier.stiffness =
         share * stiffness_ * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
-    if (pair.barrier.stiffness > 0) {
-      result_.pairs.push_back(pair);
-    }
+    result_.pairs.push_back(pair);
     for (std::size_t k = 0; k < 4; ++k) {
       double& nearest = result_.nearest[static_cast<std::size_t>(points[k])];
       nearest = std::min(nearest, pair.distance);

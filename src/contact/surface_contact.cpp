@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -19,7 +20,7 @@ constexpr double bound_share = 0.45;
 constexpr double least_reach = 0.25;
 /// Likewise, how far one may want to go at most, be it expected or not: beyond it pairs are sought once more on the
 /// way.
-constexpr double largest_reach = 10;
+constexpr double largest_reach = 4;
 /// How much further than expected.
 constexpr double more_reach = 1.5;
 /// Of the mean side of a mesh: the thickness, unless it is given.
@@ -41,6 +42,15 @@ double mean_side(const Surface& surface) {
   return sums[0] / sums[1];
 }
 
+/// Share of the way from one displacement to another, beyond a bound, that is within it.
+double share_within(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double bound) {
+  const Eigen::Vector3d way = to - from;
+  const double a = way.squaredNorm();
+  const double b = from.dot(way);
+  const double c = std::min(from.squaredNorm() - bound * bound, 0.0);
+  return a > 0 ? std::clamp((std::sqrt(b * b - a * c) - b) / a, 0.0, 1.0) : 0;
+}
+
 }  // namespace
 
 SurfaceContact::SurfaceContact(const Surface& surface, const ContactOptions& options, bool is_free)
@@ -49,7 +59,8 @@ SurfaceContact::SurfaceContact(const Surface& surface, const ContactOptions& opt
       is_free_(is_free),
       thickness_(options.thickness ? *options.thickness : usual_thickness * mean_side(surface)),
       mesh_(surface),
-      start_(surface.particles, 3) {}
+      start_(surface.particles, 3),
+      trial_(surface.particles, 3) {}
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
   for (int k = 0; k < count; ++k) {
@@ -92,7 +103,7 @@ Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) co
   return sum / static_cast<double>(surface_.particles.global);
 }
 
-void SurfaceContact::start_from(const Field& start, Field& x, double h) {
+void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field& begin) {
   h_ = h;
   searches_ = 0;
   start_.values() = start.values();
@@ -109,11 +120,16 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   note_rubbing(start);
   find_rubbing_stencils();
   reference_.colwise() += together;
-  Eigen::Matrix3Xd step = Eigen::Matrix3Xd::Zero(3, particles.owned);
-  limit(x, StepLimit::each_vertex, step);
-  for (PetscInt i = 0; i < particles.owned; ++i) {
-    x.vector(i) += step.col(i);
-  }
+  begin.values() = start.values().colwise() + together;
+}
+
+void SurfaceContact::start_from(const Field& start, Field& x, double h) {
+  prepare(start, x, h, trial_);
+  const PetscInt owned = surface_.particles.owned;
+  Eigen::Matrix3Xd step = (x.values() - trial_.values()).leftCols(owned);
+  x.values() = trial_.values();
+  limit(x, StepLimit::all_alike, step);
+  x.values().leftCols(owned) += step;
   x.update_ghosts();
 }
 
@@ -145,26 +161,27 @@ void SurfaceContact::search(const Field& x) {
     }
   }
   find_rubbing_stencils();
-  reference_ = x.values().leftCols(surface_.particles.owned);
-  pairs_ = std::move(found.pairs);
-  pairs_.erase(
-      std::remove_if(pairs_.begin(), pairs_.end(), [this](const ContactPair& pair) { return !can_touch(pair); }),
-      pairs_.end());
+  reference_ = places_;
+  near_ = std::move(found.pairs);
+  pairs_.clear();
+  std::copy_if(near_.begin(), near_.end(), std::back_inserter(pairs_),
+               [this](const ContactPair& pair) { return can_touch(pair); });
   wanted_.assign(owned, 0);
   any_held_ = false;
 }
 
-/// Whether a pair comes to press within the bounds of its particles.
+/// Whether a pair comes to press where its ends may go.
 bool SurfaceContact::can_touch(const ContactPair& pair) const {
-  std::array<double, 2> bounds{};  // of the features
-  for (std::size_t k = 0; k < 4; ++k) {
-    double& bound = bounds[k < static_cast<std::size_t>(pair.first_feature()) ? 0 : 1];
-    for (const PetscInt i : mesh_.particles(pair.points[k])) {
-      bound = std::max(bound, i < mesh_.reach().owned ? bound_[static_cast<std::size_t>(i)]
-                                                      : mesh_.margin(pair.points[k]) - thickness_ / 2);
+  const auto reach = [&](std::size_t first, std::size_t last) {
+    double largest = 0;
+    for (std::size_t k = first; k < last; ++k) {
+      largest = std::max(largest, mesh_.margin(pair.points[k]) - thickness_ / 2);
     }
-  }
-  return pair.distance - bounds[0] - bounds[1] < pair.barrier.thickness;
+    return largest;
+  };
+  const auto split = static_cast<std::size_t>(pair.first_feature());
+  const double nearer = std::min(reach(0, split) + reach(split, 4), 2 * bound_share * pair.distance);
+  return pair.barrier.stiffness > 0 && pair.distance - nearer < pair.barrier.thickness;
 }
 
 void SurfaceContact::note_rubbing(const Field& x) {
@@ -209,33 +226,90 @@ void SurfaceContact::move_on(const Field& x) {
   extend_pattern();
 }
 
-bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const {
+/// Share of the way that two features may go, when their ends go `from` one displacement `to` another; 1 or less.
+double SurfaceContact::relative_share(const ContactPair& pair, const Eigen::Matrix3Xd& from,
+                                      const Eigen::Matrix3Xd& to) const {
+  const double room = 2 * bound_share * pair.distance;
   double share = 1;
-  bool is_shortened = false;
-  for (Eigen::Index i = 0; i < step.cols(); ++i) {
-    const auto particle = static_cast<std::size_t>(i);
-    const Eigen::Vector3d from = x.values().col(i) - reference_.col(i);
-    const Eigen::Vector3d to = from + step.col(i);
-    const double bound = bound_[particle];
-    if (to.squaredNorm() <= bound * bound) {
-      continue;
-    }
-    is_shortened = true;
-    wanted_[particle] = to.norm();
-    if (how == StepLimit::each_vertex) {
-      step.col(i) = to * (bound / to.norm()) - from;
-    } else {  // where from + s step leaves the ball
-      const double a = step.col(i).squaredNorm();
-      const double b = from.dot(step.col(i));
-      const double c = std::min(from.squaredNorm() - bound * bound, 0.0);
-      share = std::min(share, (std::sqrt(b * b - a * c) - b) / a);
+  const auto split = static_cast<std::size_t>(pair.first_feature());
+  for (std::size_t k = 0; k < split; ++k) {
+    for (std::size_t l = split; l < 4; ++l) {
+      const Eigen::Vector3d end = to.col(pair.points[k]) - to.col(pair.points[l]);
+      if (end.squaredNorm() > room * room) {
+        share = std::min(share, share_within(from.col(pair.points[k]) - from.col(pair.points[l]), end, room));
+      }
     }
   }
+  return share;
+}
+
+bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const {
+  const PetscInt owned = surface_.particles.owned;
+  Eigen::Matrix3Xd from;
+  Eigen::Matrix3Xd to;
+  mesh_.write_points(x, from);
+  from -= reference_;
+  bool is_shortened = false;
+  double share = 1;
+  for (PetscInt i = 0; i < owned; ++i) {
+    const auto particle = static_cast<std::size_t>(i);
+    const Eigen::Vector3d end = from.col(i) + step.col(i);
+    if (end.norm() > reach_[particle]) {
+      is_shortened = true;
+      wanted_[particle] = end.norm();
+      if (how == StepLimit::each_vertex) {
+        step.col(i) = end * (reach_[particle] / end.norm()) - from.col(i);
+      } else {
+        share = std::min(share, share_within(from.col(i), end, reach_[particle]));
+      }
+    }
+  }
+  const auto find_ends = [&] {
+    trial_.values().leftCols(owned) = x.values().leftCols(owned) + step;
+    if (!mesh_.reaches_further()) {
+      trial_.update_ghosts();
+    }
+    mesh_.write_points(trial_, to);
+    to -= reference_;
+  };
+  find_ends();
   if (how == StepLimit::all_alike) {
+    for (const ContactPair& pair : near_) {
+      share = std::min(share, relative_share(pair, from, to));
+    }
     MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
     step *= share;
+    is_shortened = share < 1;
+  } else {
+    std::vector<bool> is_bound(static_cast<std::size_t>(owned), false);
+    for (bool goes_on = true; goes_on;) {
+      goes_on = false;
+      for (const ContactPair& pair : near_) {
+        if (relative_share(pair, to, to) == 1) {
+          continue;
+        }
+        for (const PetscInt point : pair.points) {
+          for (const PetscInt i : mesh_.particles(point)) {
+            if (i >= owned || is_bound[static_cast<std::size_t>(i)]) {
+              continue;
+            }
+            const double bound = bound_[static_cast<std::size_t>(i)];
+            is_bound[static_cast<std::size_t>(i)] = true;
+            if (const double length = to.col(i).norm(); length > bound) {
+              step.col(i) = to.col(i) * (bound / length) - from.col(i);
+              goes_on = true;
+            }
+          }
+        }
+      }
+      goes_on = on_any_rank(surface_.comm(), goes_on);
+      is_shortened = is_shortened || goes_on;
+      if (goes_on) {
+        find_ends();
+      }
+    }
+    is_shortened = on_any_rank(surface_.comm(), is_shortened);
   }
-  is_shortened = on_any_rank(surface_.comm(), is_shortened);
   any_held_ = any_held_ || is_shortened;
   return is_shortened;
 }

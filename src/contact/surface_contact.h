@@ -21,9 +21,10 @@ struct ContactFigures {
 /// Contact of a drawn surface with itself: a cubic Barrier between every point and triangle, and every two edges, that
 /// have no common end, by their distance, with Coulomb friction.
 ///
-/// Nothing passes through anything, whatever the forces: a particle moves at most 0.45 of the smallest distance of what
-/// it is a part of from where pairs were last sought ("offset geometric contact", Chen et al. 2025), less what all
-/// particles move alike. Where that ends Newton's step, pairs are sought again from there.
+/// Nothing passes through anything, whatever the forces: from where pairs were last sought the ends of two features
+/// move relative to each other by at most 0.9 of their distance. Where a step would take them further, they move by at
+/// most 0.45 of the smallest distance of what they are a part of ("offset geometric contact", Chen et al. 2025), then
+/// those that have moved too far from these, and so on. Pairs are sought again from where that ends.
 ///
 /// Friction is that of incremental potential contact (Li et al. 2020, section 5): mu N s(|u|), with the slip u since
 /// the step's start, normal force N, normal and places of contact those of the step's start, and s smooth: s' rises
@@ -49,10 +50,13 @@ class SurfaceContact : public Potential {
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
 
-  /// For a sheet that is projected, after start_from and each projection step: brings particles back to within their
-  /// bounds and pushes apart what presses, as compliant constraints of stiffness 4 k where gaps are less than their
-  /// thickness (one sweep, all pairs at once). Collective.
-  /// @param before positions when it, or start_from, was last called, ghosts up to date; then those that it leaves
+  /// For a sheet that is projected, before its step: looks for pairs.
+  /// @param x where it would go without springs @param begin all moved alike so that nothing passes through anything
+  void prepare(const Field& start, const Field& x, double h, Field& begin);
+  /// The same after each projection step: particles go where they are led as far as there is room, and it pushes apart
+  /// what presses, as compliant constraints of stiffness 4 k where gaps are less than their thickness (one sweep, all
+  /// pairs at once). Collective.
+  /// @param before positions when it was last called, or `begin`, ghosts up to date; then those that it leaves
   /// @param x likewise, ghosts up to date before and after @param mass of the local particles [kg]
   /// @param held which of them stay where they are
   void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held);
@@ -84,6 +88,7 @@ class SurfaceContact : public Potential {
   Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
   void search(const Field& x);
   void search_further(const Field& x);
+  double relative_share(const ContactPair& pair, const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) const;
   bool can_touch(const ContactPair& pair) const;
   void note_rubbing(const Field& x);
   void find_rubbing_stencils();
@@ -109,12 +114,14 @@ class SurfaceContact : public Potential {
   std::vector<Rubbing> rubbing_;
   std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
-  // Bounds on displacements, of the owned particles.
-  Eigen::Matrix3Xd reference_;          ///< places from which they are counted [m]
-  std::vector<double> bound_;           ///< [m]
-  std::vector<double> reach_;           ///< what is sought: of the local particles, how far they may want to go [m]
-  mutable std::vector<double> wanted_;  ///< how far those wanted to go that their bounds held back, else 0 [m]
-  mutable bool any_held_ = false;       ///< on any rank
+  // Bounds on displacements.
+  Eigen::Matrix3Xd reference_;     ///< places of the mesh's points from which they are counted [m]
+  std::vector<ContactPair> near_;  ///< all that were found from there, also those that do not come to press
+  std::vector<double> bound_;      ///< of the owned particles: what keeps every pair apart [m]
+  std::vector<double> reach_;      ///< of the local particles: beyond it there may be pairs that were not sought [m]
+  mutable Field trial_;            ///< where particles would be
+  mutable std::vector<double> wanted_;  ///< how far those wanted to go that their reach held back, else 0 [m]
+  mutable bool any_held_ = false;       ///< back, since pairs were last sought, on any rank
   int searches_ = 0;
 
   // What presses and rubs where Newton's method is.

@@ -342,8 +342,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     contact_->set_living(state.living.triangles);
   }
   if (contact_ && elastic_ == nullptr) {
-    contact_->start_from(start_, state.position, h);
-    clear_.values() = state.position.values();
+    contact_->prepare(start_, state.position, h, clear_);
   }
   const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h, mass_, &start_velocity_};
   DynamicsResult result;

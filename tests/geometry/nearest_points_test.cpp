@@ -8,9 +8,9 @@
 namespace pellicle {
 namespace {
 
-using Corners = std::array<Eigen::Vector3d, 4>;
+using FourCorners = std::array<Eigen::Vector3d, 4>;
 
-Eigen::Vector3d weighted(const NearestPoints& nearest, const Corners& corners) {
+Eigen::Vector3d weighted(const NearestPoints& nearest, const FourCorners& corners) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t a = 0; a < 4; ++a) {
     sum += nearest.weights[a] * corners[a];
@@ -19,9 +19,9 @@ Eigen::Vector3d weighted(const NearestPoints& nearest, const Corners& corners) {
 }
 
 /// Points, triangles and edges in a cube; of every other one a coordinate is rounded, so that many are degenerate.
-Corners random_corners(std::mt19937& random, bool coarse) {
+FourCorners random_corners(std::mt19937& random, bool coarse) {
   std::uniform_real_distribution<double> place(-1, 1);
-  Corners corners;
+  FourCorners corners;
   for (Eigen::Vector3d& corner : corners) {
     corner = Eigen::Vector3d::NullaryExpr([&] { return coarse ? std::round(place(random)) : place(random); });
   }
@@ -31,7 +31,7 @@ Corners random_corners(std::mt19937& random, bool coarse) {
 TEST(NearestPoints, NoPointOfATriangleIsNearer) {
   std::mt19937 random(1);
   for (int n = 0; n < 2000; ++n) {
-    const Corners corners = random_corners(random, n % 2 == 0);
+    const FourCorners corners = random_corners(random, n % 2 == 0);
     const NearestPoints nearest = nearest_of_point_and_triangle(corners);
     EXPECT_LT((weighted(nearest, corners) - nearest.apart).norm(), 1e-14);
     EXPECT_EQ(nearest.weights[0], 1);
@@ -51,7 +51,7 @@ TEST(NearestPoints, NoPointOfATriangleIsNearer) {
 TEST(NearestPoints, NoPointsOfTwoEdgesAreNearer) {
   std::mt19937 random(2);
   for (int n = 0; n < 2000; ++n) {
-    const Corners corners = random_corners(random, n % 2 == 0);
+    const FourCorners corners = random_corners(random, n % 2 == 0);
     const NearestPoints nearest = nearest_of_edges(corners);
     EXPECT_LT((weighted(nearest, corners) - nearest.apart).norm(), 1e-14);
     EXPECT_NEAR(nearest.weights[0] + nearest.weights[1], 1, 1e-15);
