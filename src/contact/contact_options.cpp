@@ -4,6 +4,7 @@ namespace pellicle {
 inline namespace contact {
 
 void describe(OptionTable& table, ContactOptions& options, const Condition& bodies, const Condition& body_friction) {
+  const Condition touches{"contact.self: true", [&options] { return options.self; }};
   const auto either = [&options](const Condition& other, const std::string& words, bool needs_friction) {
     return Condition{words, [&options, other, needs_friction] {
                        return (options.self && (!needs_friction || options.friction > 0)) || other.holds();
@@ -15,20 +16,22 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
   table.add("contact.thickness", options.thickness)
       .unit("m")
       .more_than(0)
-      .acts_with(either(bodies, "bodies, or contact.self", false))
+      .acts_with(touches)
       .help(
-          "gap at which surfaces begin to press: two parts of a surface, by half of their undeformed distance at most, "
-          "and bodies, beyond their margin; unless given a fifth of the mean side of the mesh, for bodies a tenth")
+          "gap at which two parts of a surface begin to press on each other, by half of their undeformed distance at "
+          "most; unless given a fifth of the mean side of the mesh")
       .source("README: parameters");
   table.add("contact.friction", options.friction)
       .at_least(0)
-      .acts_with({"contact.self: true", [&options] { return options.self; }})
+      .acts_with(touches)
       .help("coefficient of Coulomb friction between parts of a surface");
   table.add("contact.stiffness", options.stiffness)
       .unit("Pa/m")
       .more_than(0)
       .acts_with(either(bodies, "bodies, or contact.self", false))
-      .help("c of the pressure 2 c (d - g)^2/d of a surface whose gap g is less than contact.thickness d")
+      .help(
+          "pressure with which a body presses on a balloon, for each metre that a vertex is inside, and parts of a "
+          "surface on each other, at half of the thickness")
       .source("README: parameters");
   table.add("contact.slip_speed", options.slip_speed)
       .unit("m/s")

@@ -11,7 +11,7 @@ inline namespace contact {
 struct ContactOptions {
   bool self = false;                ///< whether drawn surfaces keep apart from each other and from themselves
   std::optional<double> thickness;  ///< gap at which two surfaces begin to press [m]; none: a share of the mean side
-  double stiffness = 1e7;           ///< pressure over depth [Pa/m]
+  double stiffness = 1e8;           ///< pressure over depth [Pa/m]
   double friction = 0;              ///< Coulomb's coefficient between surfaces
   bool check = false;               ///< count after every step where surfaces pass through themselves
   double slip_speed = 1e-3;         ///< relative to each other, from which on friction is Coulomb's in full [m/s]

@@ -89,9 +89,7 @@ class ElasticStep {
   /// Mean of the diagonal of the undeformed sheet's tangent, over that of its inertia. Collective.
   double stiffness_over_inertia();
   void begin_step(const Field& positions, const ElasticInput& input);
-  /// Newton's method, from the positions given, until the potentials are content with where it ends. Adds to the
-  /// iterations of `result`. Collective.
-  void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
+  /// Newton's method, from the positions given. Adds to the iterations of `result`. Collective.
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
   /// See SpringPotential::largest_share; of all ranks. Collective.
   double largest_share(const Field& positions) const;

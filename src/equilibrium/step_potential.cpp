@@ -49,9 +49,6 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
-  if (model_.bodies != nullptr) {
-    potentials_.push_back(model_.bodies);
-  }
   tangent_.emplace(membrane.particles, potentials_, model_.constraints.projectors(), options_.mat_type,
                    options_.solver_prefix);
 
@@ -136,13 +133,8 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
 
 /// Where Newton's method begins nothing has passed through anything. Collective.
 void StepPotential::keep_clear() {
-  const Eigen::Matrix3Xd before = position_.values();
   for (Potential* potential : potentials_) {
     potential->start_from(start_, position_, h_);
-  }
-  for (PetscInt i = 0; i < before.cols(); ++i) {  // As far as vertices may go there.
-    const Eigen::Vector3d moved = position_.vector(i) - before.col(i);
-    position_.vector(i) = before.col(i) + model_.constraints.projectors()[static_cast<std::size_t>(i)] * moved;
   }
   leads_too_far_ = false;
   if (std::any_of(potentials_.begin(), potentials_.end(), [](const Potential* p) { return p->limits(); })) {
@@ -160,26 +152,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
   start_.values() = position.values();
   wall_.set_thickness(start.thickness_ratio);
-  model_.loads.set_time(time_);
-  if (model_.bodies != nullptr) {
-    model_.bodies->begin_step(start_, time_, share > 0 ? share * h_ : h_);
-  }
-}
-
-/// What acts by arc length, at the loads' present time.
-void StepPotential::set_load_time() {
-  model_.loads.set_time(time_);
-  if (model_.bodies != nullptr) {
-    model_.bodies->set_time(time_, h_);
-  }
-}
-
-bool StepPotential::renew() {
-  bool goes_on = false;
-  for (Potential* potential : potentials_) {
-    goes_on = potential->renew(position_) || goes_on;
-  }
-  return goes_on;
+  model_.loads.begin_step(start_, time_, share > 0 ? share * h_ : h_);
 }
 
 /// Puts held vertices to where they are when forces are in balance: on their way straight to the end of the step.
@@ -198,10 +171,7 @@ void StepPotential::begin_path(const StepStart& start) {
   time_end_ = start.time;
   time_ = start.time;
   position_.values() = start_.values();
-  set_load_time();
-  if (model_.bodies != nullptr) {
-    model_.bodies->begin_step(start_, time_, h_);
-  }
+  model_.loads.begin_step(start_, time_, h_);
   direction_.values() = start.direction->values();
   if (sum_over_ranks(comm(), direction_.values().squaredNorm()) > 0) {
     return;
@@ -252,7 +222,7 @@ Eigen::VectorXd StepPotential::load_rate() {
   const auto set_time = [this](double at) {
     time_ = at;
     time_end_ = at;
-    set_load_time();
+    model_.loads.begin_step(start_, time_, h_);
     lead_held();
   };
   set_time(time + step);
@@ -316,7 +286,7 @@ void StepPotential::move_to(Vec unknowns) {
   if (integrator_.arc_length()) {
     MPI_Bcast(&time_, 1, MPI_DOUBLE, 0, comm());
     time_end_ = time_;
-    set_load_time();
+    model_.loads.begin_step(start_, time_, h_);
     lead_held();
   }
 }

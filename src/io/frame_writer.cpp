@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "io/solid_drawing.h"
 
 namespace pellicle {
 inline namespace io {
@@ -37,14 +36,11 @@ std::vector<std::string> field_names(const Frame& frame) {
   return names;
 }
 
-FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects,
-                         std::vector<std::string> bodies)
+FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects)
     : folder_(folder),
       options_(std::move(options)),
       surface_series_(folder, options_.name, objects),
-      spring_series_(folder, options_.name + "_springs", objects),
-      body_series_(folder, options_.name + "_bodies", bodies),
-      has_bodies_(!bodies.empty()) {}
+      spring_series_(folder, options_.name + "_springs", objects) {}
 
 FrameWriter FrameWriter::of_failed_state(std::vector<std::string> objects) const {
   OutputOptions options = options_;
@@ -72,18 +68,12 @@ std::optional<double> FrameWriter::next_time(double time) const {
 void FrameWriter::save(Hdf5File& checkpoint) const {
   surface_series_.save(checkpoint);
   spring_series_.save(checkpoint);
-  if (has_bodies_) {
-    body_series_.save(checkpoint);
-  }
   checkpoint.write_once<int>(last_step_table, {last_step_});
 }
 
 void FrameWriter::resume(const Hdf5File& checkpoint) {
   surface_series_.resume(checkpoint);
   spring_series_.resume(checkpoint);
-  if (has_bodies_) {
-    body_series_.resume(checkpoint);
-  }
   last_time_ = surface_series_.last_time();
   last_step_ = checkpoint.read_all<int>(last_step_table).front();
   folder_.start();
@@ -91,7 +81,7 @@ void FrameWriter::resume(const Hdf5File& checkpoint) {
 }
 
 void FrameWriter::write_lists() {
-  for (FrameSeries* series : {&surface_series_, &spring_series_, &body_series_}) {
+  for (FrameSeries* series : {&surface_series_, &spring_series_}) {
     if (!series->empty()) {
       series->write_list();
     }
@@ -100,31 +90,16 @@ void FrameWriter::write_lists() {
 
 void FrameWriter::write(std::size_t object, const Frame& frame) {
   folder_.start();
-  const vtkSmartPointer<vtkPolyData> surface =
-      drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields));
-  if (surface->GetNumberOfPoints() > 0) {
-    const double* b = surface->GetBounds();
-    bounds_.extend(Eigen::AlignedBox3d(Eigen::Vector3d(b[0], b[2], b[4]), Eigen::Vector3d(b[1], b[3], b[5])));
-  }
-  surface_series_.write(object, surface, frame.time);
+  surface_series_.write(
+      object, drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields)),
+      frame.time);
   if (frame.springs != nullptr) {
     spring_series_.write(object, drawn(*frame.springs, frame.positions, chosen(frame.spring_ends), frame.spring_fields),
                          frame.time);
   }
 }
 
-void FrameWriter::write_body(std::size_t body, const Solid& solid, double time) {
-  Eigen::Vector3d size = bounds_.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(bounds_.sizes());
-  MPI_Allreduce(MPI_IN_PLACE, size.data(), 3, MPI_DOUBLE, MPI_MAX, folder_.comm());
-  int rank = 0;
-  MPI_Comm_rank(folder_.comm(), &rank);
-  // A plane is drawn as large from frame to frame, while what moves keeps its size within a factor of 2.
-  const double half = std::exp2(std::ceil(std::log2(std::max(size.norm(), 1e-9)))) / 2;
-  body_series_.write(body, rank == 0 ? drawing_of_solid(solid, half) : vtkSmartPointer<vtkPolyData>::New(), time);
-}
-
 void FrameWriter::complete(double time, int step) {
-  bounds_.setEmpty();
   write_lists();
   last_time_ = time;
   last_step_ = step;

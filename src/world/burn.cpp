@@ -17,8 +17,6 @@ inline namespace world {
 
 namespace {
 
-const std::map<std::string, BodyOptions> no_bodies;
-
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
   std::array<std::vector<double>, 4> result;
@@ -59,12 +57,10 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(std::move(pins)),
-      bodies_(sheet.comm(), options.dynamics == Dynamics::elastic ? no_bodies : options.bodies),
+      bodies_(sheet.comm(), options.bodies),
       chambers_(sheet, options.gas, options.chambers),
       start_(sheet.particles, 3),
-      clear_(sheet.particles, 3),
-      start_velocity_(sheet.particles, 3),
-      contact_reach_(contact_thickness(sheet, options.contact)) {
+      clear_(sheet.particles, 3) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
@@ -106,19 +102,12 @@ void Burn::make_elastic() {
   ElasticOptions elastic = options_.elastic;
   elastic.strain_limit = options_.project.strain_limit;
   elastic.usual_h = options_.time.step;
-  std::vector<Potential*> others;
-  if (!options_.bodies.empty()) {
-    body_contact_ = std::make_unique<BodyContact>(sheet_, options_.bodies, options_.contact);
-    others.push_back(body_contact_.get());
-  }
-  if (contact_) {
-    others.push_back(&*contact_);
-  }
   elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                            factors("sheet.shear_texture", material.shear_texture),
                                                            factors("sheet.bending_texture", material.bending_texture)},
-                                           pins_.pinned(), pins_.clamped(), elastic, others);
+                                           pins_.pinned(), pins_.clamped(), elastic,
+                                           contact_ ? std::vector<Potential*>{&*contact_} : std::vector<Potential*>());
 }
 
 State Burn::initial_state() const {
@@ -156,7 +145,6 @@ BurnStep Burn::advance(State& state, double h) {
   step.newton_iterations = moved.newton_iterations;
   step.force_residual = moved.force_residual;
   step.contacts = moved.contacts;
-  step.loads = moved.loads;
   if (failed(moved)) {
     return step;
   }
@@ -226,21 +214,60 @@ NetStrain Burn::net_strain(const State& state) const {
                              elastic_->bearing_springs(state.living));
 }
 
-DynamicsResult Burn::advance_elastic(State& state, double h) {
-  if (body_contact_ != nullptr) {
-    body_contact_->set_surface(held_, &state.living.triangles);
-    body_contact_->begin_step(start_, state.time + h, h);
+/// Whether an elastic sheet keeps its limit. Collective.
+StageResult Burn::limit_strain(const State& state) const {
+  StageResult result;
+  const std::optional<double> limit = options_.project.strain_limit;
+  if (elastic_ != nullptr && limit) {
+    const NetStrain strain = net_strain(state);
+    result.converged = strain.largest <= *limit;
+    if (!result.converged) {
+      result.reason = beyond_limit(strain, *limit);
+    }
   }
+  return result;
+}
+
+DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
   const ElasticResult moved = elastic_->advance(
-      state.position, {state.target_length, volume_ratio_, stiffness_factor_, mass_, held_, state.living, start_, h});
-  DynamicsResult result{moved, 0, moved.newton_iterations, moved.error, {}};
+      state.position, {state.target_length, volume_ratio_, stiffness_factor_, mass, held_, state.living, start_, h});
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
-  if (body_contact_ != nullptr && result.converged) {
-    result.contacts = body_contact_->contacts(state.position);
-    result.reason = body_contact_->fault(state.position);
-    result.converged = result.reason.empty();
+  return {moved, 0, moved.newton_iterations, moved.error};
+}
+
+/// Springs, then bodies. Where these leave springs beyond the strain limit, what they have moved stays where it is, and
+/// the others give way.
+DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::function<void(Field&)>& correct, double h) {
+  inertia_ = mass_;
+  DynamicsResult result;
+  constexpr int tries = 3;
+  for (int n = 0; n < tries; ++n) {
+    const DynamicsResult before = result;
+    result = advance_elastic(state, inertia_, h);
+    result.iterations += before.iterations;
+    result.newton_iterations += before.newton_iterations;
+    if (!result.converged) {
+      return result;
+    }
+    balanced_ = state.position.values();
+    correct(state.position);
+    const StageResult limited = limit_strain(state);
+    result.converged = limited.converged;
+    result.reason = limited.reason;
+    if (limited.converged || n + 1 == tries) {
+      return result;
+    }
+    const Eigen::MatrixXd corrected = state.position.values();
+    state.position.values() = unconstrained_;
+    for (Eigen::Index i = 0; i < corrected.cols(); ++i) {
+      if (corrected.col(i) != balanced_.col(i)) {
+        constexpr double held = 1e6;
+        inertia_[static_cast<std::size_t>(i)] = held * mass_[static_cast<std::size_t>(i)];
+        state.position.vector(i) = corrected.col(i);
+      }
+    }
   }
   return result;
 }
@@ -248,54 +275,39 @@ DynamicsResult Burn::advance_elastic(State& state, double h) {
 /// Moves the positions so that springs and bodies are content with them.
 DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   const auto timer = clock_.time("projection");  // eq. 12
-  DynamicsResult result;
-  if (elastic_ != nullptr) {
-    result = advance_elastic(state, contact.h);
-  } else {
-    PetscInt contacts = 0;
-    bodies_.begin_step();
-    const auto correct = [&](Field& positions) {
-      contacts = bodies_.correct_positions(positions, contact);
-      if (contact_) {
-        contact_->correct(clear_, positions, mass_, held_);
-      }
-    };
-    const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
-                                tearing_ ? &force_ : nullptr};
-    if (projection_ != nullptr) {
-      static_cast<StageResult&>(result) = projection_->advance(state.position, input);
-      if (tearing_) {
-        to_forces(force_, sheet_, input, contact.h);
-      }
-    } else {
-      static_cast<StageResult&>(result) =
-          springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h});
-      correct(state.position);
+  PetscInt contacts = 0;
+  const auto correct = [&](Field& positions) {
+    contacts = bodies_.correct_positions(positions, contact);
+    if (contact_ && elastic_ == nullptr) {
+      contact_->correct(clear_, positions, mass_, held_);
     }
-    result.contacts = contacts;
-  }
-  if (projection_ == nullptr) {
+  };
+  const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
+                              tearing_ ? &force_ : nullptr};
+  DynamicsResult result;
+  if (options_.dynamics == Dynamics::projection) {
+    result = {projection_->advance(state.position, input)};
+    if (tearing_) {
+      to_forces(force_, sheet_, input, contact.h);
+    }
+  } else {
+    if (elastic_ != nullptr) {
+      result = advance_elastic_with_bodies(state, input.after_step, contact.h);
+    } else {
+      result = {
+          springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h})};
+      input.after_step(state.position);
+    }
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   }
+  result.contacts = contacts;
   return result;
-}
-
-/// Velocities at bodies, and what bodies have felt.
-void Burn::leave_bodies(State& state, const ContactStep& contact, DynamicsResult& result) {
-  if (body_contact_ != nullptr) {
-    result.loads = body_contact_->loads(state.position);
-    body_contact_->rebound(state.position, start_velocity_, mass_, state.velocity, result.loads);
-  } else if (!bodies_.empty()) {
-    bodies_.correct_velocities(state.velocity, state.position, contact);
-    result.loads = bodies_.loads(state.position, contact, contact_reach_);
-  }
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {
   Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
   start_.values() = x;
-  start_velocity_.values() = v;
   held_ = pins_.pinned();
   if (sheet_.layers == 1) {
     mass_ = corner_masses(sheet_, state.mass);
@@ -344,7 +356,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   if (contact_ && elastic_ == nullptr) {
     contact_->prepare(start_, state.position, h, clear_);
   }
-  const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h, mass_, &start_velocity_};
+  const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   DynamicsResult result;
   int iterations = 0;
   do {
@@ -370,7 +382,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / h;
     }
   }
-  leave_bodies(state, contact, result);
+  bodies_.correct_velocities(state.velocity, state.position, contact);
   if (sheet_.layers == 1) {
     follow_corners(sheet_, state.position);
     follow_corners(sheet_, state.velocity);

@@ -128,11 +128,9 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                     ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
                                constraints_.has_planes(), constraints_.projectors())
                     : Chambers(membrane, options.gas, options.chambers, constraints_.origin(), state->chamber)),
-      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
+      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact,
              state == nullptr ? nullptr : state->loads),
-      bodies_(membrane, options.bodies, options.contact),
-      start_(membrane.particles, 3),
-      start_velocity_(membrane.particles, 3) {
+      start_(membrane.particles, 3) {
   if (balloon_burns(options)) {
     burning_.emplace(membrane, options, clock, textures_);
     const AblationOptions& ablation = options.ablation;
@@ -194,9 +192,6 @@ void Inflate::make_solvers() {
   if (drag_ != nullptr) {
     model.others.push_back(drag_.get());
   }
-  if (!bodies_.empty()) {
-    model.bodies = &bodies_;
-  }
   implicit_.reset();
   implicit_.emplace(model, options_.prism, integrator_);
   if (wall_.preserve_volume) {
@@ -240,7 +235,6 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     }
   }
   start_.values() = state.position.values();
-  start_velocity_.values() = state.velocity.values();
   h_ = h;
   {
     const auto timer = clock_.time("implicit step");
@@ -250,15 +244,9 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     if (bending_) {
       bending_->begin_step(state.position, state.thickness_ratio);
     }
-    begin_contact(state);
     begin_acceleration(state);
     set_drag(state, integrator_.share());
     static_cast<ImplicitResult&>(step) = implicit_->advance(state.position, state.pressure, start_of_step(state));
-    if (step.converged) {
-      step.reason = bodies_.fault(implicit_->potential().position());
-      step.converged = step.reason.empty();
-      step.loads = bodies_.loads(implicit_->potential().position());
-    }
     if (!step.converged) {
       return step;
     }
@@ -291,20 +279,8 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
     step.inverted = elements_.inverted(start_, state.position);
     MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
   }
-  if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
-    bodies_.rebound(state.position, start_velocity_, mass_, state.velocity, step.loads);
-  }
   step.has_cracked = crack(state);
   return step;
-}
-
-/// What bodies may press on in the step to come.
-void Inflate::begin_contact(const BalloonState& state) {
-  std::vector<bool> held = pins_.pinned();
-  for (std::size_t i = 0; burning_ && i < held.size(); ++i) {
-    held[i] = held[i] || state.burning->mass.data()[i] == 0;
-  }
-  bodies_.set_surface(held, burning_ ? &state.burning->living.triangles : nullptr);
 }
 
 StepStart Inflate::start_of_step(const BalloonState& state) const {

@@ -123,11 +123,7 @@ class Run {
                                      : object_from(*checkpoint, object.options, output);
       });
     }
-    std::vector<const ObjectOptions*> objects;
-    for (const ObjectOptions& object : objects_) {
-      objects.push_back(&object);
-    }
-    return {folder, options_.output, std::move(members), drawings_of_bodies(comm_, objects)};
+    return {folder, options_.output, std::move(members)};
   }
 
   /// The checkpoint from which the run goes on, if it does.

@@ -7,7 +7,6 @@
 
 #include "base/stage_clock.h"
 #include "io/frame_writer.h"
-#include "world/body_drawings.h"
 #include "world/object.h"
 #include "world/step_control.h"
 
@@ -25,9 +24,7 @@ class World : public Chain {
   };
 
   /// The folder must outlive it. Collective. @param members at least one
-  /// @param bodies that frames show beside them
-  World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-        std::vector<BodyDrawing> bodies = {});
+  World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members);
 
   const std::vector<Member>& members() const { return members_; }
 
@@ -54,7 +51,6 @@ class World : public Chain {
  private:
   /// Refuses names in `output.fields` that no object has a field of.
   void check_chosen_fields();
-  void draw_bodies(double time);
   /// Lines of all objects, with their headings.
   std::vector<std::string> gather(std::vector<std::string> (Object::*lines)() const) const;
   /// Whether the object took part in the last step: one of which nothing is left stays where it was.
@@ -62,7 +58,6 @@ class World : public Chain {
 
   MPI_Comm comm_;
   std::vector<Member> members_;
-  std::vector<BodyDrawing> bodies_;
   FrameWriter writer_;
   bool fields_are_to_be_checked_;
 };

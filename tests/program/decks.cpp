@@ -98,7 +98,9 @@ class PaperSolverTest : public ProgramTest {};
 
 TEST_F(PaperSolverTest, LiesOverABalloonToo) {
   const Arguments teddy{deck_path("teddy"), "-mesh_vertices", "1500", "-output_name", "teddy", "-time_max_steps", "5"};
-  const std::map<std::string, Arguments> solvers{{"ours", {}}, {"paper", {deck_path("paper_solver")}}};
+  // Without factors, whose preconditioner is a shell, too.
+  const std::map<std::string, Arguments> solvers{{"ours", {"-prism_factor", "never"}},
+                                                 {"paper", {deck_path("paper_solver")}}};
   std::map<std::string, double> iterations;
   std::map<std::string, DrawnFrame> frames;
   for (const auto& [name, deck] : solvers) {
