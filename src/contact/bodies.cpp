@@ -204,7 +204,7 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
     const std::string key = "bodies." + name;
     const RigidMotion motion = motion_of(given);
     require_valid(key, given, motion);
-    bodies.push_back({name, shape_of(comm, key, given), motion, given.friction, given.margin});
+    bodies.push_back({shape_of(comm, key, given), motion, given.friction, given.margin});
   }
   return bodies;
 }

@@ -45,7 +45,6 @@ void describe(OptionTable& table, BodyOptions& options);
 
 /// A rigid solid that moves.
 struct Body {
-  std::string name;
   Shape shape;
   RigidMotion motion;
   double friction = 0;

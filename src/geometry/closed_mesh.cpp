@@ -7,68 +7,16 @@
 #include <numeric>
 #include <utility>
 
+#include "geometry/nearest_points.h"
+
 namespace pellicle {
 inline namespace geometry {
 
 namespace {
 
-/// Ericson, Real-Time Collision Detection, section 5.1.5: which corner, side or inside is nearest.
-struct Nearest {
-  Eigen::Vector3d weights;
-  int corner = -1;  ///< if that is nearest
-  int side = -1;    ///< from corner k, if that is
-};
-
-Nearest nearest_part(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& point) {
-  const auto& [a, b, c] = corners;
-  const Eigen::Vector3d ab = b - a;
-  const Eigen::Vector3d ac = c - a;
-  const double d1 = ab.dot(point - a);
-  const double d2 = ac.dot(point - a);
-  if (d1 <= 0 && d2 <= 0) {
-    return {{1, 0, 0}, 0, -1};
-  }
-  const double d3 = ab.dot(point - b);
-  const double d4 = ac.dot(point - b);
-  if (d3 >= 0 && d4 <= d3) {
-    return {{0, 1, 0}, 1, -1};
-  }
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    const double t = d1 / (d1 - d3);
-    return {{1 - t, t, 0}, -1, 0};
-  }
-  const double d5 = ab.dot(point - c);
-  const double d6 = ac.dot(point - c);
-  if (d6 >= 0 && d5 <= d6) {
-    return {{0, 0, 1}, 2, -1};
-  }
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    const double t = d2 / (d2 - d6);
-    return {{1 - t, 0, t}, -1, 2};
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {{0, 1 - t, t}, -1, 1};
-  }
-  const double sum = va + vb + vc;
-  if (!(sum > 0)) {  // Without area: rounding has let no part be nearest.
-    Eigen::Index corner = 0;
-    Eigen::Vector3d((a - point).squaredNorm(), (b - point).squaredNorm(), (c - point).squaredNorm()).minCoeff(&corner);
-    return {Eigen::Vector3d::Unit(corner), static_cast<int>(corner), -1};
-  }
-  return {{va / sum, vb / sum, vc / sum}, -1, -1};
-}
-
 constexpr int leaf_size = 4;
 
 }  // namespace
-
-Eigen::Vector3d nearest_weights(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& point) {
-  return nearest_part(corners, point).weights;
-}
 
 std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles) {
   if (triangles.empty()) {
@@ -170,9 +118,26 @@ void ClosedMesh::build(int begin, int end) {
   build(middle, end);
 }
 
+/// Of a corner, a side or the face, whichever a point of a triangle is on.
+/// @param weights of the triangle's corners at 1 to 3, not all 0
+const Eigen::Vector3d& ClosedMesh::normal_at(std::size_t triangle, const std::array<double, 4>& weights) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const bool is_opposite = weights[1 + k] == 0;  // on the side opposite to corner k
+    const std::size_t next = (k + 1) % 3;
+    const std::size_t last = (k + 2) % 3;
+    if (is_opposite && weights[1 + next] != 0 && weights[1 + last] != 0) {
+      return edge_normals_[triangle][next];
+    }
+    if (!is_opposite && weights[1 + next] == 0 && weights[1 + last] == 0) {
+      return vertex_normals_[static_cast<std::size_t>(triangles_[triangle][k])];
+    }
+  }
+  return face_normals_[triangle];
+}
+
 SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
   double least = std::numeric_limits<double>::infinity();  // squared
-  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();
   Eigen::Vector3d outward = Eigen::Vector3d::UnitZ();
   std::array<int, 64> stack{};  // as deep as the tree, which halves
   int depth = 1;
@@ -196,27 +161,16 @@ SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
     for (int i = node.begin; i < node.end; ++i) {
       const auto triangle = static_cast<std::size_t>(order_[static_cast<std::size_t>(i)]);
       const auto& corners = triangles_[triangle];
-      const std::array<Eigen::Vector3d, 3> places{points_[static_cast<std::size_t>(corners[0])],
-                                                  points_[static_cast<std::size_t>(corners[1])],
-                                                  points_[static_cast<std::size_t>(corners[2])]};
-      const Nearest part = nearest_part(places, point);
-      const Eigen::Vector3d there =
-          part.weights[0] * places[0] + part.weights[1] * places[1] + part.weights[2] * places[2];
-      const double squared = (point - there).squaredNorm();
-      if (squared < least) {
+      const NearestPoints found = nearest_of_point_and_triangle({point, points_[static_cast<std::size_t>(corners[0])],
+                                                                 points_[static_cast<std::size_t>(corners[1])],
+                                                                 points_[static_cast<std::size_t>(corners[2])]});
+      if (const double squared = found.apart.squaredNorm(); squared < least) {
         least = squared;
-        nearest = there;
-        if (part.corner >= 0) {
-          outward = vertex_normals_[static_cast<std::size_t>(corners[static_cast<std::size_t>(part.corner)])];
-        } else if (part.side >= 0) {
-          outward = edge_normals_[triangle][static_cast<std::size_t>(part.side)];
-        } else {
-          outward = face_normals_[triangle];
-        }
+        arm = found.apart;
+        outward = normal_at(triangle, found.weights);
       }
     }
   }
-  const Eigen::Vector3d arm = point - nearest;
   const double length = arm.norm();
   const double sign = arm.dot(outward) < 0 ? -1 : 1;
   // Of an arm as short as rounding of the places the direction is none.

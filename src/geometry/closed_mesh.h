@@ -26,10 +26,6 @@ class ClosedMesh {
   /// The sign is that of the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
   SignedDistance signed_distance(const Eigen::Vector3d& point) const;
 
-  const std::vector<Eigen::Vector3d>& points() const { return points_; }
-  const Triangles& triangles() const { return triangles_; }
-  const Eigen::AlignedBox3d& bounds() const { return nodes_.front().box; }
-
  private:
   struct Node {
     Eigen::AlignedBox3d box;
@@ -38,6 +34,7 @@ class ClosedMesh {
     int second = 0;  ///< node of the second child, the first follows on the node; 0: a leaf
   };
   void build(int begin, int end);
+  const Eigen::Vector3d& normal_at(std::size_t triangle, const std::array<double, 4>& weights) const;
 
   std::vector<Eigen::Vector3d> points_;
   Triangles triangles_;
@@ -47,9 +44,6 @@ class ClosedMesh {
   std::vector<int> order_;
   std::vector<Node> nodes_;
 };
-
-/// The point of a triangle that is nearest to a point, as weights of its corners.
-Eigen::Vector3d nearest_weights(const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& point);
 
 }  // namespace geometry
 }  // namespace pellicle
