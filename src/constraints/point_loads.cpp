@@ -89,7 +89,7 @@ std::vector<double> PointLoads::shares(std::size_t load) const {
 
 void PointLoads::begin_step(const Field& start, double time_end, double h) {
   start_ = start.values();
-  smoothing_ = h * options_.slip_speed;
+  slip_.e = h * options_.slip_speed;
   for (Attachment& attachment : attachments_) {
     attachment.displacement = place_of_motion(attachment.path, attachment.velocity, time_end);
   }
@@ -151,22 +151,16 @@ void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const
   if (friction.force <= 0) {
     return;
   }
-  const double e = smoothing_;
   const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - friction.normal * friction.normal.transpose();
   const Eigen::Vector3d slip = along * (x - carried(contact.before, contact.solid.pose, start_.col(particle)));
   const double y = slip.norm();
-  if (y >= e) {  // s = y
-    sum.value += friction.force * y;
-    sum.gradient += friction.force / y * slip;
-    sum.hessian += friction.force / y * (along - (slip * slip.transpose()) / (y * y));
-    return;
-  }
-  sum.value += friction.force * (y * y / e - y * y * y / (3 * e * e) + e / 3);
-  const double slope_over_y = 2 / e - y / (e * e);  // s'/y
+  const double slope_over_y = slip_.slope_over(y);
+  sum.value += friction.force * slip_.value(y);
   sum.gradient += friction.force * slope_over_y * slip;
   sum.hessian += friction.force * slope_over_y * along;
-  if (y > 0) {  // s'' - s'/y = -y/e^2 in the direction of the slip
-    sum.hessian -= friction.force / (y * e * e) * (slip * slip.transpose());
+  if (y > 0) {  // s'' - s'/y in the direction of the slip
+    const double bend = y < slip_.e ? -y / (slip_.e * slip_.e) : -slope_over_y;
+    sum.hessian += friction.force * bend / (y * y) * (slip * slip.transpose());
   }
 }
 

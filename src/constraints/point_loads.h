@@ -9,6 +9,7 @@
 #include "constraints/pins.h"
 #include "contact/bodies.h"
 #include "contact/contact_options.h"
+#include "contact/slip.h"
 #include "parallel/field.h"
 #include "solvers/vertex_potential.h"
 #include "surface/surface.h"
@@ -38,8 +39,8 @@ void describe(OptionTable& table, PushOptions& options);
 ///   Hessian the curvature of a sphere is left out, which is negative;
 /// - friction on bodies, mu N s(|u|), with the slip u along the surface relative to the body over the step. As in
 ///   incremental potential contact (Li et al. 2020, section 5), normal force N and surface are those of the step's
-///   start, and s is smooth: s(y) = y, but y^2/e - y^3/(3 e^2) + e/3 up to e = h slip_speed. A vertex that friction
-///   could hold creeps at less than slip_speed.
+///   start, and s is smooth (SmoothSlip) up to e = h slip_speed. A vertex that friction could hold creeps at less than
+///   slip_speed.
 class PointLoads {
  public:
   /// Collective. The points must outlive the loads.
@@ -102,7 +103,7 @@ class PointLoads {
   std::vector<Push> pushes_;
   std::vector<Contact> contacts_;
   Eigen::Matrix3Xd start_;  ///< positions at the start of the step [m]
-  double smoothing_ = 0;    ///< e: slip from which on friction is full [m]
+  SmoothSlip slip_;         ///< of the step
 };
 
 }  // namespace constraints

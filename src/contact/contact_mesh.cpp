@@ -63,14 +63,7 @@ ContactMesh::ContactMesh(const Surface& surface)
   const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
   const std::array<double, 3> shares = surface.point_shares();
   for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.local()); ++e) {
-    std::array<PetscInt, 4> corners{-1, -1, -1, -1};
-    if (surface.has_quads()) {
-      corners = surface.cells[e];
-    } else {
-      std::copy(surface.triangles[e].begin(), surface.triangles[e].end(), corners.begin());
-    }
-    corners_.push_back(corners);
-    const auto rest = [&](std::size_t k) { return surface.rest.col(corners[k]); };
+    const auto rest = [&](std::size_t k) { return surface.rest.col(surface.corner(e, k)); };
     double area = (rest(1) - rest(0)).cross(rest(2) - rest(0)).norm() / 2;
     if (surface.has_quads()) {
       area = (rest(2) - rest(0)).cross(rest(3) - rest(1)).norm() / 2;
@@ -99,17 +92,26 @@ double ContactMesh::margin(PetscInt point) const {
   return margin;
 }
 
+/// Particles of a local element, -1 behind the third of a triangle.
+std::array<PetscInt, 4> ContactMesh::corners(PetscInt element) const {
+  std::array<PetscInt, 4> corners{-1, -1, -1, -1};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
+    corners[k] = surface_.corner(static_cast<std::size_t>(element), k);
+  }
+  return corners;
+}
+
 bool ContactMesh::touches_own(PetscInt element) const {
-  const auto& corners = corners_[static_cast<std::size_t>(element)];
-  return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
+  const std::array<PetscInt, 4> of_element = corners(element);
+  return std::any_of(of_element.begin(), of_element.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
 }
 
 ContactMesh::Element ContactMesh::element(PetscInt number, const std::vector<bool>* living) const {
   const auto e = static_cast<std::size_t>(number);
   Element element;
   element.number = surface_.elements.to_global(number);
-  for (std::size_t k = 0; k < 4 && corners_[e][k] >= 0; ++k) {
-    element.corners[k] = surface_.particles.to_global(corners_[e][k]);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
+    element.corners[k] = surface_.particles.to_global(surface_.corner(e, k));
   }
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   for (std::size_t t = 0; t < per_element; ++t) {
@@ -122,7 +124,7 @@ ContactMesh::Element ContactMesh::element(PetscInt number, const std::vector<boo
 Box ContactMesh::box(PetscInt element, const Field& x, const std::vector<double>& margins) const {
   Box box;
   double margin = 0;
-  for (const PetscInt i : corners_[static_cast<std::size_t>(element)]) {
+  for (const PetscInt i : corners(element)) {
     if (i >= 0) {
       box.extend(x.vector(i).eval());
       margin = std::max(margin, margins[static_cast<std::size_t>(i)]);
@@ -176,22 +178,6 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   return Route(surface_.comm(), destinations).send(sent);
 }
 
-void ContactMesh::find_ghosts() {
-  ghosts_.clear();
-  for (PetscInt i = reach_.owned; i < reach_.local(); ++i) {
-    ghosts_.emplace_back(reach_.to_global(i), i);
-  }
-  std::sort(ghosts_.begin(), ghosts_.end());
-}
-
-PetscInt ContactMesh::find(PetscInt global) const {
-  if (global >= reach_.first && global < reach_.first + reach_.owned) {
-    return global - reach_.first;
-  }
-  const auto found = std::lower_bound(ghosts_.begin(), ghosts_.end(), std::pair<PetscInt, PetscInt>(global, 0));
-  return found != ghosts_.end() && found->first == global ? found->second : -1;
-}
-
 void ContactMesh::gather(const Field& x, const Field& start, const std::vector<bool>* living,
                          const std::vector<double>& margins, const std::vector<PetscInt>& further) {
   const Layout& particles = surface_.particles;
@@ -231,11 +217,10 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
                                 }),
                  received.end());
 
-  reach_ = particles;
-  find_ghosts();
+  numbers_ = LocalNumbers(particles);
   std::vector<PetscInt> beyond;
   const auto note = [&](PetscInt global) {
-    if (global >= 0 && find(global) < 0) {
+    if (global >= 0 && numbers_.find(global) < 0) {
       beyond.push_back(global);
     }
   };
@@ -247,7 +232,7 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
   beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
   reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
-  find_ghosts();
+  numbers_ = LocalNumbers(reach_);
   known_ = Field(reach_, 8);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
@@ -267,12 +252,12 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
     areas_[static_cast<std::size_t>(i)] = known_.values()(3, i);
   }
   for (const PetscInt e : here) {
-    add(element(e, living), corners_[static_cast<std::size_t>(e)]);
+    add(element(e, living), corners(e));
   }
   for (const Element& element : received) {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};
     for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
-      corners[k] = find(element.corners[k]);
+      corners[k] = numbers_.find(element.corners[k]);
     }
     add(element, corners);
   }

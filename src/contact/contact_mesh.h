@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <utility>
 #include <vector>
 
 #include "parallel/field.h"
@@ -35,7 +34,7 @@ class ContactMesh {
   const Layout& reach() const { return reach_; }
   bool reaches_further() const { return reaches_further_; }
   /// Number in `reach()` of a particle by its global one, or -1.
-  PetscInt find(PetscInt global) const;
+  PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
   /// Of the triangles, wider by the margins, as they were gathered.
   const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
@@ -80,22 +79,20 @@ class ContactMesh {
   }
   Element element(PetscInt number, const std::vector<bool>* living) const;
   Eigen::AlignedBox3d box(PetscInt element, const Field& x, const std::vector<double>& margins) const;
+  std::array<PetscInt, 4> corners(PetscInt element) const;
   bool touches_own(PetscInt element) const;
   std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes) const;
-  void find_ghosts();
   void add(const Element& element, const std::array<PetscInt, 4>& corners);
 
   const Surface& surface_;
   std::vector<double> particle_area_;  ///< round the local particles, without the parts of centres [m^2]
   std::vector<double> element_area_;   ///< of the local elements [m^2]
-  std::vector<std::array<PetscInt, 4>>
-      corners_;  ///< particles of the local elements, -1 behind the third of a triangle
 
   Layout reach_;
-  std::vector<std::pair<PetscInt, PetscInt>> ghosts_;  ///< of `reach_`: global and local number, sorted
-  bool reaches_further_ = false;                       ///< than the surface's layout, on any rank
-  Field known_;           ///< on `reach_`: undeformed place, area, margin, place at the start
-  mutable Field places_;  ///< on `reach_`
+  LocalNumbers numbers_;          ///< in `reach_`
+  bool reaches_further_ = false;  ///< than the surface's layout, on any rank
+  Field known_;                   ///< on `reach_`: undeformed place, area, margin, place at the start
+  mutable Field places_;          ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::vector<std::array<PetscInt, 4>> centres_;  ///< particles

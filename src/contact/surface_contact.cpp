@@ -27,16 +27,12 @@ constexpr double more_reach = 1.5;
 constexpr double usual_thickness = 0.2;
 
 double mean_side(const Surface& surface) {
-  std::array<double, 2> sums{};  // of area, and of elements
-  for (PetscInt e = 0; e < surface.elements.owned; ++e) {
-    const auto element = static_cast<std::size_t>(e);
-    std::array<Eigen::Vector3d, 3> corners;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const PetscInt i = surface.has_quads() ? surface.cells[element][k] : surface.triangles[element][k];
-      corners[k] = surface.rest.col(i);
+  std::array<double, 2> sums{};  // of sides, two of each element, and how many
+  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      sums[0] += (surface.rest.col(surface.corner(e, k + 1)) - surface.rest.col(surface.corner(e, k))).norm();
+      sums[1] += 1;
     }
-    sums[0] += (corners[1] - corners[0]).norm() + (corners[2] - corners[1]).norm();
-    sums[1] += 2;
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
   return sums[0] / sums[1];
@@ -105,6 +101,7 @@ Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) co
 
 void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field& begin) {
   h_ = h;
+  slip_.e = h * options_.slip_speed;
   searches_ = 0;
   start_.values() = start.values();
   const Layout& particles = surface_.particles;
@@ -168,6 +165,7 @@ void SurfaceContact::search(const Field& x) {
                [this](const ContactPair& pair) { return can_touch(pair); });
   wanted_.assign(owned, 0);
   any_held_ = false;
+  blocks_.clear();  // They were in another reach.
 }
 
 /// Whether a pair comes to press where its ends may go.
@@ -184,29 +182,40 @@ bool SurfaceContact::can_touch(const ContactPair& pair) const {
   return pair.barrier.stiffness > 0 && pair.distance - nearer < pair.barrier.thickness;
 }
 
-void SurfaceContact::note_rubbing(const Field& x) {
-  if (options_.friction == 0) {
-    return;
-  }
+/// Calls `take` with each pair that presses when the particles are at x, the stencil of the way between its nearest
+/// points, its gap, and the normal, towards the first feature, which is 0 where there is no gap. Leaves the places of
+/// the points in `places_`. Collective.
+template <class Take>
+void SurfaceContact::visit_pressing(const Field& x, const Take& take) const {
   mesh_.write_points(x, places_);
   for (const ContactPair& pair : pairs_) {
     const NearestPoints nearest = pair.nearest(places_);
     const double gap = nearest.apart.norm();
-    if (gap >= pair.barrier.thickness || gap == 0) {
-      continue;
+    if (gap < pair.barrier.thickness) {
+      take(pair, stencil(pair, nearest.weights), gap, Eigen::Vector3d(nearest.apart / (gap > 0 ? gap : 1)));
     }
-    const Stencil whole = stencil(pair, nearest.weights);
+  }
+}
+
+void SurfaceContact::note_rubbing(const Field& x) {
+  if (options_.friction == 0) {
+    return;
+  }
+  visit_pressing(x, [this](const ContactPair& pair, const Stencil& whole, double gap, const Eigen::Vector3d& normal) {
+    if (gap == 0) {
+      return;
+    }
     Rubbing rubbing;
     for (int k = 0; k < whole.count; ++k) {
       rubbing.particles.emplace_back(mesh_.reach().to_global(whole.particles[static_cast<std::size_t>(k)]),
                                      whole.weights[static_cast<std::size_t>(k)]);
     }
-    rubbing.normal = nearest.apart / gap;
-    rubbing.start = nearest.apart;
+    rubbing.normal = normal;
+    rubbing.start = gap * normal;
     rubbing.force = -options_.friction * pair.barrier.slope(gap);
     rubbing.counts = counts(whole);
     rubbing_.push_back(std::move(rubbing));
-  }
+  });
 }
 
 /// Pairs from where bounds have held particles back. Collective.
@@ -285,7 +294,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
     for (bool goes_on = true; goes_on;) {
       goes_on = false;
       for (const ContactPair& pair : near_) {
-        if (relative_share(pair, to, to) == 1) {
+        if (relative_share(pair, to, to) == 1) {  // Else it is 0: the way begins too far.
           continue;
         }
         for (const PetscInt point : pair.points) {
@@ -315,25 +324,19 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
 }
 
 double SurfaceContact::value(const Field& x) const {
-  mesh_.write_points(x, places_);
   double sum = 0;
-  for (const ContactPair& pair : pairs_) {
-    const NearestPoints nearest = pair.nearest(places_);
-    const double gap = nearest.apart.norm();
-    if (gap < pair.barrier.thickness && counts(stencil(pair, nearest.weights))) {
-      sum += pair.barrier.value(gap);
-    }
-  }
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d&) {
+    sum += counts(stencil) ? pair.barrier.value(gap) : 0;
+  });
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     if (rubbing_[r].counts) {
-      sum += rubbing_[r].force * slip_value(slip_of(r).norm());
+      sum += rubbing_[r].force * slip_.value(slip_of(r).norm());
     }
   }
   return sum;
 }
 
 void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  mesh_.write_points(x, places_);
   const auto add = [&](const Stencil& stencil, const Eigen::Vector3d& force) {
     for (int k = 0; k < stencil.count; ++k) {
       if (const PetscInt i = stencil.particles[static_cast<std::size_t>(k)]; i < gradient.cols()) {
@@ -341,16 +344,12 @@ void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) co
       }
     }
   };
-  for (const ContactPair& pair : pairs_) {
-    const NearestPoints nearest = pair.nearest(places_);
-    const double gap = nearest.apart.norm();
-    if (gap < pair.barrier.thickness && gap > 0) {
-      add(stencil(pair, nearest.weights), pair.barrier.slope(gap) / gap * nearest.apart);
-    }
-  }
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
+    add(stencil, pair.barrier.slope(gap) * normal);
+  });
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     const Eigen::Vector3d slip = slip_of(r);
-    add(rubbing_stencils_[r], rubbing_[r].force * slip_factor(slip.norm()) * slip);
+    add(rubbing_stencils_[r], rubbing_[r].force * slip_.slope_over(slip.norm()) * slip);
   }
 }
 
@@ -365,18 +364,6 @@ Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
   return moved - rubbing.normal * rubbing.normal.dot(moved);
 }
 
-/// s(y).
-double SurfaceContact::slip_value(double slip) const {
-  const double e = h_ * options_.slip_speed;
-  return slip < e ? slip * slip / e - slip * slip * slip / (3 * e * e) + e / 3 : slip;
-}
-
-/// s'(y) / y.
-double SurfaceContact::slip_factor(double slip) const {
-  const double e = h_ * options_.slip_speed;
-  return slip < e ? (2 - slip / e) / e : 1 / slip;
-}
-
 void SurfaceContact::find_rubbing_stencils() {
   rubbing_stencils_.clear();
   for (const Rubbing& rubbing : rubbing_) {
@@ -389,19 +376,13 @@ void SurfaceContact::find_rubbing_stencils() {
 
 /// Collective.
 void SurfaceContact::find_blocks(const Field& x) {
-  mesh_.write_points(x, places_);
   blocks_.clear();
-  for (const ContactPair& pair : pairs_) {
-    const NearestPoints nearest = pair.nearest(places_);
-    const double gap = nearest.apart.norm();
-    if (gap < pair.barrier.thickness && gap > 0) {
-      const Eigen::Vector3d normal = nearest.apart / gap;
-      blocks_.push_back({stencil(pair, nearest.weights), pair.barrier.curvature(gap) * normal * normal.transpose()});
-    }
-  }
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
+    blocks_.push_back({stencil, pair.barrier.curvature(gap) * normal * normal.transpose()});
+  });
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     const Eigen::Vector3d& normal = rubbing_[r].normal;
-    blocks_.push_back({rubbing_stencils_[r], rubbing_[r].force * slip_factor(slip_of(r).norm()) *
+    blocks_.push_back({rubbing_stencils_[r], rubbing_[r].force * slip_.slope_over(slip_of(r).norm()) *
                                                  (Eigen::Matrix3d::Identity() - normal * normal.transpose())});
   }
 }
@@ -451,8 +432,6 @@ std::vector<VertexPair> SurfaceContact::pattern() const {
   return pairs;
 }
 
-void SurfaceContact::update_hessian(const Field& x, Curvature /*curvature*/) { find_blocks(x); }
-
 void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
   for (const Block& block : blocks_) {
     visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double weight) {
@@ -488,7 +467,6 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
     x.values() = before.values();
   };
   go();
-  mesh_.write_points(x, places_);
   Field mobility(mesh_.reach(), 1);  // 1/m, 0 of what is held
   for (PetscInt i = 0; i < owned; ++i) {
     const auto particle = static_cast<std::size_t>(i);
@@ -496,13 +474,7 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
   }
   mobility.update_ghosts();
   Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
-  for (const ContactPair& pair : pairs_) {
-    const NearestPoints nearest = pair.nearest(places_);
-    const double gap = nearest.apart.norm();
-    if (gap >= pair.barrier.thickness || gap == 0) {
-      continue;
-    }
-    const Stencil whole = stencil(pair, nearest.weights);
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil& whole, double gap, const Eigen::Vector3d& normal) {
     double compliance = 1 / (pair.barrier.curvature(0) * h_ * h_);
     for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
       compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
@@ -510,11 +482,11 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
     const double push = (pair.barrier.thickness - gap) / compliance;
     for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
       if (const PetscInt i = whole.particles[k]; i < owned && whole.weights[k] != 0) {
-        pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] / gap * nearest.apart;
+        pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] * normal;
         pushes(3, i) += 1;
       }
     }
-  }
+  });
   for (PetscInt i = 0; i < owned; ++i) {
     x.vector(i) += pushes.col(i).head<3>() / std::max(pushes(3, i), 1.0);
   }
@@ -522,18 +494,15 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
 }
 
 ContactFigures SurfaceContact::figures(const Field& x) const {
-  mesh_.write_points(x, places_);
   ContactFigures figures;
   double smallest = thickness_;
-  for (const ContactPair& pair : pairs_) {
-    const NearestPoints nearest = pair.nearest(places_);
-    const double gap = nearest.apart.norm();
-    if (gap < pair.barrier.thickness && counts(stencil(pair, nearest.weights))) {
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d&) {
+    if (counts(stencil)) {
       ++figures.contacts;
       smallest = std::min(smallest, gap);
       figures.energy += pair.barrier.value(gap);
     }
-  }
+  });
   MPI_Allreduce(MPI_IN_PLACE, &figures.energy, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
   MPI_Allreduce(MPI_IN_PLACE, &figures.contacts, 1, MPIU_INT, MPI_SUM, surface_.comm());
   MPI_Allreduce(&smallest, &figures.smallest_gap, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());

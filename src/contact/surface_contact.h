@@ -5,6 +5,7 @@
 
 #include "contact/contact_options.h"
 #include "contact/contact_pairs.h"
+#include "contact/slip.h"
 #include "solvers/potential.h"
 
 namespace pellicle {
@@ -26,9 +27,8 @@ struct ContactFigures {
 /// most 0.45 of the smallest distance of what they are a part of ("offset geometric contact", Chen et al. 2025), then
 /// those that have moved too far from these, and so on. Pairs are sought again from where that ends.
 ///
-/// Friction is that of incremental potential contact (Li et al. 2020, section 5): mu N s(|u|), with the slip u since
-/// the step's start, normal force N, normal and places of contact those of the step's start, and s smooth: s' rises
-/// from 0 to 1 up to the slip of `slip_speed` in a step.
+/// Friction is mu N s(|u|), with the slip u since the step's start, normal force N, normal and places of contact those
+/// of the step's start, and s smooth up to the slip of `slip_speed` in a step (SmoothSlip).
 class SurfaceContact : public Potential {
  public:
   /// The surface must outlive it. Collective.
@@ -47,7 +47,8 @@ class SurfaceContact : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return version_; }
-  void update_hessian(const Field& x, Curvature curvature) override;
+  /// It is that of where Newton's method was at the last `move_on`.
+  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
   void add_hessian(const HessianBlocks& blocks) const override;
 
   /// For a sheet that is projected, before its step: looks for pairs.
@@ -90,6 +91,8 @@ class SurfaceContact : public Potential {
   void search_further(const Field& x);
   double relative_share(const ContactPair& pair, const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) const;
   bool can_touch(const ContactPair& pair) const;
+  template <class Take>
+  void visit_pressing(const Field& x, const Take& take) const;
   void note_rubbing(const Field& x);
   void find_rubbing_stencils();
   void find_blocks(const Field& x);
@@ -99,8 +102,6 @@ class SurfaceContact : public Potential {
   void visit_couplings(const Stencil& stencil, const Take& take) const;
   bool counts(const Stencil& stencil) const;
   Eigen::Vector3d slip_of(std::size_t number) const;
-  double slip_factor(double slip) const;
-  double slip_value(double slip) const;
 
   const Surface& surface_;
   ContactOptions options_;
@@ -134,6 +135,7 @@ class SurfaceContact : public Potential {
   std::vector<std::vector<PetscInt>> columns_;  ///< of the pattern, of each owned particle, sorted
   std::vector<PetscInt> offsets_;               ///< of its rows
   double h_ = 0;                                ///< [s]
+  SmoothSlip slip_;                             ///< of the step
 };
 
 }  // namespace contact

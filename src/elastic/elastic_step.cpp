@@ -277,7 +277,7 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
     potential->start_from(input.start, positions, input.h);
   }
   bool stays_behind = false;
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+  for (PetscInt i = 0; limits_ && i < sheet_.particles.owned; ++i) {
     stays_behind = stays_behind || (input.held[static_cast<std::size_t>(i)] && positions.vector(i) != free_.col(i));
   }
   if (limits_ && on_any_rank(sheet_.comm(), stays_behind)) {

@@ -1,5 +1,7 @@
 #include "parallel/layout.h"
 
+#include <algorithm>
+
 #include "parallel/exchange.h"
 
 namespace pellicle {
@@ -10,6 +12,21 @@ const std::shared_ptr<const GhostExchange>& Layout::exchange() const {
     made_exchange = std::make_shared<GhostExchange>(*this);
   }
   return made_exchange;
+}
+
+LocalNumbers::LocalNumbers(const Layout& layout) : first_(layout.first), owned_(layout.owned) {
+  for (PetscInt i = layout.owned; i < layout.local(); ++i) {
+    ghosts_.emplace_back(layout.to_global(i), i);
+  }
+  std::sort(ghosts_.begin(), ghosts_.end());
+}
+
+PetscInt LocalNumbers::find(PetscInt global) const {
+  if (global >= first_ && global < first_ + owned_) {
+    return global - first_;
+  }
+  const auto found = std::lower_bound(ghosts_.begin(), ghosts_.end(), std::pair<PetscInt, PetscInt>(global, 0));
+  return found != ghosts_.end() && found->first == global ? found->second : -1;
 }
 
 Layout with_ghosts(const Layout& layout, const std::vector<PetscInt>& global_numbers) {

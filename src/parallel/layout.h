@@ -3,6 +3,7 @@
 #include <petscvec.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace pellicle {
@@ -30,6 +31,21 @@ struct Layout {
   const std::shared_ptr<const GhostExchange>& exchange() const;
 
   mutable std::shared_ptr<const GhostExchange> made_exchange;  ///< by exchange(), or none yet
+};
+
+/// Local numbers of a layout by the global ones.
+class LocalNumbers {
+ public:
+  LocalNumbers() = default;
+  explicit LocalNumbers(const Layout& layout);
+
+  /// -1: neither owned nor a ghost.
+  PetscInt find(PetscInt global) const;
+
+ private:
+  PetscInt first_ = 0;
+  PetscInt owned_ = 0;
+  std::vector<std::pair<PetscInt, PetscInt>> ghosts_;  ///< global and local number, sorted
 };
 
 /// The same with further ghosts, which come last. @param global_numbers other ranks' items that are no ghosts yet

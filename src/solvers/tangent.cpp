@@ -101,15 +101,11 @@ bool Tangent::move_on(const Field& x) {
 /// Takes in the vertices beyond the local ones that owned ones are coupled with, and their projectors.
 void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns) {
   reach_ = vertices_;
-  ghosts_.clear();
-  for (PetscInt i = owned(); i < vertices_.local(); ++i) {
-    ghosts_.emplace_back(vertices_.to_global(i), i);
-  }
-  std::sort(ghosts_.begin(), ghosts_.end());
+  numbers_ = LocalNumbers(reach_);
   std::vector<PetscInt> beyond;
   for (const auto& pattern : patterns) {
     for (const VertexPair& pair : pattern) {
-      if (pair.row < owned() && find_local(pair.column) < 0) {
+      if (pair.row < owned() && numbers_.find(pair.column) < 0) {
         beyond.push_back(pair.column);
       }
     }
@@ -119,10 +115,7 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
   projectors_.resize(static_cast<std::size_t>(vertices_.local()));
   if (on_any_rank(vertices_.comm, !beyond.empty())) {
     reach_ = with_ghosts(vertices_, beyond);
-    for (PetscInt i = vertices_.local(); i < reach_.local(); ++i) {
-      ghosts_.emplace_back(reach_.to_global(i), i);
-    }
-    std::sort(ghosts_.begin(), ghosts_.end());
+    numbers_ = LocalNumbers(reach_);
     Field projectors(reach_, 9);
     for (std::size_t i = 0; i < projectors_.size(); ++i) {
       projectors.values().col(static_cast<Eigen::Index>(i)) = projectors_[i].reshaped();
@@ -139,15 +132,6 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
     }
   }
   any_constrained_ = on_any_rank(vertices_.comm, !constrained_.empty());
-}
-
-/// In `reach_`, or -1.
-PetscInt Tangent::find_local(PetscInt global) const {
-  if (global >= vertices_.first && global < vertices_.first + owned()) {
-    return global - vertices_.first;
-  }
-  const auto found = std::lower_bound(ghosts_.begin(), ghosts_.end(), std::pair<PetscInt, PetscInt>(global, 0));
-  return found != ghosts_.end() && found->first == global ? found->second : -1;
 }
 
 void Tangent::make_rows() {
@@ -180,7 +164,7 @@ void Tangent::make_rows() {
         rows_.diagonal.push_back(static_cast<PetscInt>(rows_.columns.size()));
       }
       rows_.columns.push_back(column);
-      rows_.local_columns.push_back(find_local(column));
+      rows_.local_columns.push_back(numbers_.find(column));
     }
     rows_.offsets.push_back(static_cast<PetscInt>(rows_.columns.size()));
   }
@@ -190,7 +174,7 @@ void Tangent::make_rows() {
       parts_[p].pairs.clear();
       for (const VertexPair& pair : patterns[p]) {
         const bool is_owned = pair.row < owned();
-        parts_[p].pairs.push_back({is_owned ? pair.row : -1, is_owned ? find_local(pair.column) : -1});
+        parts_[p].pairs.push_back({is_owned ? pair.row : -1, is_owned ? numbers_.find(pair.column) : -1});
       }
       continue;
     }

@@ -74,7 +74,6 @@ class Tangent {
 
   void make_rows();
   void extend_reach(const std::vector<std::vector<VertexPair>>& patterns);
-  PetscInt find_local(PetscInt global) const;
   void make_assembled();
   void make_shell();
   void assemble(Curvature curvature);
@@ -93,11 +92,11 @@ class Tangent {
   std::string prefix_;
   PetscInt version_ = 0;  ///< of the pattern: the sum of the potentials'
 
-  Layout reach_;  ///< the vertices, and as further ghosts those that are coupled with owned ones beyond
-  std::vector<std::pair<PetscInt, PetscInt>> ghosts_;  ///< of `reach_`: global and local number, sorted
-  std::vector<Eigen::Matrix3d> projectors_;            ///< of its vertices
-  std::vector<PetscInt> constrained_;                  ///< of them those whose projector is not the identity
-  bool any_constrained_ = false;                       ///< on any rank
+  Layout reach_;          ///< the vertices, and as further ghosts those that are coupled with owned ones beyond
+  LocalNumbers numbers_;  ///< in `reach_`
+  std::vector<Eigen::Matrix3d> projectors_;  ///< of its vertices
+  std::vector<PetscInt> constrained_;        ///< of them those whose projector is not the identity
+  bool any_constrained_ = false;             ///< on any rank
 
   Rows rows_;
   double held_ = 0;                        ///< s of a shell [N/m]
