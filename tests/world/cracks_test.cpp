@@ -6,18 +6,15 @@
 #include <cmath>
 #include <memory>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "parallel/collective.h"
 #include "surface/shell.h"
 #include "tests/io/files.h"
-#include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
-#include "tests/support/run_folder.h"
-#include "tests/world/one_object.h"
+#include "tests/world/pulled_strip.h"
 
 namespace pellicle::cracks_test {
 namespace {
@@ -58,58 +55,12 @@ std::string weak_middle(const TestFolder& folder) {
 }
 
 /// A run of a strip in steps of one length.
-class Pulled {
+class Pulled : public PulledStrip<BurnRun> {
  public:
   Pulled(const SurfaceMesh& mesh, const Options& options, double h)
-      : h_(h),
-        console_(PETSC_COMM_WORLD, 0, silent_, false),
-        folder_(options.output),
-        run_(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options)), options, folder_.output, console_) {
-    run_.draw();
-    run_.record(0, 0);
-  }
+      : PulledStrip(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options)), options, h) {}
 
-  void step() {
-    run_.keep();
-    const StepResult result = run_.advance(h_);
-    ASSERT_TRUE(result.converged) << result.reason;
-    run_.accept(run_.time());
-    run_.record(h_, 0);
-  }
-  /// Steps until something has cracked. @returns when [s]
-  double first_crack(double latest) {
-    while (cracked_sides() == 0 && run_.time() < latest) {
-      step();
-    }
-    return run_.time();
-  }
-
-  double time() const { return run_.time(); }
-  const Sheet& sheet() { return run_.object().sheet(); }
-  State& state() { return run_.object().state(); }
-  double cracked_sides() { return sum(state().cracked_sides); }
-  double sum(double own) {
-    MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    return own;
-  }
-  double mass() {
-    double own = 0;
-    for (PetscInt i = 0; i < sheet().particles.owned; ++i) {
-      own += state().mass.data()[i];
-    }
-    return sum(own);
-  }
-  double initial_mass() {
-    double own = 0;
-    for (PetscInt i = 0; i < sheet().particles.owned; ++i) {
-      own += sheet().initial_mass[static_cast<std::size_t>(i)];
-    }
-    return sum(own);
-  }
-  std::vector<PetscInt> ids() {
-    const std::vector<PetscInt>& local = sheet().persistent_id;
-    return of_all_ranks(sheet().comm(), std::vector<PetscInt>(local.begin(), local.begin() + sheet().particles.owned));
-  }
+  const Sheet& sheet() { return object().sheet(); }
   /// Undeformed middles of the cracked sides.
   std::vector<std::array<double, 2>> cracks() {
     std::vector<std::array<double, 2>> own;
@@ -124,25 +75,6 @@ class Pulled {
     std::sort(all.begin(), all.end());
     return all;
   }
-  /// Least and greatest y of a piece's particles.
-  std::array<double, 2> extent(PetscInt piece) {
-    std::array<double, 2> ends{-HUGE_VAL, -HUGE_VAL};
-    for (PetscInt i = 0; i < sheet().particles.owned; ++i) {
-      if (state().pieces.of_particle[static_cast<std::size_t>(i)] == piece) {
-        const double y = state().position.vector(i).y();
-        ends = {std::max(ends[0], -y), std::max(ends[1], y)};
-      }
-    }
-    MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-    return {-ends[0], ends[1]};
-  }
-
- private:
-  double h_;
-  std::ostringstream silent_;
-  Console console_;
-  RunFolder folder_;
-  OneObject<BurnRun> run_;
 };
 
 TEST(Cracks, part_a_strip_across_where_it_is_weak) {
@@ -176,28 +108,8 @@ TEST(Cracks, part_a_strip_across_where_it_is_weak) {
   const std::vector<double>& burnt = run.state().burn_time;
   EXPECT_TRUE(std::all_of(burnt.begin(), burnt.end(), [](double time) { return time == -1; }));
 
-  const Pieces& pieces = run.state().pieces;
-  ASSERT_EQ(pieces.present.size(), 2U);
-  EXPECT_GE(pieces.birth_time[1], begin - 1e-12);
-  EXPECT_LE(pieces.birth_time[1], begin + 0.01);
-  for (const double piece : piece_masses(pieces, run.sheet(), run.state().mass)) {
-    EXPECT_NEAR(piece, mass / 2, 1e-12 * mass);
-  }
-  std::array<double, 2> lower = run.extent(pieces.present[0]);
-  std::array<double, 2> upper = run.extent(pieces.present[1]);
-  if (lower[0] > upper[0]) {
-    std::swap(lower, upper);
-  }
-  // The halves spring back to half of the length each, the gap is what the upper end has moved.
-  EXPECT_NEAR(lower[1], length / 2, 0.05 * speed * run.time());
-  EXPECT_NEAR(upper[0] - lower[1], speed * run.time(), 0.1 * speed * run.time());
-
-  MPI_Barrier(PETSC_COMM_WORLD);
-  const auto history = read_csv(folder / "out/history.csv");
-  EXPECT_EQ(history.at("cracked_sides").front(), 0);
-  EXPECT_EQ(history.at("cracked_sides").back(), cells);
-  EXPECT_NEAR(history.at("crack_length").back(), width, 1e-12);
-  EXPECT_EQ(history.at("pieces").back(), 2);
+  run.expect_halves(mass, length, begin - 1e-12, begin + 0.01, speed * run.time(), 0.1);
+  expect_crack_in_history(folder / "out", cells, width);
 }
 
 /// When a strip cracks first [s].

@@ -5,18 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "parallel/collective.h"
 #include "surface/membrane.h"
 #include "tests/io/files.h"
-#include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
-#include "tests/support/run_folder.h"
-#include "tests/world/one_object.h"
+#include "tests/world/pulled_strip.h"
 
 namespace pellicle::wall_cracks_test {
 namespace {
@@ -63,53 +60,12 @@ SurfaceMesh strip_mesh(int cells) {
 }
 
 /// A run in steps of one length.
-class Pulled {
+class Pulled : public PulledStrip<InflateRun> {
  public:
   Pulled(int cells, const Options& options, double h)
-      : h_(h),
-        console_(PETSC_COMM_WORLD, 0, silent_, false),
-        folder_(options.output),
-        run_(make_membrane(PETSC_COMM_WORLD, strip_mesh(cells), options.sheet), options, folder_.output, console_) {
-    run_.draw();
-    run_.record(0, 0);
-  }
+      : PulledStrip(make_membrane(PETSC_COMM_WORLD, strip_mesh(cells), options.sheet), options, h) {}
 
-  void step() {
-    run_.keep();
-    const StepResult result = run_.advance(h_);
-    ASSERT_TRUE(result.converged) << result.reason;
-    run_.accept(run_.time());
-    run_.record(h_, 0);
-  }
-  /// Steps until something has cracked. @returns when [s]
-  double first_crack(double latest) {
-    while (cracked_sides() == 0 && run_.time() < latest && !::testing::Test::HasFatalFailure()) {
-      step();
-    }
-    return run_.time();
-  }
-
-  double time() const { return run_.time(); }
-  const Membrane& wall() { return run_.object().membrane(); }
-  BalloonState& state() { return run_.object().state(); }
-  BurningFields& fields() { return *state().burning; }
-  static double sum(double own) {
-    MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    return own;
-  }
-  double cracked_sides() { return sum(fields().cracked_sides); }
-  /// Of the owned vertices of all ranks.
-  double sum_of(const double* values) {
-    double own = 0;
-    for (PetscInt i = 0; i < wall().particles.owned; ++i) {
-      own += values[i];
-    }
-    return sum(own);
-  }
-  /// Of the owned vertices of all ranks.
-  std::vector<PetscInt> all_of(const std::vector<PetscInt>& local) {
-    return of_all_ranks(PETSC_COMM_WORLD, std::vector<PetscInt>(local.begin(), local.begin() + wall().particles.owned));
-  }
+  const Membrane& wall() { return object().membrane(); }
   /// Undeformed heights of the ends of all cracked sides of elements.
   std::vector<double> heights() {
     std::vector<double> own;
@@ -121,25 +77,6 @@ class Pulled {
     }
     return of_all_ranks(PETSC_COMM_WORLD, own);
   }
-  /// Least and greatest y of a piece's vertices.
-  std::array<double, 2> extent(PetscInt piece) {
-    std::array<double, 2> ends{-HUGE_VAL, -HUGE_VAL};
-    for (PetscInt i = 0; i < wall().particles.owned; ++i) {
-      if (fields().pieces.of_particle[static_cast<std::size_t>(i)] == piece) {
-        const double y = state().position.vector(i).y();
-        ends = {std::max(ends[0], -y), std::max(ends[1], y)};
-      }
-    }
-    MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-    return {-ends[0], ends[1]};
-  }
-
- private:
-  double h_;
-  std::ostringstream silent_;
-  Console console_;
-  RunFolder folder_;
-  OneObject<InflateRun> run_;
 };
 
 TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
@@ -158,7 +95,7 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
   Pulled run(cells, options, 2e-3);
   const PetscInt vertices = run.wall().particles.global;
   const PetscInt elements = run.wall().elements.global;
-  const double mass = run.sum_of(run.fields().mass.data());
+  const double mass = run.mass();
   const double begin = run.first_crack(0.5);
   for (int k = 0; k < 60; ++k) {
     run.step();
@@ -173,11 +110,11 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
   EXPECT_EQ(run.wall().elements.global, elements) << "no element is lost";
   const std::vector<bool>& living = run.fields().living.triangles;
   EXPECT_TRUE(std::all_of(living.begin(), living.end(), [](bool lives) { return lives; }));
-  const std::vector<PetscInt> ids = run.all_of(run.wall().persistent_id);
+  const std::vector<PetscInt> ids = run.ids();
   EXPECT_EQ(std::set<PetscInt>(ids.begin(), ids.end()).size(), ids.size());
   EXPECT_EQ(*std::max_element(ids.begin(), ids.end()), vertices + cells) << "new ids follow on the old ones";
-  EXPECT_NEAR(run.sum_of(run.fields().mass.data()), mass, 1e-14 * mass);
-  EXPECT_NEAR(run.sum_of(run.wall().initial_mass.data()), mass, 1e-14 * mass);
+  EXPECT_NEAR(run.mass(), mass, 1e-14 * mass);
+  EXPECT_NEAR(run.initial_mass(), mass, 1e-14 * mass);
   EXPECT_EQ(run.sum(run.fields().mass_burnt), 0);
   const std::vector<double>& burnt = run.fields().burn_time;
   EXPECT_TRUE(std::all_of(burnt.begin(), burnt.end(), [](double time) { return time == -1; }));
@@ -189,28 +126,8 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
             2)
       << "the vertex that is pushed and its copy";
 
-  const Pieces& pieces = run.fields().pieces;
-  ASSERT_EQ(pieces.present.size(), 2U);
-  EXPECT_GE(pieces.birth_time[1], begin - 1e-12);
-  EXPECT_LE(pieces.birth_time[1], begin + 0.02);
-  for (const double piece : piece_masses(pieces, run.wall(), run.fields().mass)) {
-    EXPECT_NEAR(piece, mass / 2, 1e-12 * mass);
-  }
-  std::array<double, 2> lower = run.extent(pieces.present[0]);
-  std::array<double, 2> upper = run.extent(pieces.present[1]);
-  if (lower[0] > upper[0]) {
-    std::swap(lower, upper);
-  }
-  // The halves spring back to half of the length each, the gap is what the upper end has moved.
-  EXPECT_NEAR(lower[1], length / 2, 0.1 * speed * run.time());
-  EXPECT_NEAR(upper[0] - lower[1], speed * run.time(), 0.2 * speed * run.time());
-
-  MPI_Barrier(PETSC_COMM_WORLD);
-  const auto history = read_csv(folder / "out/history.csv");
-  EXPECT_EQ(history.at("cracked_sides").front(), 0);
-  EXPECT_EQ(history.at("cracked_sides").back(), cells);
-  EXPECT_NEAR(history.at("crack_length").back(), width, 1e-12);
-  EXPECT_EQ(history.at("pieces").back(), 2);
+  run.expect_halves(mass, length, begin - 1e-12, begin + 0.02, speed * run.time(), 0.2);
+  expect_crack_in_history(folder / "out", cells, width);
 }
 
 /// When a strip cracks first that is pulled by a force which grows by `rate` [s].
