@@ -70,7 +70,6 @@ void BendingPotential::make_rows() {
     }
   }
   places_.assign(pairs, -1);
-  offsets_.assign(1, 0);
   std::vector<PetscInt> last_row(static_cast<std::size_t>(sheet_->particles.local()), -1);
   std::vector<PetscInt> place(last_row.size());
   for (std::size_t i = 0; i < owned; ++i) {
@@ -80,13 +79,13 @@ void BendingPotential::make_rows() {
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         const PetscInt j = points[q];
         if (j >= row && std::exchange(last_row[static_cast<std::size_t>(j)], row) != row) {
-          columns_.push_back(j);
+          rows_.columns.push_back(j);
         }
       }
     }
-    std::sort(columns_.begin() + offsets_.back(), columns_.end());
-    for (auto k = static_cast<std::size_t>(offsets_.back()); k < columns_.size(); ++k) {
-      place[static_cast<std::size_t>(columns_[k])] = static_cast<PetscInt>(k);
+    std::sort(rows_.columns.begin() + rows_.offsets.back(), rows_.columns.end());
+    for (auto k = static_cast<std::size_t>(rows_.offsets.back()); k < rows_.columns.size(); ++k) {
+      place[static_cast<std::size_t>(rows_.columns[k])] = static_cast<PetscInt>(k);
     }
     for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
       const auto [s, p] = uses[u];
@@ -99,9 +98,9 @@ void BendingPotential::make_rows() {
         }
       }
     }
-    offsets_.push_back(static_cast<PetscInt>(columns_.size()));
+    rows_.offsets.push_back(static_cast<PetscInt>(rows_.columns.size()));
   }
-  entries_.assign(columns_.size(), 0);
+  rows_.entries.assign(rows_.columns.size(), 0);
 }
 
 void BendingPotential::update_rows() {
@@ -120,7 +119,7 @@ void BendingPotential::update_rows() {
     return;
   }
   fits_of_rows_ = stencils_.fits();
-  std::fill(entries_.begin(), entries_.end(), 0);
+  std::fill(rows_.entries.begin(), rows_.entries.end(), 0);
   auto place = places_.begin();
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
@@ -131,7 +130,7 @@ void BendingPotential::update_rows() {
       const Curvature3 weighted = rows_of_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
         if (*place >= 0) {
-          entries_[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
+          rows_.entries[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
         }
       }
     }
@@ -179,7 +178,6 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
       dashpot.stiffness = input.damping_over_step * stiffness_[s];
     }
   }
-  update_rows();
 }
 
 BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const Positions& x) const {
@@ -232,19 +230,26 @@ double BendingPotential::value(const Field& x) const {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.centre < sheet_->particles.owned && stencil.area > 0) {
       const Eigen::Matrix3d bent = second_derivatives(stencil, positions_of(x));
-      const Eigen::Array3d squares = residual(s, bent, positions_of(x), normal).colwise().squaredNorm().transpose();
-      sum += (stiffness_[s] * squares).sum() / 2;
-      if (is_damped_) {
-        sum += (dashpots_[s].stiffness * dashpots_[s].change(bent).square()).sum() / 2;
-      }
+      sum += energy(s, bent, residual(s, bent, positions_of(x), normal));
     }
   }
   check(PetscLogFlops(200.0 * static_cast<double>(stiffness_.size())));
   return sum;
 }
 
-void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+double BendingPotential::energy(std::size_t number, const Eigen::Matrix3d& bent,
+                                const Eigen::Matrix3d& residual) const {
+  const Eigen::Array3d squares = residual.colwise().squaredNorm().transpose();
+  double sum = (stiffness_[number] * squares).sum() / 2;
+  if (is_damped_) {
+    sum += (dashpots_[number].stiffness * dashpots_[number].change(bent).square()).sum() / 2;
+  }
+  return sum;
+}
+
+double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   const PetscInt owned = sheet_->particles.owned;
+  double sum = 0;
   const Positions positions = positions_of(x);
   Normal normal;
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
@@ -253,7 +258,9 @@ void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) 
       continue;
     }
     const Eigen::Matrix3d bent = second_derivatives(stencil, positions);
-    const Eigen::Matrix3d moments = residual(s, bent, positions, normal) * stiffness_[s].matrix().asDiagonal();
+    const Eigen::Matrix3d off_target = residual(s, bent, positions, normal);
+    sum += stencil.centre < owned ? energy(s, bent, off_target) : 0;
+    const Eigen::Matrix3d moments = off_target * stiffness_[s].matrix().asDiagonal();
     Eigen::Matrix3d all_moments = moments;
     if (is_damped_) {
       const Dashpot& dashpot = dashpots_[s];
@@ -287,14 +294,16 @@ void BendingPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) 
       }
     }
   }
-  check(PetscLogFlops(300.0 * static_cast<double>(stiffness_.size())));
+  check(PetscLogFlops(320.0 * static_cast<double>(stiffness_.size())));
+  return sum;
 }
 
 std::vector<VertexPair> BendingPotential::pattern() const {
   std::vector<VertexPair> pairs;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
-      const PetscInt j = columns_[static_cast<std::size_t>(k)];
+    for (PetscInt k = rows_.offsets[static_cast<std::size_t>(i)]; k < rows_.offsets[static_cast<std::size_t>(i) + 1];
+         ++k) {
+      const PetscInt j = rows_.columns[static_cast<std::size_t>(k)];
       pairs.push_back({i, sheet_->particles.to_global(j)});
       pairs.push_back({j, sheet_->particles.to_global(i)});
     }
@@ -312,22 +321,45 @@ std::vector<VertexPair> BendingPotential::pattern() const {
 
 void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    for (PetscInt k = offsets_[static_cast<std::size_t>(i)]; k < offsets_[static_cast<std::size_t>(i) + 1]; ++k) {
+    for (PetscInt k = rows_.offsets[static_cast<std::size_t>(i)]; k < rows_.offsets[static_cast<std::size_t>(i) + 1];
+         ++k) {
       const auto place = static_cast<std::size_t>(k);
-      add_pair(blocks, place, columns_[place] == i, entries_[place] * Eigen::Matrix3d::Identity());
+      add_pair(blocks, place, rows_.columns[place] == i, rows_.entries[place] * Eigen::Matrix3d::Identity());
     }
   }
-  if (has_dashpots_) {
-    add_dashpots(blocks);
-  }
-  std::size_t pair = 2 * entries_.size();
+  visit_dashpots([&](std::size_t place, PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
+    add_pair(blocks, place, i == j, block);
+  });
+  std::size_t pair = 2 * rows_.entries.size();
+  visit_clamped([&](PetscInt /*i*/, PetscInt /*j*/, const Eigen::Matrix3d& block) { blocks.add(pair++, block); });
+}
+
+void BendingPotential::visit(HessianTerms& terms) const {
+  const PetscInt owned = sheet_->particles.owned;
+  terms.add_numbers(rows_);
+  visit_dashpots([&](std::size_t /*place*/, PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
+    terms.add_block(i, j, block);
+    if (i != j && j < owned) {
+      terms.add_block(j, i, block);
+    }
+  });
+  visit_clamped([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
+    if (i < owned) {
+      terms.add_block(i, j, block);
+    }
+  });
+}
+
+template <class Take>
+void BendingPotential::visit_clamped(const Take& take) const {
   for (const std::size_t s : clamped_) {
     const Stencil& stencil = stencils_.stencils()[s];
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       const Curvature3 weighted = (stiffness_[s] + dashpots_[s].stiffness) * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        blocks.add(pair++, (weighted * stencils_.weights()[q]).sum() * n * n.transpose());
+        take(stencils_.points()[p], stencils_.points()[q],
+             (weighted * stencils_.weights()[q]).sum() * n * n.transpose());
       }
     }
   }
@@ -342,9 +374,10 @@ void BendingPotential::add_pair(const HessianBlocks& blocks, std::size_t place, 
   }
 }
 
-void BendingPotential::add_dashpots(const HessianBlocks& blocks) const {
+template <class Take>
+void BendingPotential::visit_dashpots(const Take& take) const {
   auto place = places_.begin();
-  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
+  for (std::size_t s = 0; has_dashpots_ && s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.is_clamped) {
       continue;
@@ -354,9 +387,8 @@ void BendingPotential::add_dashpots(const HessianBlocks& blocks) const {
       const Curvature3 weighted = dashpots_[s].stiffness * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
         if (*place >= 0) {
-          const bool is_diagonal = stencils_.points()[p] == stencils_.points()[q];
-          add_pair(blocks, static_cast<std::size_t>(*place), is_diagonal,
-                   (weighted * stencils_.weights()[q]).sum() * along);
+          take(static_cast<std::size_t>(*place), stencils_.points()[p], stencils_.points()[q],
+               (weighted * stencils_.weights()[q]).sum() * along);
         }
       }
     }
@@ -382,14 +414,14 @@ void BendingPotential::add_product(const double* w, double* result) const {
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
     const Eigen::Vector3d own = ConstVector(w + 3 * i);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    PetscInt k = offsets_[static_cast<std::size_t>(i)];
-    const PetscInt end = offsets_[static_cast<std::size_t>(i) + 1];
-    if (k < end && columns_[static_cast<std::size_t>(k)] == i) {
-      sum = entries_[static_cast<std::size_t>(k++)] * own;
+    PetscInt k = rows_.offsets[static_cast<std::size_t>(i)];
+    const PetscInt end = rows_.offsets[static_cast<std::size_t>(i) + 1];
+    if (k < end && rows_.columns[static_cast<std::size_t>(k)] == i) {
+      sum = rows_.entries[static_cast<std::size_t>(k++)] * own;
     }
     for (; k < end; ++k) {
-      const double entry = entries_[static_cast<std::size_t>(k)];
-      const PetscInt j = columns_[static_cast<std::size_t>(k)];
+      const double entry = rows_.entries[static_cast<std::size_t>(k)];
+      const PetscInt j = rows_.columns[static_cast<std::size_t>(k)];
       sum += entry * ConstVector(w + 3 * j);
       Vector(result + 3 * j) += entry * own;
     }
@@ -406,7 +438,7 @@ void BendingPotential::add_product(const double* w, double* result) const {
       add_product_along(stencil, dashpots_[s].normal, dashpots_[s].stiffness, w, result);
     }
   }
-  check(PetscLogFlops(12.0 * static_cast<double>(entries_.size())));
+  check(PetscLogFlops(12.0 * static_cast<double>(rows_.entries.size())));
 }
 
 }  // namespace elastic

@@ -42,12 +42,15 @@ class BendingPotential : public Potential {
   void begin_step(const Living& living, const Field& start, const Input& input);
 
   double value(const Field& x) const override;
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
+  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override { update_rows(); }
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   void add_product(const double* w, double* result) const override;
+  bool has_terms() const override { return true; }
+  void visit(HessianTerms& terms) const override;
 
   const BendingStencils& stencils() const { return stencils_; }
 
@@ -63,6 +66,8 @@ class BendingPotential : public Potential {
     double length = 1;  ///< of the area vector, kept from 0 [m^2]
   };
   Normal normal_at(std::size_t stencil, const Positions& x) const;
+  /// Of a stencil. @param bent, residual as `second_derivatives` and `residual` give them
+  double energy(std::size_t stencil, const Eigen::Matrix3d& bent, const Eigen::Matrix3d& residual) const;
   /// B by columns.
   Eigen::Matrix3d second_derivatives(const Stencil& stencil, const Positions& x) const;
   /// r by columns. @param second_derivatives at x @param normal is set where it matters
@@ -70,7 +75,12 @@ class BendingPotential : public Potential {
                            Normal& normal) const;
   bool needs_normal(std::size_t stencil) const;
   static void add_pair(const HessianBlocks& blocks, std::size_t place, bool is_diagonal, const Eigen::Matrix3d& block);
-  void add_dashpots(const HessianBlocks& blocks) const;
+  /// Calls `take` with blocks along the dashpots' normals: with the place in the rows, both particles and the block.
+  template <class Take>
+  void visit_dashpots(const Take& take) const;
+  /// Calls `take` with the blocks of the stencils that are clamped: with both particles and the block.
+  template <class Take>
+  void visit_clamped(const Take& take) const;
   void add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness, const double* w,
                          double* result) const;
   void make_rows();
@@ -95,9 +105,7 @@ class BendingPotential : public Potential {
 
   // The Hessian of the stencils that are not clamped, a number for each pair of particles, in rows of the owned ones.
   // It is symmetric: a row has its diagonal and the columns after it, with those of ghosts.
-  std::vector<PetscInt> offsets_;
-  std::vector<PetscInt> columns_;     ///< local particles
-  std::vector<double> entries_;       ///< [N/m]
+  NumberRows rows_;
   std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: none, before the diagonal
   std::vector<std::size_t> clamped_;  ///< stencils
   std::vector<Curvature3> rows_of_;   ///< the stiffness, with weak viscosity, that `entries_` have

@@ -65,7 +65,7 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
       part_(3, sheet.particles.owned),
       before_(sheet.particles, 3) {
   potentials_.insert(potentials_.end(), others.begin(), others.end());
-  squares_.resize(potentials_.size() + 1);
+  sums_.resize(potentials_.size() + 2);
   limits_ = std::any_of(others.begin(), others.end(), [](const Potential* other) { return other->limits(); });
   if (options.strain_limit) {
     limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
@@ -190,15 +190,6 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
   free_ = positions.values().leftCols(particles.owned);
 }
 
-double ElasticStep::value(const Field& x) const {
-  double sum = 0;
-  for (const Potential* potential : potentials_) {
-    sum += potential->value(x);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  return sum;
-}
-
 double ElasticStep::largest_excess() const {
   double excess = material_.largest_excess();
   MPI_Allreduce(MPI_IN_PLACE, &excess, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
@@ -223,22 +214,23 @@ double ElasticStep::elastic_energy(const Field& positions) const {
   return sum;
 }
 
-std::array<double, 2> ElasticStep::compute_gradient(const Field& x, const std::vector<bool>& held) {
+ElasticStep::Forces ElasticStep::compute_forces(const Field& x, const std::vector<bool>& held) {
   gradient_.setZero();
+  sums_[0] = 0;
   for (std::size_t k = 0; k < potentials_.size(); ++k) {
     part_.setZero();
-    potentials_[k]->add_gradient(x, part_);
+    sums_[0] += potentials_[k]->add_value_and_gradient(x, part_);
     for (Eigen::Index i = 0; i < part_.cols(); ++i) {
       if (held[static_cast<std::size_t>(i)]) {
         part_.col(i).setZero();
       }
     }
-    squares_[k + 1] = part_.squaredNorm();
+    sums_[k + 2] = part_.squaredNorm();
     gradient_ += part_;
   }
-  squares_[0] = gradient_.squaredNorm();
-  MPI_Allreduce(MPI_IN_PLACE, squares_.data(), static_cast<int>(squares_.size()), MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  return {std::sqrt(squares_[0]), std::sqrt(*std::max_element(squares_.begin() + 1, squares_.end()))};
+  sums_[1] = gradient_.squaredNorm();
+  MPI_Allreduce(MPI_IN_PLACE, sums_.data(), static_cast<int>(sums_.size()), MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return {sums_[0], std::sqrt(sums_[1]), std::sqrt(*std::max_element(sums_.begin() + 2, sums_.end()))};
 }
 
 void ElasticStep::renew_preconditioner(const Field& positions) {
@@ -315,15 +307,14 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
 }
 
 void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {
-  double energy = 0;
+  Forces forces = compute_forces(positions, input.held);
   for (int iteration = 0;; ++iteration) {
-    const auto [norm, largest] = compute_gradient(positions, input.held);
-    result.error = norm <= rounding_ ? 0 : norm / largest;
+    result.error = forces.norm <= rounding_ ? 0 : forces.norm / forces.largest_part;
     if (result.error <= options_.newton_tolerance) {
       return;
     }
     result.converged = false;
-    if (!std::isfinite(norm)) {
+    if (!std::isfinite(forces.norm)) {
       result.reason = "forces on the sheet are not finite";
       return;
     }
@@ -336,9 +327,6 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
           result.error, iteration, options_.newton_tolerance);
       result.reason = text;
       return;
-    }
-    if (iteration == 0) {
-      energy = value(positions);
     }
     if (tangent_->move_on(positions)) {
       forget_pattern();
@@ -365,19 +353,18 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     double slope = step_.cwiseProduct(gradient_).sum();
     MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
     before_.values() = positions.values();
-    double reached = energy;
+    const double start_energy = forces.energy;
     const auto merit = [&](double share) -> std::optional<double> {
       positions.values().leftCols(step_.cols()) = before_.values().leftCols(step_.cols()) + share * step_;
       positions.update_ghosts();
-      reached = value(positions);
-      return std::isfinite(reached) ? std::optional(reached) : std::nullopt;
+      forces = compute_forces(positions, input.held);
+      return std::isfinite(forces.energy) ? std::optional(forces.energy) : std::nullopt;
     };
     constexpr double rounding = 1e-12;
-    if (!backtrack(std::cref(merit), energy, -slope, rounding * std::abs(energy))) {
+    if (!backtrack(std::cref(merit), start_energy, -slope, rounding * std::abs(start_energy))) {
       result.reason = "no part of Newton's step lowers the energy of the sheet";
       return;
     }
-    energy = reached;
     result.converged = true;
     ++result.newton_iterations;
   }

@@ -93,11 +93,16 @@ class ElasticStep {
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
   /// See SpringPotential::largest_share; of all ranks. Collective.
   double largest_share(const Field& positions) const;
-  double value(const Field& x) const;
   void forget_pattern();
   void renew_preconditioner(const Field& positions);
-  /// Fills gradient_ and @returns its norm, and the largest norm of a part of it. Collective.
-  std::array<double, 2> compute_gradient(const Field& x, const std::vector<bool>& held);
+  /// Of all ranks.
+  struct Forces {
+    double energy = 0;        ///< [J]
+    double norm = 0;          ///< of the gradient [N]
+    double largest_part = 0;  ///< norm of the largest that a potential has in it [N]
+  };
+  /// Fills gradient_. Collective.
+  Forces compute_forces(const Field& x, const std::vector<bool>& held);
 
   const Sheet& sheet_;
   ElasticOptions options_;
@@ -124,9 +129,9 @@ class ElasticStep {
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
-  Eigen::Matrix3Xd part_;        ///< of the gradient, by one potential
-  std::vector<double> squares_;  ///< of the norms of the gradient and its parts
-  Eigen::Matrix3Xd step_;        ///< of Newton's method
+  Eigen::Matrix3Xd part_;     ///< of the gradient, by one potential
+  std::vector<double> sums_;  ///< energy, squares of the norms of the gradient and its parts
+  Eigen::Matrix3Xd step_;     ///< of Newton's method
   Field before_;
 
   // Of the present step, with char and viscosity.

@@ -17,12 +17,9 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto [a, b] = set.ends[s];
       const bool is_owned = s < static_cast<std::size_t>(set.owned());
-      if (is_owned) {
-        owned_.push_back(springs_.size());
-      }
       if (is_owned || a < owned || b < owned) {
         number_[static_cast<std::size_t>(colour)].push_back(s);
-        springs_.push_back({a, b, 0, set.initial_length[s], 0});
+        springs_.push_back({a, b, 0, set.initial_length[s], 0, is_owned});
       }
     }
   }
@@ -59,9 +56,8 @@ void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
 
 double SpringPotential::largest_share(const Field& x) const {
   double largest = 0;
-  for (const std::size_t s : owned_) {
-    const Spring& spring = springs_[s];
-    if (spring.target != 0) {
+  for (const Spring& spring : springs_) {
+    if (spring.is_owned && spring.target != 0) {
       largest = std::max(largest, limit_->share((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
     }
   }
@@ -100,23 +96,30 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
 
 double SpringPotential::value(const Field& x) const {
   double sum = 0;
-  for (const std::size_t s : owned_) {
-    const Spring& spring = springs_[s];
-    sum += law(spring, (x.vector(spring.a) - x.vector(spring.b)).norm()).value;
+  for (const Spring& spring : springs_) {
+    if (spring.is_owned && spring.acts()) {
+      sum += law(spring, (x.vector(spring.a) - x.vector(spring.b)).norm()).value;
+    }
   }
-  check(PetscLogFlops(12.0 * static_cast<double>(owned_.size())));
+  check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
   return sum;
 }
 
-void SpringPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+double SpringPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   const PetscInt owned = sheet_->particles.owned;
+  double sum = 0;
   for (const Spring& spring : springs_) {
-    const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
-    const double d = arm.norm();
-    if (!spring.acts() || d == 0) {
+    if (!spring.acts()) {
       continue;
     }
-    const Eigen::Vector3d force = law(spring, d).slope / d * arm;
+    const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
+    const double d = arm.norm();
+    const StrainLimit::Law energy = law(spring, d);
+    sum += spring.is_owned ? energy.value : 0;
+    if (d == 0) {
+      continue;
+    }
+    const Eigen::Vector3d force = energy.slope / d * arm;
     if (spring.a < owned) {
       gradient.col(spring.a) += force;
     }
@@ -124,7 +127,8 @@ void SpringPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) c
       gradient.col(spring.b) -= force;
     }
   }
-  check(PetscLogFlops(19.0 * static_cast<double>(springs_.size())));
+  check(PetscLogFlops(22.0 * static_cast<double>(springs_.size())));
+  return sum;
 }
 
 std::vector<VertexPair> SpringPotential::pattern() const {
@@ -143,7 +147,9 @@ void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
     if (!spring.acts()) {
       continue;
     }
-    Curved& curved = hessian_.emplace_back(Curved{spring.a, spring.b, Eigen::Vector3d::Zero(), 0});
+    DifferenceTerm& curved = hessian_.emplace_back();
+    curved.a = spring.a;
+    curved.b = spring.b;
     const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
     const double d = arm.norm();
     if (d == 0) {
@@ -180,7 +186,7 @@ void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
 void SpringPotential::add_product(const double* w, double* result) const {
   using Vector = Eigen::Map<Eigen::Vector3d>;
   using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-  for (const Curved& spring : hessian_) {
+  for (const DifferenceTerm& spring : hessian_) {
     const Eigen::Vector3d difference = ConstVector(w + 3 * spring.a) - ConstVector(w + 3 * spring.b);
     const Eigen::Vector3d force = spring.direction.dot(difference) * spring.direction + spring.across * difference;
     Vector(result + 3 * spring.a) += force;

@@ -40,12 +40,15 @@ class SpringPotential : public Potential {
   std::array<std::vector<double>, 4> forces(const Field& x) const;
 
   double value(const Field& x) const override;
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
+  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   void add_product(const double* w, double* result) const override;
+  bool has_terms() const override { return true; }
+  void visit(HessianTerms& terms) const override { terms.add_differences(hessian_); }
 
  private:
   struct Spring {
@@ -54,14 +57,8 @@ class SpringPotential : public Potential {
     double stiffness;
     double length;
     double target;  ///< of the limit; 0: the spring has none
+    bool is_owned;
     bool acts() const { return stiffness != 0 || target != 0; }
-  };
-  /// Of a spring that acts: along n n^T + across I.
-  struct Curved {
-    PetscInt a;
-    PetscInt b;
-    Eigen::Vector3d direction;  ///< square root of `along` times n
-    double across;
   };
 
   /// Energy of a spring of length d, and its derivatives by d.
@@ -70,9 +67,8 @@ class SpringPotential : public Potential {
   const Sheet* sheet_;
   std::optional<StrainLimit> limit_;
   std::array<std::vector<std::size_t>, 4> number_;  ///< in its colour's set, of each spring, in order
-  std::vector<std::size_t> owned_;                  ///< springs of this rank
   std::vector<Spring> springs_;
-  std::vector<Curved> hessian_;  ///< of the springs that act, in order
+  std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order
 };
 
 }  // namespace elastic

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "parallel/field.h"
+#include "solvers/hessian_terms.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -51,6 +52,11 @@ class Potential {
 
   /// Adds the derivative by the owned vertices, minus the force, to (3 x owned) `gradient` [N].
   virtual void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const = 0;
+  /// Both at once. @returns the value
+  virtual double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+    add_gradient(x, gradient);
+    return value(x);
+  }
 
   /// The blocks that a Hessian may have: with (i, j) also (j, i), on the ranks that own the rows. A pair may be there
   /// several times, and is then a sum.
@@ -85,6 +91,11 @@ class Potential {
   virtual bool multiplies() const { return false; }
   /// Adds H w to `result`, both (3 x local); what ghosts get is a part of the whole only. Not collective.
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}
+  /// Whether, if it multiplies, `visit` gives its Hessian in place of blocks; it couples local vertices alone then. Not
+  /// collective.
+  virtual bool has_terms() const { return false; }
+  /// Hands its Hessian over. Not collective.
+  virtual void visit(HessianTerms& /*terms*/) const {}
 };
 
 /// Shortens a step of Newton's method from x as the potentials ask for, vertex by vertex if the sum still falls along

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <utility>
 
 #include "base/error.h"
 #include "geometry/cross_matrix.h"
@@ -39,6 +39,21 @@ CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>
     graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
   }
   return graph;
+}
+
+Eigen::Vector4d with_arm(const Eigen::Vector3d& arm) { return {1, arm.x(), arm.y(), arm.z()}; }
+
+/// Adds what numbers that couple vertices in all directions alike are for shifts and turns, of which a turn w moves a
+/// vertex by w x arm.
+/// @param moments sum of the numbers times (1, arm) of both vertices
+template <class Block>
+void add_to(Block& block, const Eigen::Matrix4d& moments) {
+  const Eigen::Matrix3d products = moments.bottomRightCorner<3, 3>();  // of the arms
+  block.template topLeftCorner<3, 3>().diagonal().array() += moments(0, 0);
+  block.template topRightCorner<3, 3>() -= cross_matrix(moments.topRightCorner<1, 3>().transpose());
+  block.template bottomLeftCorner<3, 3>() += cross_matrix(moments.bottomLeftCorner<3, 1>());
+  block.template bottomRightCorner<3, 3>() -= products.transpose();
+  block.template bottomRightCorner<3, 3>().diagonal().array() += products.trace();
 }
 
 /// Refuses options for levels that the patches do not have.
@@ -201,7 +216,9 @@ void RigidPatches::number_reach() {
   const Layout& reach = tangent_.reach();
   patch_.resize(static_cast<std::size_t>(reach.local()));
   update_ghosts(reach, patch_);
-  motions_ = Field(reach, 18);
+  has_neighbours_ = on_any_rank(reach.comm, reach.local() > reach.owned);
+  motions_ = has_neighbours_ ? Field(reach, 18) : Field();
+  knows_reach_ = true;
 }
 
 /// How an owned vertex moves with shifts and turns of its patch.
@@ -233,8 +250,19 @@ void RigidPatches::find_motions(const Field& x) {
   for (PetscInt i = 0; i < owned; ++i) {
     const PetscInt p = local_patch(i);
     arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
+    if (!is_constrained_[static_cast<std::size_t>(i)]) {
+      basis_[static_cast<std::size_t>(p)].topLeftCorner<4, 4>() +=
+          with_arm(arm_.col(i)) * with_arm(arm_.col(i)).transpose();
+    }
+  }
+  for (Gram& gram : basis_) {
+    const Moments moments = gram.topLeftCorner<4, 4>();
+    gram.setZero();
+    add_to(gram, moments);
+  }
+  for (const PetscInt i : constrained_) {
     const Motion motion = of_body(i);
-    basis_[static_cast<std::size_t>(p)] += motion.transpose() * motion;
+    basis_[static_cast<std::size_t>(local_patch(i))] += motion.transpose() * motion;
   }
   for (std::size_t p = 0; p < patches; ++p) {
     Gram& gram = basis_[p];
@@ -247,99 +275,212 @@ void RigidPatches::find_motions(const Field& x) {
       gram.col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
     }
   }
-  for (PetscInt i = 0; i < owned; ++i) {
-    motions_.values().col(i) = (of_body(i) * basis_[static_cast<std::size_t>(local_patch(i))]).reshaped();
+  if (has_neighbours_) {
+    for (PetscInt i = 0; i < owned; ++i) {
+      motions_.values().col(i) = (of_body(i) * basis_[static_cast<std::size_t>(local_patch(i))]).reshaped();
+    }
+    motions_.update_ghosts();
   }
-  motions_.update_ghosts();
 }
 
-RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt column) {
-  CoarseRow& of_patch = rows_[static_cast<std::size_t>(row - first_patch_)];
+/// Adds up interpolation^T tangent interpolation, first of shifts and turns in place of the bases, which then come in.
+/// What is symmetric is computed once, on ranks that own both sides: of a patch with itself blocks after the diagonal
+/// and half of that, to which the transposed are added.
+class RigidPatches::Sum : public HessianTerms {
+ public:
+  explicit Sum(RigidPatches& patches) : HessianTerms(patches.tangent_.vertices().owned), all_(patches) {}
+
+  /// Forces on a vertex are summed up before their moments are found.
+  void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
+    const PetscInt p = patch(row);
+    const PetscInt q = patch(column);
+    const bool is_own_column = all_.is_own(q);
+    if (is_own_column && (q < p || (p == q && column < row))) {
+      return;
+    }
+    if (row != vertex_ || q != column_patch_) {
+      add_forces();
+      vertex_ = row;
+      column_patch_ = q;
+    }
+    Eigen::Matrix3d allowed = block;
+    if (is_constrained(row)) {
+      allowed = projector(row) * block;
+    }
+    if (!is_own_column) {
+      forces_.noalias() += allowed * all_.motion(column);
+      return;
+    }
+    if (is_constrained(column)) {
+      allowed *= projector(column);
+    }
+    if (row == column) {
+      allowed *= 0.5;
+    }
+    const Eigen::Vector3d arm = all_.arm_.col(column);
+    forces_.leftCols<3>() += allowed;
+    forces_.col(3) += arm.y() * allowed.col(2) - arm.z() * allowed.col(1);
+    forces_.col(4) += arm.z() * allowed.col(0) - arm.x() * allowed.col(2);
+    forces_.col(5) += arm.x() * allowed.col(1) - arm.y() * allowed.col(0);
+  }
+
+  void add_differences(const std::vector<DifferenceTerm>& terms) override {
+    for (const DifferenceTerm& term : terms) {
+      if (!is_free(term.a) || !is_free(term.b)) {
+        add_blocks(term);
+        continue;
+      }
+      const PetscInt p = patch(term.a);
+      const PetscInt q = patch(term.b);
+      const Eigen::Vector3d arm_a = all_.arm_.col(term.a);
+      const Eigen::Vector3d arm_b = all_.arm_.col(term.b);
+      if (p == q) {  // Its length stays.
+        if (term.across != 0) {
+          const Eigen::Vector3d difference = arm_a - arm_b;
+          all_.moments(p, p).bottomRightCorner<3, 3>() += 0.5 * term.across * difference * difference.transpose();
+        }
+        continue;
+      }
+      add_square(p, arm_a, term);
+      add_square(q, arm_b, term);
+      const Movement at_a = forces_of(term.direction, arm_a);
+      const Movement at_b = forces_of(term.direction, arm_b);
+      const bool is_ordered = p < q;
+      all_.coarse_block(std::min(p, q), std::max(p, q)) -=
+          (is_ordered ? at_a : at_b) * (is_ordered ? at_b : at_a).transpose();
+      if (term.across != 0) {
+        all_.moments(std::min(p, q), std::max(p, q)) -=
+            term.across * with_arm(is_ordered ? arm_a : arm_b) * with_arm(is_ordered ? arm_b : arm_a).transpose();
+      }
+    }
+  }
+
+  void add_numbers(const NumberRows& rows) override {
+    for (PetscInt i = 0; i < owned(); ++i) {
+      const auto last = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
+      PetscInt q = -1;
+      Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
+      for (auto k = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i)]); k < last; ++k) {
+        const PetscInt j = rows.columns[k];
+        const double number = rows.entries[k];
+        if (!is_free(i) || !is_free(j)) {
+          add_blocks(i, j, number);
+          continue;
+        }
+        if (patch(j) != q) {
+          add_moments(i, q, sum);
+          q = patch(j);
+          sum.setZero();
+        }
+        sum += (i == j ? 0.5 : 1) * number * with_arm(all_.arm_.col(j));
+      }
+      add_moments(i, q, sum);
+    }
+  }
+
+  /// To be called when there is nothing more to add.
+  void finish() {
+    add_forces();
+    for (PetscInt p = all_.first_patch_; p < all_.first_patch_ + all_.own_patches(); ++p) {
+      CoarseRow& row = all_.row(p);
+      for (std::size_t k = 0; k < row.columns.size(); ++k) {
+        const PetscInt q = row.columns[k];
+        if (all_.is_own(q) && q < p) {
+          continue;
+        }
+        CoarseBlock& block = row.blocks[k];
+        add_to(block, row.moments[k]);
+        if (p == q) {
+          block += block.transpose().eval();
+        }
+        block = (all_.basis_of(p).transpose() * block).eval();
+        if (all_.is_own(q)) {
+          block *= all_.basis_of(q);
+          if (p != q) {
+            all_.coarse_block(q, p) = block.transpose();
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  PetscInt patch(PetscInt vertex) const { return all_.patch_[static_cast<std::size_t>(vertex)]; }
+  bool is_constrained(PetscInt vertex) const { return all_.is_constrained_[static_cast<std::size_t>(vertex)]; }
+  /// Whether a local vertex is this rank's and may move in all directions.
+  bool is_free(PetscInt vertex) const { return vertex < owned() && !is_constrained(vertex); }
+  const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projectors_[static_cast<std::size_t>(vertex)]; }
+
+  /// A force at the end of an arm, and its moment.
+  static Movement forces_of(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) {
+    Movement result;
+    result << force, arm.cross(force);
+    return result;
+  }
+
+  /// Half of what a term on a difference has at one of its ends alone.
+  void add_square(PetscInt p, const Eigen::Vector3d& arm, const DifferenceTerm& term) {
+    const Movement forces = forces_of(term.direction, arm);
+    all_.coarse_block(p, p) += 0.5 * forces * forces.transpose();
+    if (term.across != 0) {
+      all_.moments(p, p) += 0.5 * term.across * with_arm(arm) * with_arm(arm).transpose();
+    }
+  }
+
+  /// @param sum of numbers that couple vertex i with vertices of patch q, times (1, arm) of these; q -1: none
+  void add_moments(PetscInt i, PetscInt q, const Eigen::Vector4d& sum) {
+    if (q < 0) {
+      return;
+    }
+    const PetscInt p = patch(i);
+    const Eigen::Vector4d own = with_arm(all_.arm_.col(i));
+    if (p <= q) {
+      all_.moments(p, q) += own * sum.transpose();
+    } else {
+      all_.moments(q, p) += sum * own.transpose();
+    }
+  }
+
+  void add_forces() {
+    if (vertex_ < 0) {
+      return;
+    }
+    CoarseBlock& sum = all_.coarse_block(patch(vertex_), column_patch_);
+    sum.topRows<3>() += forces_;
+    for (int column = 0; column < 6; ++column) {
+      sum.col(column).tail<3>() += all_.arm_.col(vertex_).cross(forces_.col(column));
+    }
+    forces_.setZero();
+  }
+
+  RigidPatches& all_;
+  PetscInt vertex_ = -1;
+  PetscInt column_patch_ = -1;
+  Motion forces_ = Motion::Zero();  ///< on the vertex, by motions of the patch
+};
+
+/// Place of a block in its row, which gets it if it has none yet.
+std::size_t RigidPatches::place_of(PetscInt row, PetscInt column) {
+  CoarseRow& of_patch = this->row(row);
   const auto found = std::find(of_patch.columns.begin(), of_patch.columns.end(), column);
   const auto place = static_cast<std::size_t>(found - of_patch.columns.begin());
   if (found == of_patch.columns.end()) {
     of_patch.columns.push_back(column);
     of_patch.blocks.push_back(CoarseBlock::Zero());
+    of_patch.moments.push_back(Moments::Zero());
     is_whole_ = false;
   }
-  return of_patch.blocks[place];
+  return place;
 }
 
-/// Adds up interpolation^T tangent interpolation, first of shifts and turns in place of the bases, which then come in.
-/// What is symmetric is computed once, on ranks that own both sides: of a patch with itself blocks after the diagonal
-/// and half of that, to which the transposed are added. Forces on a vertex are summed up before their moments are
-/// found.
-void RigidPatches::add_blocks() {
-  const PetscInt last = first_patch_ + own_patches();
-  const auto is_own = [&](PetscInt patch) { return patch >= first_patch_ && patch < last; };
-  PetscInt vertex = -1;
-  PetscInt column_patch = -1;
-  Motion forces = Motion::Zero();  // on the vertex, by motions of the patch
-  const auto add_forces = [&] {
-    if (vertex < 0) {
-      return;
-    }
-    CoarseBlock& sum = coarse_block(patch_[static_cast<std::size_t>(vertex)], column_patch);
-    sum.topRows<3>() += forces;
-    for (int column = 0; column < 6; ++column) {
-      sum.col(column).tail<3>() += arm_.col(vertex).cross(forces.col(column));
-    }
-    forces.setZero();
-  };
-  const auto take = [&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
-    const PetscInt p = patch_[static_cast<std::size_t>(i)];
-    const PetscInt q = patch_[static_cast<std::size_t>(j)];
-    const bool is_own_column = is_own(q);
-    if (is_own_column && (q < p || (p == q && j < i))) {
-      return;
-    }
-    if (i != vertex || q != column_patch) {
-      add_forces();
-      vertex = i;
-      column_patch = q;
-    }
-    Eigen::Matrix3d allowed = block;
-    if (is_constrained_[static_cast<std::size_t>(i)]) {
-      allowed = projectors_[static_cast<std::size_t>(i)] * block;
-    }
-    if (!is_own_column) {
-      forces.noalias() += allowed * motion(j);
-      return;
-    }
-    if (is_constrained_[static_cast<std::size_t>(j)]) {
-      allowed *= projectors_[static_cast<std::size_t>(j)];
-    }
-    if (i == j) {
-      allowed *= 0.5;
-    }
-    const Eigen::Vector3d arm = arm_.col(j);
-    forces.leftCols<3>() += allowed;
-    forces.col(3) += arm.y() * allowed.col(2) - arm.z() * allowed.col(1);
-    forces.col(4) += arm.z() * allowed.col(0) - arm.x() * allowed.col(2);
-    forces.col(5) += arm.x() * allowed.col(1) - arm.y() * allowed.col(0);
-  };
-  tangent_.visit(std::cref(take));  // A copy would be allocated.
-  add_forces();
-  for (PetscInt p = first_patch_; p < last; ++p) {
-    CoarseRow& row = rows_[static_cast<std::size_t>(p - first_patch_)];
-    for (std::size_t k = 0; k < row.columns.size(); ++k) {
-      const PetscInt q = row.columns[k];
-      if (is_own(q) && q < p) {
-        continue;
-      }
-      CoarseBlock& block = row.blocks[k];
-      if (p == q) {
-        block += block.transpose().eval();
-      }
-      block = (basis_[static_cast<std::size_t>(p - first_patch_)].transpose() * block).eval();
-      if (is_own(q)) {
-        block *= basis_[static_cast<std::size_t>(q - first_patch_)];
-        if (p != q) {
-          coarse_block(q, p) = block.transpose();
-        }
-      }
-    }
-  }
+RigidPatches::CoarseBlock& RigidPatches::coarse_block(PetscInt row, PetscInt column) {
+  const std::size_t place = place_of(row, column);
+  return this->row(row).blocks[place];
+}
+
+RigidPatches::Moments& RigidPatches::moments(PetscInt row, PetscInt column) {
+  const std::size_t place = place_of(row, column);
+  return this->row(row).moments[place];
 }
 
 void RigidPatches::fill_coarse() {
@@ -379,24 +520,28 @@ void RigidPatches::fill_coarse() {
 
 void RigidPatches::renew(const Field& x) {
   lag_.renewed();
-  if (motions_.components() == 0) {
+  if (!knows_reach_) {
     number_reach();
   }
   find_motions(x);
   for (CoarseRow& row : rows_) {
     std::fill(row.blocks.begin(), row.blocks.end(), CoarseBlock::Zero());
+    std::fill(row.moments.begin(), row.moments.end(), Moments::Zero());
   }
-  add_blocks();
+  Sum sum(*this);
+  tangent_.visit(sum);
+  sum.finish();
   fill_coarse();
   check(KSPSetOperators(coarse_solver_, coarse_, coarse_));
 }
 
 void RigidPatches::forget_pattern() {
   lag_.forget();
-  motions_ = {};
+  knows_reach_ = false;
   for (CoarseRow& row : rows_) {
     row.columns.clear();
     row.blocks.clear();
+    row.moments.clear();
   }
   is_whole_ = false;
 }

@@ -54,10 +54,13 @@ class RigidPatches {
   using CoarseBlock = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
   using Gram = Eigen::Matrix<double, 6, 6>;
   using Movement = Eigen::Matrix<double, 6, 1>;  ///< shift and turn of a body, or force and moment on it
+  /// Sum of numbers that couple vertices of two patches in all directions alike, times (1, arm) of both vertices.
+  using Moments = Eigen::Matrix4d;
   /// Blocks of a patch's row of the coarse matrix, in the order in which they were met.
   struct CoarseRow {
     std::vector<PetscInt> columns;  ///< global patches
     std::vector<CoarseBlock> blocks;
+    std::vector<Moments> moments;                      ///< that are to be added to the blocks
     std::vector<bool> is_idle = std::vector<bool>(6);  ///< for each motion: none, the patch has fewer
   };
 
@@ -67,14 +70,19 @@ class RigidPatches {
   void number_reach();
   void find_motions(const Field& x);
   Motion of_body(PetscInt vertex) const;
-  void add_blocks();
+  class Sum;
+  std::size_t place_of(PetscInt row, PetscInt column);
   CoarseBlock& coarse_block(PetscInt row, PetscInt column);
+  Moments& moments(PetscInt row, PetscInt column);
   void fill_coarse();
   void interpolate(Vec patches, Vec vertices) const;
   void restrict_to_patches(Vec vertices, Vec patches) const;
   Motion motion(PetscInt vertex) const { return motions_.values().col(vertex).reshaped(3, 6); }
   PetscInt local_patch(PetscInt vertex) const { return patch_[static_cast<std::size_t>(vertex)] - first_patch_; }
   PetscInt own_patches() const { return static_cast<PetscInt>(rows_.size()); }
+  bool is_own(PetscInt patch) const { return patch >= first_patch_ && patch < first_patch_ + own_patches(); }
+  CoarseRow& row(PetscInt patch) { return rows_[static_cast<std::size_t>(patch - first_patch_)]; }
+  const Gram& basis_of(PetscInt patch) const { return basis_[static_cast<std::size_t>(patch - first_patch_)]; }
 
   KSP solver_;
   const Tangent& tangent_;
@@ -83,7 +91,9 @@ class RigidPatches {
   std::vector<PetscInt> constrained_;        ///< those for which it is not
   std::vector<PetscInt> patch_;              ///< global number, of each owned vertex, then of the others in reach
   PetscInt first_patch_ = 0;                 ///< global number of this rank's first
-  Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach
+  bool knows_reach_ = false;                 ///< patches of the vertices in reach are known
+  bool has_neighbours_ = false;              ///< any rank has vertices of others in reach
+  Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
   std::vector<CoarseRow> rows_;              ///< of this rank's patches
   // Of this rank's patches, when motions were last found.
   Eigen::Matrix3Xd centre_;  ///< [m]

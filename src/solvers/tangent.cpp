@@ -39,20 +39,57 @@ class PlacedBlocks : public HessianBlocks {
 };
 
 /// Hands the blocks of owned rows on, with their vertices.
-template <class Take>
 class VisitedBlocks : public HessianBlocks {
  public:
-  VisitedBlocks(const std::vector<std::array<PetscInt, 2>>& pairs, const Take& take) : pairs_(pairs), take_(take) {}
+  VisitedBlocks(const std::vector<std::array<PetscInt, 2>>& pairs, HessianTerms& terms)
+      : pairs_(pairs), terms_(terms) {}
 
   void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
     if (const auto& [row, column] = pairs_[pair]; row >= 0) {
-      take_(row, column, block);
+      terms_.add_block(row, column, block);
     }
   }
 
  private:
   const std::vector<std::array<PetscInt, 2>>& pairs_;
-  const Take& take_;
+  HessianTerms& terms_;
+};
+
+/// Adds up the blocks of the owned vertices with themselves.
+class Diagonal : public HessianTerms {
+ public:
+  explicit Diagonal(std::vector<Eigen::Matrix3d>& blocks)
+      : HessianTerms(static_cast<PetscInt>(blocks.size())), blocks_(blocks) {}
+
+  void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
+    if (row == column) {
+      blocks_[static_cast<std::size_t>(row)] += block;
+    }
+  }
+
+  void add_differences(const std::vector<DifferenceTerm>& terms) override {
+    for (const DifferenceTerm& term : terms) {
+      Eigen::Matrix3d block = term.direction * term.direction.transpose();
+      block.diagonal().array() += term.across;
+      for (const auto i : {static_cast<std::size_t>(term.a), static_cast<std::size_t>(term.b)}) {
+        if (i < blocks_.size()) {
+          blocks_[i] += block;
+        }
+      }
+    }
+  }
+
+  void add_numbers(const NumberRows& rows) override {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      const auto first = static_cast<std::size_t>(rows.offsets[i]);
+      if (rows.offsets[i] < rows.offsets[i + 1] && rows.columns[first] == static_cast<PetscInt>(i)) {
+        blocks_[i].diagonal().array() += rows.entries[first];
+      }
+    }
+  }
+
+ private:
+  std::vector<Eigen::Matrix3d>& blocks_;
 };
 
 }  // namespace
@@ -84,7 +121,7 @@ bool Tangent::renew_pattern() {
   if (is_shell()) {
     argument_ = Field(reach_, 3);
     product_.resize(3, vertices_.local());
-    diagonal_.clear();
+    has_diagonal_ = false;
   } else {
     make_assembled();
   }
@@ -137,7 +174,8 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
 void Tangent::make_rows() {
   std::vector<std::vector<VertexPair>> patterns;
   for (const Part& part : parts_) {
-    patterns.push_back(part.potential->pattern());
+    patterns.push_back(part.multiplies && part.potential->has_terms() ? std::vector<VertexPair>()
+                                                                      : part.potential->pattern());
   }
   extend_reach(patterns);
   const auto is_wanted = [&](const VertexPair& pair) {
@@ -245,27 +283,37 @@ void Tangent::update(const Field& x, Curvature curvature) {
       part.potential->add_hessian(PlacedBlocks(part.places, rows_.blocks));
     }
   }
-  diagonal_.clear();
+  has_diagonal_ = false;
   if (!is_shell()) {
     assemble(curvature);
   } else if (any_constrained_ || curvature == Curvature::positive) {
-    held_ = 0;
-    make_diagonal();
-    double sum = 0;
-    for (const Eigen::Matrix3d& block : diagonal_) {
-      sum += block.trace();
-    }
-    held_ = mean_of_diagonal(sum);
-    for (const PetscInt k : rows_.diagonal) {
-      rows_.blocks[static_cast<std::size_t>(k)].diagonal().array() +=
-          curvature == Curvature::positive ? definite_share * held_ : 0;
-    }
-    diagonal_.clear();
+    hold(curvature);
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
   if (pattern_state_ > 0) {
     Mat(matrix_)->nonzerostate = pattern_state_;
+  }
+}
+
+/// Gives held directions the mean of the diagonal, and a positive tangent a little of it everywhere.
+void Tangent::hold(Curvature curvature) {
+  make_diagonal();
+  double sum = 0;
+  for (const Eigen::Matrix3d& block : diagonal_) {
+    sum += block.trace();
+  }
+  held_ = mean_of_diagonal(sum);
+  const double share = curvature == Curvature::positive ? definite_share * held_ : 0;
+  for (std::size_t i = 0; i < diagonal_.size(); ++i) {
+    rows_.blocks[static_cast<std::size_t>(rows_.diagonal[i])].diagonal().array() += share;
+    diagonal_[i].diagonal().array() += share;
+  }
+  for (const PetscInt i : constrained_) {
+    if (i < owned()) {
+      const auto vertex = static_cast<std::size_t>(i);
+      diagonal_[vertex] += (held_ - share) * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
+    }
   }
 }
 
@@ -310,43 +358,49 @@ void Tangent::assemble(Curvature curvature) {
   }
 }
 
-void Tangent::visit(const TakeBlock& take) const {
+void Tangent::visit(HessianTerms& terms) const {
   for (PetscInt i = 0; i < owned(); ++i) {
     const auto row = static_cast<std::size_t>(i);
     for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
          ++k) {
-      take(i, rows_.local_columns[k], rows_.blocks[k]);
+      terms.add_block(i, rows_.local_columns[k], rows_.blocks[k]);
     }
   }
   for (const Part& part : parts_) {
-    if (part.multiplies) {
-      part.potential->add_hessian(VisitedBlocks(part.pairs, take));
-    }
+    visit_part(part, terms);
   }
 }
 
-void Tangent::make_diagonal() {
-  if (!diagonal_.empty()) {
+void Tangent::visit_part(const Part& part, HessianTerms& terms) const {
+  if (!part.multiplies) {
     return;
   }
+  if (part.potential->has_terms()) {
+    part.potential->visit(terms);
+  } else {
+    part.potential->add_hessian(VisitedBlocks(part.pairs, terms));
+  }
+}
+
+/// Of the potentials, in the directions that are free.
+void Tangent::make_diagonal() {
+  if (has_diagonal_) {
+    return;
+  }
+  has_diagonal_ = true;
+  diagonal_.clear();
   for (const PetscInt k : rows_.diagonal) {
     diagonal_.push_back(rows_.blocks[static_cast<std::size_t>(k)]);
   }
+  Diagonal terms(diagonal_);
   for (const Part& part : parts_) {
-    if (part.multiplies) {
-      const auto take = [this](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
-        if (row == column) {
-          diagonal_[static_cast<std::size_t>(row)] += block;
-        }
-      };
-      part.potential->add_hessian(VisitedBlocks(part.pairs, take));
-    }
+    visit_part(part, terms);
   }
   for (const PetscInt i : constrained_) {
     if (i < owned()) {
       const Eigen::Matrix3d& projector = projectors_[static_cast<std::size_t>(i)];
       Eigen::Matrix3d& block = diagonal_[static_cast<std::size_t>(i)];
-      block = (projector * block * projector + held_ * (Eigen::Matrix3d::Identity() - projector)).eval();
+      block = (projector * block * projector).eval();
     }
   }
 }

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -49,11 +48,10 @@ class Tangent {
   TangentMatrix type() const { return type_; }
   /// The vertices, and as further ghosts those that owned ones are coupled with beyond; as the pattern is now.
   const Layout& reach() const { return reach_; }
-  /// Calls `take` with the blocks of the owned vertices' rows, as they were last updated, and with the two vertices of
-  /// each in `reach()`. A pair may come several times, and is then a sum; of sbaij half of them come. What holds
-  /// directions in which vertices may not move is left out or not. Not collective.
-  using TakeBlock = std::function<void(PetscInt row, PetscInt column, const Eigen::Matrix3d& block)>;
-  void visit(const TakeBlock& take) const;
+  /// Hands over the owned vertices' rows, as they were last updated, with vertices of `reach()`. A block may come
+  /// several times, and is then a sum; of sbaij half of them come. What holds directions in which vertices may not move
+  /// is left out or not. Not collective.
+  void visit(HessianTerms& terms) const;
 
  private:
   /// The owned vertices' rows: blocks (3 x 3, by columns) in the order of their global columns.
@@ -68,7 +66,8 @@ class Tangent {
     Potential* potential;
     bool multiplies = false;       ///< of a shell
     std::vector<PetscInt> places;  ///< of each pair of its pattern: block in `rows_`, or -1; empty if it multiplies
-    /// If it multiplies, of each pair of its pattern: both vertices in `reach_`, or -1 for the row of another rank.
+    /// If it multiplies and has no terms, of each pair of its pattern: both vertices in `reach_`, or -1 for the row of
+    /// another rank.
     std::vector<std::array<PetscInt, 2>> pairs;
   };
 
@@ -77,12 +76,14 @@ class Tangent {
   void make_assembled();
   void make_shell();
   void assemble(Curvature curvature);
+  void visit_part(const Part& part, HessianTerms& terms) const;
   void make_diagonal();
   void copy_diagonal(Vec out);
   void give_inverse_blocks(const PetscScalar** values);
   void multiply(Vec in, Vec out);
   /// Of all ranks; 1 where every direction is held. Collective. @param own_sum of the diagonal of the owned vertices
   double mean_of_diagonal(double own_sum) const;
+  void hold(Curvature curvature);
   bool is_shell() const { return type_ == TangentMatrix::shell; }
   PetscInt owned() const { return vertices_.owned; }
 
@@ -102,7 +103,8 @@ class Tangent {
   double held_ = 0;                        ///< s of a shell [N/m]
   Field argument_;                         ///< of a product of the shell, on `reach_`
   Eigen::Matrix3Xd product_;               ///< likewise, (3 x local)
-  std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, or none until somebody asks
+  std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, when last asked for
+  bool has_diagonal_ = false;              ///< whether it is that of the last update
   std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, when last asked for
   MatHandle matrix_;
   PetscObjectState pattern_state_ = 0;  ///< PETSc's count of patterns, by which preconditioners know of a new one

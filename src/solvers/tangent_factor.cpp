@@ -51,12 +51,14 @@ void TangentFactor::gather(const double* own, std::vector<double>& whole, int wi
 void TangentFactor::make_pattern() {
   const Layout& reach = tangent_.reach();
   std::vector<double> own;  // rows and columns
-  tangent_.visit([&](PetscInt row, PetscInt column, const Eigen::Matrix3d&) {
+  const auto take_place = [&](PetscInt row, PetscInt column, const Eigen::Matrix3d&) {
     if (reach.to_global(column) >= reach.first + row) {
       own.push_back(static_cast<double>(reach.first + row));
       own.push_back(static_cast<double>(reach.to_global(column)));
     }
-  });
+  };
+  TakenBlocks places(reach.owned, take_place);
+  tangent_.visit(places);
   const int count = static_cast<int>(own.size() / 2);
   block_counts_.resize(static_cast<std::size_t>(ranks_));
   MPI_Allgather(&count, 1, MPI_INT, block_counts_.data(), 1, MPI_INT, reach.comm);
@@ -86,11 +88,13 @@ void TangentFactor::make_pattern() {
 void TangentFactor::fill() {
   const Layout& reach = tangent_.reach();
   own_blocks_.clear();
-  tangent_.visit([&](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
+  const auto take_block = [&](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
     if (reach.to_global(column) >= reach.first + row) {
       own_blocks_.insert(own_blocks_.end(), block.data(), block.data() + block.size());
     }
-  });
+  };
+  TakenBlocks blocks(reach.owned, take_block);
+  tangent_.visit(blocks);
   gather(own_blocks_.data(), blocks_, 9, block_counts_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     check(MatSetValuesBlocked(whole_, 1, &rows_[k], 1, &columns_[k], blocks_.data() + 9 * k, INSERT_VALUES));

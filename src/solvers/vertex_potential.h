@@ -39,6 +39,16 @@ class VertexPotential : public Potential {
     }
   }
 
+  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
+    double sum = 0;
+    for (PetscInt i = 0; i < vertices_.owned; ++i) {
+      const PointPotential point = function_(i, x.vector(i));
+      gradient.col(i) += point.gradient;
+      sum += point.value;
+    }
+    return sum;
+  }
+
   std::vector<VertexPair> pattern() const override {
     std::vector<VertexPair> pairs;
     for (PetscInt i = 0; i < vertices_.owned; ++i) {

@@ -157,6 +157,7 @@ Change change_of_a_wavy_sheet(double damping_over_step) {
     const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
     change.by.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
   }
+  bent.potential.update_hessian(bent.x, Curvature::positive);
   bent.potential.add_product(change.by.data(), change.product.data());
   const std::vector<VertexPair> pattern = bent.potential.pattern();
   struct Sums : HessianBlocks {

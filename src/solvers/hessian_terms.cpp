@@ -1,0 +1,43 @@
+#include "solvers/hessian_terms.h"
+
+#include <utility>
+
+namespace pellicle {
+inline namespace solvers {
+
+void HessianTerms::add_differences(const std::vector<DifferenceTerm>& terms) {
+  for (const DifferenceTerm& term : terms) {
+    add_blocks(term);
+  }
+}
+
+void HessianTerms::add_numbers(const NumberRows& rows) {
+  for (PetscInt i = 0; i < owned_; ++i) {
+    const auto last = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
+    for (auto k = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i)]); k < last; ++k) {
+      add_blocks(i, rows.columns[k], rows.entries[k]);
+    }
+  }
+}
+
+void HessianTerms::add_blocks(const DifferenceTerm& term) {
+  Eigen::Matrix3d block = term.direction * term.direction.transpose();
+  block.diagonal().array() += term.across;
+  for (const auto& [i, j] : {std::pair(term.a, term.b), std::pair(term.b, term.a)}) {
+    if (i < owned_) {
+      add_block(i, i, block);
+      add_block(i, j, -block);
+    }
+  }
+}
+
+void HessianTerms::add_blocks(PetscInt row, PetscInt column, double number) {
+  const Eigen::Matrix3d block = number * Eigen::Matrix3d::Identity();
+  add_block(row, column, block);
+  if (row != column && column < owned_) {
+    add_block(column, row, block);
+  }
+}
+
+}  // namespace solvers
+}  // namespace pellicle

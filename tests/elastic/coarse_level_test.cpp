@@ -1,0 +1,147 @@
+// The coarse level of rigid patches, which is summed up term by term, is that of the sheet's tangent.
+
+#include <gtest/gtest.h>
+#include <petscksp.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/error.h"
+#include "elastic/bending_potential.h"
+#include "elastic/spring_potential.h"
+#include "solvers/ksp.h"
+#include "solvers/rigid_patches.h"
+#include "solvers/tangent.h"
+#include "solvers/vertex_potential.h"
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/initial_lengths.h"
+
+namespace pellicle::coarse_level_test {
+namespace {
+
+/// The tangent of a crumpled sheet that is clamped along x = 0 and slides along a line at some particles.
+class Crumpled {
+ public:
+  Crumpled()
+      : sheet_(make_sheet(PETSC_COMM_WORLD, grid_mesh(11, 8, 0.1), one_surface())),
+        clamped_(at_clamp(sheet_)),
+        x(sheet_.particles, 3),
+        springs_(sheet_),
+        bending_(sheet_, weave_of(sheet_, Eigen::Vector3d::UnitX()), clamped_),
+        inertia_(make_vertex_potential(sheet_.particles, [](PetscInt i, const Eigen::Vector3d&) {
+          return PointPotential{0, Eigen::Vector3d::Zero(), (2.0 + i % 2) * Eigen::Matrix3d::Identity()};
+        })) {
+    x.values() = sheet_.rest;
+    for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+      const auto id = static_cast<double>(sheet_.persistent_id[static_cast<std::size_t>(i)]);
+      x.vector(i) += 0.02 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
+      Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
+      if (clamped_[static_cast<std::size_t>(i)]) {
+        projector.setZero();
+      } else if (sheet_.persistent_id[static_cast<std::size_t>(i)] % 13 == 0) {
+        const Eigen::Vector3d along = Eigen::Vector3d(1, 2, 3).normalized();
+        projector = along * along.transpose();
+      }
+      projectors.push_back(projector);
+    }
+    const Living living(sheet_);
+    const std::vector<double> ones(projectors.size(), 1);
+    const Stiffness stiffness = stiffness_of({});
+    SheetSprings material(sheet_, stiffness, weave_of(sheet_, Eigen::Vector3d::UnitX()), {});
+    springs_.set(material.stiffness(living), initial_lengths(sheet_));
+    Field start(sheet_.particles, 3);
+    start.values() = sheet_.rest;
+    constexpr double strong = 3;  // viscosity, along normals then
+    bending_.begin_step(living, start, {ones, 0, {1, 2}, ones, strong});
+    tangent.emplace(sheet_.particles, std::vector<Potential*>{&springs_, &bending_, inertia_.get()}, projectors,
+                    TangentMatrix::shell, "");
+    tangent->update(x, Curvature::positive);
+  }
+
+  const std::vector<std::array<PetscInt, 3>>& triangles() const { return sheet_.triangles; }
+
+ private:
+  static SheetOptions one_surface() {
+    SheetOptions options;
+    options.is_one_surface = true;
+    return options;
+  }
+  static std::vector<bool> at_clamp(const Sheet& sheet) {
+    std::vector<bool> clamped;
+    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
+      clamped.push_back(sheet.rest(0, i) < 0.01);
+    }
+    return clamped;
+  }
+
+  Sheet sheet_;
+  std::vector<bool> clamped_;
+
+ public:
+  Field x;
+  std::vector<Eigen::Matrix3d> projectors;
+  std::optional<Tangent> tangent;
+
+ private:
+  SpringPotential springs_;
+  BendingPotential bending_;
+  std::unique_ptr<Potential> inertia_;
+};
+
+TEST(CoarseLevel, IsTheTangentBetweenMotionsOfPatches) {
+  Crumpled sheet;
+  KspDefaults defaults;
+  defaults.preconditioner = PCMG;
+  const Mat fine = sheet.tangent->matrix();
+  const KspHandle solver = make_ksp(fine, fine, "coarse_level_test_", defaults);
+  const auto patches = RigidPatches::of(solver, *sheet.tangent, sheet.triangles(), sheet.projectors, 20);
+  ASSERT_NE(patches, nullptr);
+  patches->renew(sheet.x);
+
+  PC pc = nullptr;
+  KSP coarse_solver = nullptr;
+  Mat interpolation = nullptr;
+  Mat coarse = nullptr;
+  check(KSPGetPC(solver, &pc));
+  check(PCMGGetCoarseSolve(pc, &coarse_solver));
+  check(PCMGGetInterpolation(pc, 1, &interpolation));
+  check(KSPGetOperators(coarse_solver, &coarse, nullptr));
+  VecHandle motion;
+  VecHandle force;
+  VecHandle wanted;
+  VecHandle moved;
+  VecHandle product;
+  check(MatCreateVecs(interpolation, motion.create(), moved.create()));
+  check(VecDuplicate(motion, force.create()));
+  check(VecDuplicate(motion, wanted.create()));
+  check(VecDuplicate(moved, product.create()));
+  PetscInt first = 0;
+  PetscInt last = 0;
+  check(VecGetOwnershipRange(motion, &first, &last));
+  for (int k = 0; k < 5; ++k) {
+    for (PetscInt i = first; i < last; ++i) {
+      check(VecSetValue(motion, i, std::sin(3.7 * i + k), INSERT_VALUES));
+    }
+    check(VecAssemblyBegin(motion));
+    check(VecAssemblyEnd(motion));
+    check(MatMult(coarse, motion, force));
+    check(MatMult(interpolation, motion, moved));
+    check(MatMult(fine, moved, product));
+    check(MatMultTranspose(interpolation, product, wanted));
+    double size = 0;
+    double error = 0;
+    check(VecNorm(wanted, NORM_2, &size));
+    check(VecAXPY(force, -1, wanted));
+    check(VecNorm(force, NORM_2, &error));
+    EXPECT_GT(size, 1);
+    EXPECT_LT(error, 1e-10 * size);
+  }
+}
+
+}  // namespace
+}  // namespace pellicle::coarse_level_test
