@@ -296,40 +296,51 @@ void ImplicitStep::factorise() {
 
 /// The step of Newton's method, J y = r, or of a tangent in J's place that is positive definite (see the class).
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
-  LinearResult result = solve_once(right_hand_side, solution);
-  const auto again = [&] {
-    const int iterations = result.iterations;
-    result = solve_once(right_hand_side, solution);
-    result.iterations += iterations;
+  int iterations = 0;
+  LinearResult result;
+  const auto attempt = [&] {
+    result = solve_or_factorise(right_hand_side, solution);
+    iterations += std::exchange(result.iterations, 0);
   };
-  const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
-  if (has_failed && may_factorise_ && !is_factorised_) {
-    steps_to_factorise_ = std::clamp(2 * steps_to_factorise_, 1, most_steps_to_factorise);
-    steps_left_ = steps_to_factorise_;
-    factorise();
-    again();
-  } else if (result.solved == Solved::bad_preconditioner && positive_ == nullptr &&
-             system_.allows_other_preconditioning() && options_.mat_type != TangentMatrix::shell) {
+  attempt();
+  if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && system_.allows_other_preconditioning() &&
+      options_.mat_type != TangentMatrix::shell) {
     // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));
     system_.precondition_from(positive_);
     update_jacobian();
-    again();
+    attempt();
   }
   if (result.solved != Solved::concave) {
     last_share_ = 0;
-    return result;
-  }
-  ++concave_iterations_;
-  double share = potential_.blends() ? std::max(last_share_ - share_step, share_step) : 1;
-  set_tangent(share);
-  again();
-  while (result.solved == Solved::concave && share < 1) {
-    share = std::min(share + share_step, 1.0);
+  } else {
+    ++concave_iterations_;
+    double share = potential_.blends() ? std::max(last_share_ - share_step, share_step) : 1;
     set_tangent(share);
-    again();
+    attempt();
+    while (result.solved == Solved::concave && share < 1) {
+      share = std::min(share + share_step, 1.0);
+      set_tangent(share);
+      attempt();
+    }
+    last_share_ = share;
   }
-  last_share_ = share;
+  result.iterations = iterations;
+  return result;
+}
+
+/// With the tangent as it is; where iterations fail, it is factorised from here on, if that may be.
+LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution) {
+  LinearResult result = solve_once(right_hand_side, solution);
+  const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
+  if (has_failed && may_factorise_ && !is_factorised_) {
+    const int iterations = result.iterations;
+    steps_to_factorise_ = std::clamp(2 * steps_to_factorise_, 1, most_steps_to_factorise);
+    steps_left_ = steps_to_factorise_;
+    factorise();
+    result = solve_once(right_hand_side, solution);
+    result.iterations += iterations;
+  }
   return result;
 }
 

@@ -78,6 +78,7 @@ class ImplicitStep {
   void choose_solver();
   void factorise();
   LinearResult solve(Vec right_hand_side, Vec solution);
+  LinearResult solve_or_factorise(Vec right_hand_side, Vec solution);
   LinearResult solve_once(Vec right_hand_side, Vec solution);
   std::optional<double> search(const NewtonStep& step);
   double largest_force() const;

@@ -302,6 +302,17 @@ TEST_F(BalloonSolversTest, WhereIterationsAreSlowTheTangentIsFactorised) {
   EXPECT_EQ(output_.find("factoris"), std::string::npos) << "the user has chosen: " << output_;
 }
 
+// In steps 3 and 4 conjugate gradients meet a concave direction before they are slow, and are slow only with the
+// tangent that is then taken in its place.
+TEST_F(BalloonSolversTest, WhereATangentInPlaceOfAConcaveOneIsSlowItIsFactorised) {
+  succeed(1, {PELLICLE_SOURCE_DIR "/input/cube_cylinder.yaml", "-mesh_vertices", "600", "-prism_newton", "converged",
+              "-time_max_steps", "5", "-output_directory", "out"});
+  const auto history = read_csv(folder() / "out" / "history.csv");
+  EXPECT_EQ(history.at("retries"), std::vector<double>(6, 0));
+  EXPECT_GT(*std::max_element(history.at("concave_iterations").begin(), history.at("concave_iterations").end()), 0);
+  EXPECT_LT(*std::max_element(history.at("relative_residual").begin(), history.at("relative_residual").end()), 1e-8);
+}
+
 TEST_F(BalloonSolversTest, AFactorisedPrescribedVolumeWithoutInertiaGoesBeyondTheLimitPoint) {
   const Arguments scene{write(
       "limit.yaml",
