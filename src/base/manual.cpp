@@ -117,11 +117,7 @@ const std::string objects =
     "one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do: contact between objects (they meet bodies and, with contact.self, themselves, but "
-    "not each other: what is to touch must be pieces of one mesh); gas that escapes through a hole (the run ends "
-    "there) or in a sheet; "
-    "flames "
-    "and air.";
+    "What the program does not do: gas that escapes through a hole (the run ends there) or in a sheet; flames and air.";
 
 const std::string no_effect =
     "An option that is given but cannot act in the run, for want of what it needs (in braces below; in the table under "

@@ -40,6 +40,9 @@ void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterat
 /// Boxes of a rank that others compare theirs with.
 constexpr int patches_of_rank = 32;
 
+/// What the centre of a quad has of its area.
+constexpr double centre_share = 0.5;
+
 struct RankBox {
   int rank;
   std::array<double, 6> corners;
@@ -55,28 +58,19 @@ struct ContactMesh::Element {
   double area = 0;                                  ///< [m^2]
 };
 
-ContactMesh::ContactMesh(const Surface& surface)
+ContactMesh::ContactMesh(const ContactSurface& surface)
     : surface_(surface),
-      particle_area_(static_cast<std::size_t>(surface.particles.local()), 0.0),
-      reach_(surface.particles),
-      places_(surface.particles, 3) {
-  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
-  const std::array<double, 3> shares = surface.point_shares();
-  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.local()); ++e) {
-    const auto rest = [&](std::size_t k) { return surface.rest.col(surface.corner(e, k)); };
-    double area = (rest(1) - rest(0)).cross(rest(2) - rest(0)).norm() / 2;
-    if (surface.has_quads()) {
-      area = (rest(2) - rest(0)).cross(rest(3) - rest(1)).norm() / 2;
-    }
-    element_area_.push_back(area);
-    for (std::size_t t = 0; t < per_element; ++t) {
-      const std::array<PetscInt, 3>& triangle = surface.triangles[e * per_element + t];
-      for (std::size_t k = 0; k < (surface.has_quads() ? 2 : 3); ++k) {
-        particle_area_[static_cast<std::size_t>(triangle[k])] += shares[k] * area / static_cast<double>(per_element);
-      }
+      particle_area_(static_cast<std::size_t>(surface.particles().local()), 0.0),
+      reach_(surface.particles()),
+      places_(surface.particles(), 3) {
+  for (PetscInt e = 0; e < surface.elements().local(); ++e) {
+    const ContactSurface::Element& element = surface.element(e);
+    const double share = element.is_quad() ? (1 - centre_share) / 4 : 1.0 / 3;
+    for (std::size_t k = 0; k < (element.is_quad() ? 4 : 3); ++k) {
+      particle_area_[static_cast<std::size_t>(element.corners[k])] += share * element.area;
     }
   }
-  update_ghosts(surface.particles, particle_area_);
+  update_ghosts(surface.particles(), particle_area_);
 }
 
 bool ContactMesh::is_own(PetscInt point) const {
@@ -92,39 +86,29 @@ double ContactMesh::margin(PetscInt point) const {
   return margin;
 }
 
-/// Particles of a local element, -1 behind the third of a triangle.
-std::array<PetscInt, 4> ContactMesh::corners(PetscInt element) const {
-  std::array<PetscInt, 4> corners{-1, -1, -1, -1};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
-    corners[k] = surface_.corner(static_cast<std::size_t>(element), k);
-  }
-  return corners;
-}
-
 bool ContactMesh::touches_own(PetscInt element) const {
-  const std::array<PetscInt, 4> of_element = corners(element);
-  return std::any_of(of_element.begin(), of_element.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
+  const std::array<PetscInt, 4>& corners = surface_.element(element).corners;
+  return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
 }
 
-ContactMesh::Element ContactMesh::element(PetscInt number, const std::vector<bool>* living) const {
-  const auto e = static_cast<std::size_t>(number);
+ContactMesh::Element ContactMesh::element(PetscInt number) const {
+  const ContactSurface::Element& known = surface_.element(number);
   Element element;
-  element.number = surface_.elements.to_global(number);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
-    element.corners[k] = surface_.particles.to_global(surface_.corner(e, k));
+  element.number = surface_.elements().to_global(number);
+  for (std::size_t k = 0; k < 4 && known.corners[k] >= 0; ++k) {
+    element.corners[k] = surface_.particles().to_global(known.corners[k]);
   }
-  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
-  for (std::size_t t = 0; t < per_element; ++t) {
-    element.lives[t] = living == nullptr || (*living)[e * per_element + t];
+  for (std::size_t t = 0; t < known.triangles(); ++t) {
+    element.lives[t] = surface_.lives(known, t);
   }
-  element.area = element_area_[e];
+  element.area = known.area;
   return element;
 }
 
 Box ContactMesh::box(PetscInt element, const Field& x, const std::vector<double>& margins) const {
   Box box;
   double margin = 0;
-  for (const PetscInt i : corners(element)) {
+  for (const PetscInt i : surface_.element(element).corners) {
     if (i >= 0) {
       box.extend(x.vector(i).eval());
       margin = std::max(margin, margins[static_cast<std::size_t>(i)]);
@@ -178,20 +162,21 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   return Route(surface_.comm(), destinations).send(sent);
 }
 
-void ContactMesh::gather(const Field& x, const Field& start, const std::vector<bool>* living,
-                         const std::vector<double>& margins, const std::vector<PetscInt>& further) {
-  const Layout& particles = surface_.particles;
+void ContactMesh::gather(const Field& x, const Field& start, const std::vector<double>& margins,
+                         const std::vector<PetscInt>& further) {
+  const Layout& particles = surface_.particles();
+  const Layout& elements = surface_.elements();
   std::vector<PetscInt> here;  // local elements that live
   std::vector<Element> sent;
   std::vector<Box> sent_boxes;
-  for (PetscInt e = 0; e < surface_.elements.local(); ++e) {
-    const Element whole = element(e, living);
+  for (PetscInt e = 0; e < elements.local(); ++e) {
+    const Element whole = element(e);
     if (std::none_of(whole.lives.begin(), whole.lives.end(), [](bool lives) { return lives; })) {
       continue;
     }
     here.push_back(e);
     // What touches this rank's particles is either owned, or a ghost whose owner asks for what is near it as well.
-    if (e < surface_.elements.owned) {
+    if (e < elements.owned) {
       sent.push_back(whole);
       sent_boxes.push_back(box(e, x, margins));
     } else if (touches_own(e)) {
@@ -206,8 +191,8 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
   }
 
   std::vector<PetscInt> known_elements;
-  for (PetscInt e = surface_.elements.owned; e < surface_.elements.local(); ++e) {
-    known_elements.push_back(surface_.elements.to_global(e));
+  for (PetscInt e = elements.owned; e < elements.local(); ++e) {
+    known_elements.push_back(elements.to_global(e));
   }
   std::sort(known_elements.begin(), known_elements.end());
   received.erase(std::remove_if(received.begin(), received.end(),
@@ -237,7 +222,7 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const auto particle = static_cast<std::size_t>(i);
-    known_.values().col(i) << surface_.rest.col(i), particle_area_[particle], margins[particle], start.vector(i);
+    known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], margins[particle], start.vector(i);
     places_.vector(i) = x.vector(i);
   }
   if (reaches_further_) {
@@ -252,7 +237,7 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<b
     areas_[static_cast<std::size_t>(i)] = known_.values()(3, i);
   }
   for (const PetscInt e : here) {
-    add(element(e, living), corners(e));
+    add(element(e), surface_.element(e).corners);
   }
   for (const Element& element : received) {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};
@@ -281,7 +266,7 @@ void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& cor
   }
   const PetscInt centre = points();
   centres_.push_back(corners);
-  areas_.push_back(surface_.point_shares()[2] * element.area);
+  areas_.push_back(centre_share * element.area);
   for (std::size_t t = 0; t < 4; ++t) {
     if (element.lives[t]) {
       triangles_.push_back({corners[t], corners[(t + 1) % 4], centre});

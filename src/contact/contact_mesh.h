@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
+#include "contact/contact_surface.h"
 #include "parallel/field.h"
-#include "surface/surface.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -19,15 +19,14 @@ inline namespace contact {
 class ContactMesh {
  public:
   /// The surface must outlive it. Without triangles. Collective.
-  explicit ContactMesh(const Surface& surface);
+  explicit ContactMesh(const ContactSurface& surface);
 
   /// Finds the triangles, of which those are near whose boxes, wider by the margins of their corners, meet. Collective.
   /// @param x places of the particles, ghosts up to date
-  /// @param living of the surface's drawn triangles; null: all of them
   /// @param margins of the local particles, ghosts up to date [m]
   /// @param start places of the particles at the beginning of the step, likewise
   /// @param further global numbers of particles that are to be in reach in any case
-  void gather(const Field& x, const Field& start, const std::vector<bool>* living, const std::vector<double>& margins,
+  void gather(const Field& x, const Field& start, const std::vector<double>& margins,
               const std::vector<PetscInt>& further);
 
   /// The surface's particles, and as further ghosts those of other ranks' triangles.
@@ -77,16 +76,14 @@ class ContactMesh {
     }
     return of_point.weight() * sum;
   }
-  Element element(PetscInt number, const std::vector<bool>* living) const;
+  Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Field& x, const std::vector<double>& margins) const;
-  std::array<PetscInt, 4> corners(PetscInt element) const;
   bool touches_own(PetscInt element) const;
   std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes) const;
   void add(const Element& element, const std::array<PetscInt, 4>& corners);
 
-  const Surface& surface_;
+  const ContactSurface& surface_;
   std::vector<double> particle_area_;  ///< round the local particles, without the parts of centres [m^2]
-  std::vector<double> element_area_;   ///< of the local elements [m^2]
 
   Layout reach_;
   LocalNumbers numbers_;          ///< in `reach_`

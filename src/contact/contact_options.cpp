@@ -10,7 +10,8 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
                        return (options.self && (!needs_friction || options.friction > 0)) || other.holds();
                      }};
   };
-  table.add("contact.self", options.self).help("surfaces touch themselves: no part passes through another");
+  table.add("contact.self", options.self)
+      .help("surfaces touch themselves, no part passes through another; objects that have it touch each other, too");
   table.add("contact.check", options.check)
       .help("counts after every step the pairs of drawn triangles that cut through each other (history: crossings)");
   table.add("contact.thickness", options.thickness)

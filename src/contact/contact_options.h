@@ -13,6 +13,7 @@ struct ContactOptions {
   std::optional<double> thickness;  ///< gap at which two surfaces begin to press [m]; none: a share of the mean side
   double stiffness = 1e8;           ///< pressure over depth [Pa/m]
   double friction = 0;              ///< Coulomb's coefficient between surfaces
+  bool together = false;            ///< several objects do so, which touch each other: follows from their `self`
   bool check = false;               ///< count after every step where surfaces pass through themselves
   double slip_speed = 1e-3;         ///< relative to each other, from which on friction is Coulomb's in full [m/s]
 };

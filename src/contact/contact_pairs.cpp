@@ -199,6 +199,58 @@ class Search {
 
 }  // namespace
 
+// Half of the squared gap is the least of f = |r|^2 / 2, r = sum_k s_k x_k, by what the weights s may become: those
+// that are not 0, of each feature with a constant sum. With the free changes a of the weights its second derivative is
+// f_xx - f_xa f_aa^-1 f_ax.
+Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd& places) const {
+  const NearestPoints where = nearest(places);
+  const double gap = where.apart.norm();
+  Eigen::Matrix<double, 12, 2> mixed = Eigen::Matrix<double, 12, 2>::Zero();  // f_xa
+  Eigen::Matrix<double, 3, 2> along = Eigen::Matrix<double, 3, 2>::Zero();    // r_a
+  Eigen::Matrix<double, 4, 2> changes = Eigen::Matrix<double, 4, 2>::Zero();  // s_a
+  int free = 0;
+  for (const auto& [first, last] : {std::pair(0, first_feature()), std::pair(first_feature(), 4)}) {
+    int base = -1;
+    for (int k = first; k < last; ++k) {
+      if (where.weights[static_cast<std::size_t>(k)] == 0) {
+        continue;
+      }
+      if (base < 0) {
+        base = k;
+        continue;
+      }
+      changes(k, free) = 1;
+      changes(base, free) = -1;
+      along.col(free) =
+          places.col(points[static_cast<std::size_t>(k)]) - places.col(points[static_cast<std::size_t>(base)]);
+      ++free;
+    }
+  }
+  Eigen::Matrix<double, 12, 1> slope;  // f_x
+  for (int k = 0; k < 4; ++k) {
+    const double weight = where.weights[static_cast<std::size_t>(k)];
+    slope.segment<3>(3 * k) = weight * where.apart;
+    for (int a = 0; a < free; ++a) {
+      mixed.block<3, 1>(3 * k, a) = changes(k, a) * where.apart + weight * along.col(a);
+    }
+  }
+  Eigen::Matrix<double, 12, 12> curvature;
+  for (int k = 0; k < 4; ++k) {
+    for (int l = 0; l < 4; ++l) {
+      curvature.block<3, 3>(3 * k, 3 * l) = where.weights[static_cast<std::size_t>(k)] *
+                                            where.weights[static_cast<std::size_t>(l)] * Eigen::Matrix3d::Identity();
+    }
+  }
+  const Eigen::Matrix2d lengths = along.transpose() * along;
+  constexpr double degenerate = 1e-10;  // square of a sine: such edges are parallel, and their nearest points any
+  if (free == 2 && lengths.determinant() > degenerate * lengths(0, 0) * lengths(1, 1)) {
+    curvature -= mixed * lengths.inverse() * mixed.transpose();
+  } else if (free > 0 && lengths(0, 0) > 0) {
+    curvature -= mixed.col(0) * mixed.col(0).transpose() / lengths(0, 0);
+  }
+  return (curvature - slope * slope.transpose() / (gap * gap)) / gap;
+}
+
 ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double thickness,
                                 double stiffness) {
   return Search(mesh, places, thickness, stiffness).run();

@@ -23,6 +23,8 @@ struct ContactPair {
                                                  places.col(points[3])};
     return are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
   }
+  /// Second derivative of a gap, which is not 0, by the points [1/m].
+  Eigen::Matrix<double, 12, 12> gap_curvature(const Eigen::Matrix3Xd& places) const;
   /// How many of the points are of the first feature.
   int first_feature() const { return are_edges ? 2 : 1; }
 };

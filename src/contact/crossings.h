@@ -11,17 +11,25 @@
 namespace pellicle {
 inline namespace contact {
 
-/// Where a drawn surface passes through itself.
+/// Where drawn surfaces pass through themselves or each other.
 struct Crossings {
   int pairs = 0;                       ///< of triangles
   std::array<PetscInt, 2> elements{};  ///< of the first of them, by their numbers in the file
+  std::array<int, 2> surfaces{};       ///< of which surfaces these are
   Eigen::Vector3d place{0, 0, 0};      ///< where the first of these two is [m]
+};
+
+/// A surface that is looked at.
+struct PlacedSurface {
+  const Surface& surface;
+  const Field& position;
+  const std::vector<bool>* living;  ///< of its drawn triangles; null: all of them
 };
 
 /// Counts the pairs of drawn triangles without a common corner that cut through each other, all on rank 0, by a test
 /// that has nothing in common with SurfaceContact (count_self_intersections). Collective.
-/// @param living of the surface's drawn triangles; null: all of them
-Crossings find_crossings(const Surface& surface, const Field& x, const std::vector<bool>* living);
+/// @param surfaces at least one
+Crossings find_crossings(const std::vector<PlacedSurface>& surfaces);
 
 }  // namespace contact
 }  // namespace pellicle

@@ -11,6 +11,8 @@ struct SmoothSlip {
   double value(double y) const { return y < e ? y * y / e - y * y * y / (3 * e * e) + e / 3 : y; }
   /// s'(y) / y.
   double slope_over(double y) const { return y < e ? 2 / e - y / (e * e) : 1 / y; }
+  /// s''(y), not negative.
+  double curvature(double y) const { return y < e ? 2 / e - 2 * y / (e * e) : 0; }
 };
 
 }  // namespace contact

@@ -26,18 +26,6 @@ constexpr double more_reach = 1.5;
 /// Of the mean side of a mesh: the thickness, unless it is given.
 constexpr double usual_thickness = 0.2;
 
-double mean_side(const Surface& surface) {
-  std::array<double, 2> sums{};  // of sides, two of each element, and how many
-  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      sums[0] += (surface.rest.col(surface.corner(e, k + 1)) - surface.rest.col(surface.corner(e, k))).norm();
-      sums[1] += 1;
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
-  return sums[0] / sums[1];
-}
-
 /// Share of the way from one displacement to another, beyond a bound, that is within it.
 double share_within(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double bound) {
   const Eigen::Vector3d way = to - from;
@@ -49,14 +37,14 @@ double share_within(const Eigen::Vector3d& from, const Eigen::Vector3d& to, doub
 
 }  // namespace
 
-SurfaceContact::SurfaceContact(const Surface& surface, const ContactOptions& options, bool is_free)
-    : surface_(surface),
+SurfaceContact::SurfaceContact(const std::vector<const Surface*>& parts, const ContactOptions& options, bool is_free)
+    : surface_(parts),
       options_(options),
       is_free_(is_free),
-      thickness_(options.thickness ? *options.thickness : usual_thickness * mean_side(surface)),
-      mesh_(surface),
-      start_(surface.particles, 3),
-      trial_(surface.particles, 3) {}
+      thickness_(options.thickness ? *options.thickness : usual_thickness * surface_.mean_side()),
+      mesh_(surface_),
+      start_(surface_.particles(), 3),
+      trial_(surface_.particles(), 3) {}
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
   for (int k = 0; k < count; ++k) {
@@ -93,10 +81,10 @@ bool SurfaceContact::counts(const Stencil& stencil) const {
 
 /// What all particles have in common. Collective.
 Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) const {
-  const PetscInt owned = surface_.particles.owned;
+  const PetscInt owned = surface_.particles().owned;
   Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
   MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, surface_.comm());
-  return sum / static_cast<double>(surface_.particles.global);
+  return sum / static_cast<double>(surface_.particles().global);
 }
 
 void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field& begin) {
@@ -104,7 +92,7 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
   slip_.e = h * options_.slip_speed;
   searches_ = 0;
   start_.values() = start.values();
-  const Layout& particles = surface_.particles;
+  const Layout& particles = surface_.particles();
   const Eigen::Vector3d together = is_free_ ? mean_step(start, x) : Eigen::Vector3d::Zero();
   reach_.resize(static_cast<std::size_t>(particles.local()));
   for (PetscInt i = 0; i < particles.local(); ++i) {
@@ -122,7 +110,7 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
 
 void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   prepare(start, x, h, trial_);
-  const PetscInt owned = surface_.particles.owned;
+  const PetscInt owned = surface_.particles().owned;
   Eigen::Matrix3Xd step = (x.values() - trial_.values()).leftCols(owned);
   x.values() = trial_.values();
   limit(x, StepLimit::all_alike, step);
@@ -137,21 +125,21 @@ void SurfaceContact::search(const Field& x) {
   for (double& margin : margins) {
     margin += thickness_ / 2;
   }
-  update_ghosts(surface_.particles, margins);
+  update_ghosts(surface_.particles(), margins);
   std::vector<PetscInt> further;
   for (const Rubbing& rubbing : rubbing_) {
     for (const auto& [particle, weight] : rubbing.particles) {
       further.push_back(particle);
     }
   }
-  mesh_.gather(x, start_, living_, margins, further);
+  mesh_.gather(x, start_, margins, further);
   mesh_.write_points(x, places_);
   ContactPairs found = find_contact_pairs(mesh_, places_, thickness_, options_.stiffness);
-  const auto owned = static_cast<std::size_t>(surface_.particles.owned);
+  const auto owned = static_cast<std::size_t>(surface_.particles().owned);
   bound_.assign(reach_.begin(), reach_.begin() + static_cast<std::ptrdiff_t>(owned));
   for (PetscInt point = 0; point < mesh_.points(); ++point) {
     for (const PetscInt i : mesh_.particles(point)) {
-      if (i < surface_.particles.owned) {
+      if (i < surface_.particles().owned) {
         double& bound = bound_[static_cast<std::size_t>(i)];
         bound = std::min(bound, bound_share * found.nearest[static_cast<std::size_t>(point)]);
       }
@@ -166,6 +154,7 @@ void SurfaceContact::search(const Field& x) {
   wanted_.assign(owned, 0);
   any_held_ = false;
   blocks_.clear();  // They were in another reach.
+  curved_.reset();
 }
 
 /// Whether a pair comes to press where its ends may go.
@@ -253,7 +242,7 @@ double SurfaceContact::relative_share(const ContactPair& pair, const Eigen::Matr
 }
 
 bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const {
-  const PetscInt owned = surface_.particles.owned;
+  const PetscInt owned = surface_.particles().owned;
   Eigen::Matrix3Xd from;
   Eigen::Matrix3Xd to;
   mesh_.write_points(x, from);
@@ -377,6 +366,7 @@ void SurfaceContact::find_rubbing_stencils() {
 /// Collective.
 void SurfaceContact::find_blocks(const Field& x) {
   blocks_.clear();
+  curved_.reset();
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
     blocks_.push_back({stencil, pair.barrier.curvature(gap) * normal * normal.transpose()});
   });
@@ -387,12 +377,39 @@ void SurfaceContact::find_blocks(const Field& x) {
   }
 }
 
+void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
+  kept_curvature_ = curvature == Curvature::positive ? 0 : 1 - positive_share_;
+  if (kept_curvature_ > 0 && !curved_) {
+    find_curved(x);
+  }
+}
+
+/// What the exact second derivative has beyond the blocks. Collective.
+void SurfaceContact::find_curved(const Field& x) {
+  curved_.emplace();
+  curved_slip_.clear();
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
+    if (gap > 0) {
+      curved_->push_back({pair.points, pair.barrier.slope(gap) * pair.gap_curvature(places_)});
+    }
+  });
+  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
+    const Eigen::Vector3d slip = slip_of(r);
+    const double length = slip.norm();
+    if (length > 0) {
+      const double along = slip_.curvature(length) - slip_.slope_over(length);
+      curved_slip_.push_back(
+          {rubbing_stencils_[r], rubbing_[r].force * along / (length * length) * slip * slip.transpose()});
+    }
+  }
+}
+
 /// Calls `take` with the owned particle, the global number of the other and the product of their weights.
 template <class Take>
 void SurfaceContact::visit_couplings(const Stencil& stencil, const Take& take) const {
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
     const PetscInt row = stencil.particles[k];
-    for (std::size_t l = 0; l < static_cast<std::size_t>(stencil.count) && row < surface_.particles.owned; ++l) {
+    for (std::size_t l = 0; l < static_cast<std::size_t>(stencil.count) && row < surface_.particles().owned; ++l) {
       take(row, mesh_.reach().to_global(stencil.particles[l]), stencil.weights[k] * stencil.weights[l]);
     }
   }
@@ -401,7 +418,7 @@ void SurfaceContact::visit_couplings(const Stencil& stencil, const Take& take) c
 /// By what the present blocks couple. What has touched before stays in the pattern, which costs less than a new one.
 /// Collective.
 void SurfaceContact::extend_pattern() {
-  columns_.resize(static_cast<std::size_t>(surface_.particles.owned));
+  columns_.resize(static_cast<std::size_t>(surface_.particles().owned));
   bool is_longer = false;
   for (const Block& block : blocks_) {
     visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double) {
@@ -432,14 +449,42 @@ std::vector<VertexPair> SurfaceContact::pattern() const {
   return pairs;
 }
 
+/// In the pattern.
+std::size_t SurfaceContact::place_of(PetscInt row, PetscInt column) const {
+  const std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
+  const auto place = std::lower_bound(columns.begin(), columns.end(), column);
+  return static_cast<std::size_t>(offsets_[static_cast<std::size_t>(row)] + (place - columns.begin()));
+}
+
 void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
-  for (const Block& block : blocks_) {
+  const auto add = [&](const Block& block, double share) {
     visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double weight) {
-      const std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
-      const auto place = std::lower_bound(columns.begin(), columns.end(), column);
-      blocks.add(static_cast<std::size_t>(offsets_[static_cast<std::size_t>(row)] + (place - columns.begin())),
-                 weight * block.stiffness);
+      blocks.add(place_of(row, column), share * weight * block.stiffness);
     });
+  };
+  for (const Block& block : blocks_) {
+    add(block, 1);
+  }
+  for (std::size_t r = 0; kept_curvature_ > 0 && r < curved_slip_.size(); ++r) {
+    add(curved_slip_[r], kept_curvature_);
+  }
+  for (std::size_t c = 0; kept_curvature_ > 0 && c < curved_->size(); ++c) {
+    const Curved& curved = (*curved_)[c];
+    for (int k = 0; k < 4; ++k) {
+      const ContactMesh::Particles rows = mesh_.particles(curved.points[static_cast<std::size_t>(k)]);
+      for (int l = 0; l < 4; ++l) {
+        const ContactMesh::Particles others = mesh_.particles(curved.points[static_cast<std::size_t>(l)]);
+        const Eigen::Matrix3d block =
+            kept_curvature_ * rows.weight() * others.weight() * curved.stiffness.block<3, 3>(3 * k, 3 * l);
+        for (const PetscInt row : rows) {
+          for (const PetscInt other : others) {
+            if (row < surface_.particles().owned) {
+              blocks.add(place_of(row, mesh_.reach().to_global(other)), block);
+            }
+          }
+        }
+      }
+    }
   }
 }
 
@@ -450,7 +495,7 @@ void SurfaceContact::forget() {
 }
 
 void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held) {
-  const PetscInt owned = surface_.particles.owned;
+  const PetscInt owned = surface_.particles().owned;
   const auto go = [&] {  // from `before` to x, or as far as there is room
     const Eigen::Matrix3Xd target = x.values().leftCols(owned);
     constexpr int most = 8;

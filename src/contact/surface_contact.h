@@ -1,17 +1,19 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "contact/contact_options.h"
 #include "contact/contact_pairs.h"
+#include "contact/contact_surface.h"
 #include "contact/slip.h"
 #include "solvers/potential.h"
 
 namespace pellicle {
 inline namespace contact {
 
-/// How the drawn surface of an object touches itself.
+/// How drawn surfaces touch.
 struct ContactFigures {
   PetscInt contacts = 0;    ///< pairs of features that press on each other
   double smallest_gap = 0;  ///< of them, and the thickness where there is none [m]
@@ -19,8 +21,8 @@ struct ContactFigures {
   int searches = 0;         ///< for pairs, in the last step
 };
 
-/// Contact of a drawn surface with itself: a cubic Barrier between every point and triangle, and every two edges, that
-/// have no common end, by their distance, with Coulomb friction.
+/// Contact of drawn surfaces with themselves and with each other: a cubic Barrier between every point and triangle, and
+/// every two edges, that have no common end, by their distance, with Coulomb friction.
 ///
 /// Nothing passes through anything, whatever the forces: from where pairs were last sought the ends of two features
 /// move relative to each other by at most 0.9 of their distance. Where a step would take them further, they move by at
@@ -31,12 +33,16 @@ struct ContactFigures {
 /// of the step's start, and s smooth up to the slip of `slip_speed` in a step (SmoothSlip).
 class SurfaceContact : public Potential {
  public:
-  /// The surface must outlive it. Collective.
+  /// The parts must outlive it. Its positions are those of JoinedLayout's whole, of a single part those of that.
+  /// Collective.
   /// @param is_free whether all particles may move alike, as none is held
-  SurfaceContact(const Surface& surface, const ContactOptions& options, bool is_free);
+  SurfaceContact(const std::vector<const Surface*>& parts, const ContactOptions& options, bool is_free);
+  SurfaceContact(const SurfaceContact&) = delete;  // Its mesh points to its surface.
+  SurfaceContact& operator=(const SurfaceContact&) = delete;
 
-  /// Which drawn triangles of the surface there still are, from the next step on. Not collective.
-  void set_living(const std::vector<bool>& triangles) { living_ = &triangles; }
+  /// Which drawn triangles of a part there still are, from the next step on. Not collective.
+  void set_living(const std::vector<bool>& triangles, std::size_t part = 0) { surface_.set_living(part, triangles); }
+  const JoinedLayout& joined() const { return surface_.joined(); }
 
   void start_from(const Field& start, Field& x, double h) override;
   void move_on(const Field& x) override;
@@ -47,8 +53,10 @@ class SurfaceContact : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return version_; }
-  /// It is that of where Newton's method was at the last `move_on`.
-  void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override {}
+  /// It is that of where Newton's method was at the last `move_on`. The positive one leaves out how gaps
+  /// curve, and has friction as if it were in proportion to the slip.
+  void update_hessian(const Field& x, Curvature curvature) override;
+  void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
   /// For a sheet that is projected, before its step: looks for pairs.
@@ -100,14 +108,15 @@ class SurfaceContact : public Potential {
   Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
   template <class Take>
   void visit_couplings(const Stencil& stencil, const Take& take) const;
+  void find_curved(const Field& x);
+  std::size_t place_of(PetscInt row, PetscInt column) const;
   bool counts(const Stencil& stencil) const;
   Eigen::Vector3d slip_of(std::size_t number) const;
 
-  const Surface& surface_;
+  ContactSurface surface_;
   ContactOptions options_;
   bool is_free_;
   double thickness_ = 0;  ///< [m]
-  const std::vector<bool>* living_ = nullptr;
   ContactMesh mesh_;
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< of its points, wherever they were last asked for
@@ -131,6 +140,16 @@ class SurfaceContact : public Potential {
     Eigen::Matrix3d stiffness;  ///< [N/m]
   };
   std::vector<Block> blocks_;
+  /// What the curvature of a gap adds to the second derivative by the four points of a pair [N/m].
+  struct Curved {
+    std::array<PetscInt, 4> points;
+    Eigen::Matrix<double, 12, 12> stiffness;
+  };
+  /// Where the blocks are, once it has been asked for.
+  std::optional<std::vector<Curved>> curved_;
+  std::vector<Block> curved_slip_;  ///< likewise: what the change of friction along a slip adds
+  double positive_share_ = 0;
+  double kept_curvature_ = 0;  ///< share of what is curved in the second derivative
   PetscInt version_ = 0;
   std::vector<std::vector<PetscInt>> columns_;  ///< of the pattern, of each owned particle, sorted
   std::vector<PetscInt> offsets_;               ///< of its rows

@@ -63,7 +63,8 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
       potentials_{&springs_, &bending_, inertia_.get()},
       gradient_(3, sheet.particles.owned),
       part_(3, sheet.particles.owned),
-      before_(sheet.particles, 3) {
+      before_(sheet.particles, 3),
+      position_(sheet.particles, 3) {
   potentials_.insert(potentials_.end(), others.begin(), others.end());
   sums_.resize(potentials_.size() + 2);
   limits_ = std::any_of(others.begin(), others.end(), [](const Potential* other) { return other->limits(); });
@@ -89,12 +90,14 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   const double place = sheet_.rest.cols() > 0 ? sheet_.rest.cwiseAbs().maxCoeff() : 0;
   MPI_Allreduce(MPI_IN_PLACE, &squares[0], 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
   MPI_Allreduce(&place, &squares[1], 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
-  rounding_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(squares[0]) * squares[1];
-  const std::vector<Eigen::Matrix3d> projectors = projectors_of(pinned);
-  tangent_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors, TangentMatrix::shell, "");
+  place_ = squares[1];
+  rounding_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(squares[0]) * place_;
+  force_scale_ = std::sqrt(squares[0] / static_cast<double>(sheet_.particles.global)) * place_;
+  projectors_ = projectors_of(pinned);
+  tangent_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors_, TangentMatrix::shell, "");
   if (options_.mat_type != TangentMatrix::shell) {
-    assembled_ =
-        std::make_unique<Tangent>(sheet_.particles, potentials_, projectors, options_.mat_type, options_.solver_prefix);
+    assembled_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors_, options_.mat_type,
+                                           options_.solver_prefix);
   }
   const double ratio = stiffness_over_inertia();
   KspDefaults defaults;
@@ -109,7 +112,7 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   defaults.fields = {"x", "y", "z"};
   const Tangent& preconditioning = assembled_ != nullptr ? *assembled_ : *tangent_;
   solver_ = make_ksp(tangent_->matrix(), preconditioning.matrix(), options_.solver_prefix, defaults);
-  patches_ = RigidPatches::of(solver_, preconditioning, sheet_.triangles, projectors, options_.patch_size);
+  patches_ = RigidPatches::of(solver_, preconditioning, sheet_.triangles, projectors_, options_.patch_size);
   check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
   KSPType type = nullptr;
   PCType preconditioner = nullptr;
@@ -190,6 +193,15 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
   free_ = positions.values().leftCols(particles.owned);
 }
 
+double ElasticStep::value() {
+  double sum = 0;
+  for (const Potential* potential : potentials_) {
+    sum += potential->value(position_);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
 double ElasticStep::largest_excess() const {
   double excess = material_.largest_excess();
   MPI_Allreduce(MPI_IN_PLACE, &excess, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
@@ -260,6 +272,40 @@ void ElasticStep::forget_pattern() {
   if (patches_ != nullptr) {
     patches_->forget_pattern();
   }
+}
+
+void ElasticStep::begin(const Field& positions, const ElasticInput& input) {
+  begin_step(positions, input);
+  held_ = &input.held;
+  before_.values() = input.start.values();
+  position_.values() = positions.values();
+  for (Potential* potential : potentials_) {
+    potential->start_from(before_, position_, input.h);
+  }
+}
+
+bool ElasticStep::leaves_held_behind() {
+  bool leaves = false;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    leaves = leaves || ((*held_)[static_cast<std::size_t>(i)] && position_.vector(i) != free_.col(i));
+  }
+  return on_any_rank(sheet_.comm(), leaves);
+}
+
+/// What has left feels its inertia alone.
+Eigen::Matrix3Xd ElasticStep::gradient() {
+  squares_.clear();
+  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, sheet_.particles.owned);
+  for (const Potential* potential : potentials_) {
+    part_.setZero();
+    potential->add_gradient(position_, part_);
+    for (Eigen::Index i = 0; i < part_.cols(); ++i) {
+      part_.col(i) = (projectors_[static_cast<std::size_t>(i)] * part_.col(i)).eval();
+    }
+    squares_.push_back(part_.squaredNorm());
+    sum += part_;
+  }
+  return sum;
 }
 
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {

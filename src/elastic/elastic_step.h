@@ -14,6 +14,7 @@
 #include "solvers/ksp.h"
 #include "solvers/preconditioner_lag.h"
 #include "solvers/rigid_patches.h"
+#include "solvers/step_part.h"
 #include "solvers/tangent.h"
 
 namespace pellicle {
@@ -48,7 +49,9 @@ struct ElasticResult : StageResult {
 /// may start beyond the limit. One that ends beyond it has not converged.
 ///
 /// Its springs shrink with the mean of its layers; what the layers shrink apart bends it.
-class ElasticStep {
+///
+/// Together with what it touches the sheet is a StepPart: begun here, brought into balance elsewhere.
+class ElasticStep : public StepPart {
  public:
   /// The sheet must outlive it. Collective.
   /// @param layer_distance see BendingPotential @param factors of the material's textures
@@ -65,6 +68,31 @@ class ElasticStep {
   /// @param positions in: x~ [m], pinned particles in their places; out: at the end of the step. Ghosts up to date.
   /// `error` of the result is what is left of all forces, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
+
+  /// Begins a step that is brought into balance elsewhere; with a strain limit there is no such step. Collective.
+  /// @param positions x~ [m], pinned particles in their places; ghosts up to date
+  void begin(const Field& positions, const ElasticInput& input);
+  const Layout& vertices() const override { return sheet_.particles; }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return sheet_.triangles; }
+  const std::vector<Eigen::Matrix3d>& projectors() const override { return projectors_; }
+  const std::vector<Potential*>& potentials() const override { return potentials_; }
+  const Field& start() const override { return before_; }
+  const Field& position() const override { return position_; }
+  void move_to(const Field& position, const Eigen::VectorXd& /*own*/) override {
+    position_.values() = position.values();
+  }
+  bool leaves_held_behind() override;
+  double value() override;
+  Eigen::Matrix3Xd gradient() override;
+  const std::vector<double>& squared_forces() const override { return squares_; }
+  void begin_tangent(Curvature /*curvature*/, double positive_share, Eigen::Ref<Eigen::MatrixXd> /*columns*/,
+                     Eigen::Ref<Eigen::VectorXd> /*coefficients*/) override {
+    springs_.set_positive_share(positive_share);
+  }
+  bool blends() const override { return true; }
+  double tolerance() const override { return options_.newton_tolerance; }
+  double length_scale() const override { return place_; }
+  double force_scale() const override { return force_scale_; }
 
   /// Which solver it has, such as "cg, pbjacobi: stiffness is 130 times inertia".
   const std::string& solver_words() const { return solver_words_; }
@@ -122,17 +150,23 @@ class ElasticStep {
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
   std::unique_ptr<Tangent> assembled_;  ///< an earlier one from which the preconditioner is made, unless from that
   PreconditionerLag lag_;
-  double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
+  double place_ = 0;                         ///< the largest coordinate of the undeformed sheet [m]
+  double force_scale_ = 0;                   ///< what forces on a particle are of which rounding is a share [N]
+  double rounding_ = 0;                      ///< norm of forces that is rounding alone [N]
+  std::vector<Eigen::Matrix3d> projectors_;  ///< of the local particles: 0 where one is pinned
   KspHandle solver_;
   std::string solver_words_;
   std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
-  Eigen::Matrix3Xd part_;     ///< of the gradient, by one potential
-  std::vector<double> sums_;  ///< energy, squares of the norms of the gradient and its parts
-  Eigen::Matrix3Xd step_;     ///< of Newton's method
-  Field before_;
+  Eigen::Matrix3Xd part_;                    ///< of the gradient, by one potential
+  std::vector<double> sums_;                 ///< energy, squares of the norms of the gradient and its parts
+  Eigen::Matrix3Xd step_;                    ///< of Newton's method
+  Field before_;                             ///< where a step or an iteration begins
+  Field position_;                           ///< of a step that is brought into balance elsewhere
+  std::vector<double> squares_;              ///< likewise, see squared_forces
+  const std::vector<bool>* held_ = nullptr;  ///< likewise, see ElasticInput
 
   // Of the present step, with char and viscosity.
   std::array<std::vector<double>, 4> stiffness_;  ///< of the local springs by colour [N/m]

@@ -143,6 +143,7 @@ std::vector<VertexPair> SpringPotential::pattern() const {
 
 void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
   hessian_.clear();
+  const double compressed = curvature == Curvature::positive ? 0 : 1 - positive_share_;
   for (const Spring& spring : springs_) {
     if (!spring.acts()) {
       continue;
@@ -157,8 +158,8 @@ void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
     }
     const StrainLimit::Law energy = law(spring, d);
     curved.across = energy.slope / d;
-    if (curvature == Curvature::positive) {
-      curved.across = std::max(0.0, curved.across);
+    if (curved.across < 0) {
+      curved.across *= compressed;
     }
     // Not negative: of Hooke's law it is k L / d, or k; the limit's slope grows faster than the stretch.
     curved.direction = std::sqrt(std::max(0.0, energy.curvature - curved.across)) / d * arm;

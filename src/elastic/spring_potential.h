@@ -44,6 +44,7 @@ class SpringPotential : public Potential {
   double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   void update_hessian(const Field& x, Curvature curvature) override;
+  void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
   void add_product(const double* w, double* result) const override;
@@ -66,6 +67,7 @@ class SpringPotential : public Potential {
 
   const Sheet* sheet_;
   std::optional<StrainLimit> limit_;
+  double positive_share_ = 0;
   std::array<std::vector<std::size_t>, 4> number_;  ///< in its colour's set, of each spring, in order
   std::vector<Spring> springs_;
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order

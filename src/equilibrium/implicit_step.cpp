@@ -15,9 +15,6 @@ inline namespace equilibrium {
 
 namespace {
 
-/// What a residual is compared with at least, over the potential's force scale: a balloon at rest has no forces.
-constexpr double negligible_force = 1e-6;
-
 /// By which a tangent that is not positive definite goes over to the positive one, until it is; 1 is the whole way.
 constexpr double share_step = 0.125;
 
@@ -29,20 +26,6 @@ constexpr PetscInt most_vertices_to_factorise = 200000;
 
 /// Steps at most until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
-
-/// Options of a step. One in time that ends when it has converged has the exact tangent near its end, since Newton's
-/// method converges slowly without it, and where that is not positive definite changes it no more than it must. By arc
-/// length the whole tangent says where the path goes.
-PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integrator) {
-  if (integrator.is_static()) {
-    options.inertia = false;
-    options.mass_damping = 0;
-    options.stiffness_damping = 0;
-  }
-  const bool is_exact = integrator.arc_length() || (!integrator.is_static() && options.newton == NewtonEnd::converged);
-  options.positive_elements = options.positive_elements && !is_exact;
-  return options;
-}
 
 /// Whether the tangent may be factorised where iterations fail: not if the user has chosen how to iterate.
 bool may_factorise(const PrismOptions& options, PetscInt vertices) {
@@ -75,15 +58,16 @@ KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes
 
 }  // namespace
 
-ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
-    : options_(options_of_step(options, integrator)),
-      potential_(model, options_, integrator),
-      before_(model.elements.membrane().particles, 3),
-      may_factorise_(may_factorise(options, model.elements.membrane().particles.global)),
-      system_(potential_.tangent_matrix(), model.chambers.count() + (integrator.arc_length() ? 1 : 0),
-              options.solver_prefix, solver_defaults(options_, !potential_.prescribed().empty(), may_factorise_)),
-      patches_(RigidPatches::of(system_.solver(), potential_.tangent(), model.elements.membrane().triangles,
-                                model.constraints.projectors(), options.patch_size)) {
+ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options, StepPotential* path)
+    : options_(options),
+      objective_(objective),
+      along_(path),
+      before_(objective.vertices(), 3),
+      may_factorise_(may_factorise(options, objective.vertices().global)),
+      system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
+              solver_defaults(options_, !objective.prescribed().empty(), may_factorise_)),
+      patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), objective.projectors(),
+                                options.patch_size)) {
   KSPType type = nullptr;
   PC pc = nullptr;
   PCType preconditioner = nullptr;
@@ -97,18 +81,18 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
     solver_words_ += "; with a factorisation where a solve takes more than " + std::to_string(most_linear_iterations) +
                      " iterations";
   }
-  if (!potential_.prescribed().empty()) {
-    bordered_.emplace(system_, potential_.prescribed(), potential_.pressure_scales());
+  if (!objective_.prescribed().empty()) {
+    bordered_.emplace(system_, objective_.prescribed(), objective_.pressure_scales());
   }
-  if (integrator.arc_length()) {
+  if (along_ != nullptr) {
     path_.emplace(system_);
   }
   Mat matrix = path_ ? path_->matrix() : bordered_ ? bordered_->matrix() : system_.matrix();
   check(MatCreateVecs(matrix, unknowns_.create(), residual_.create()));
   // Rounding of positions alone leaves some 3 to 4 epsilon times this: it does not shrink with the elements, since
   // their stiffness does not either. A balloon at rest ends its steps here.
-  const double vertices = static_cast<double>(model.elements.membrane().particles.global);
-  rounding_ = 20 * std::numeric_limits<double>::epsilon() * potential_.force_scale() * std::sqrt(vertices);
+  const double vertices = static_cast<double>(objective.vertices().global);
+  rounding_ = 20 * std::numeric_limits<double>::epsilon() * objective_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
   defaults.fields = {{"x", "y", "z"}, "", 0};
   if (bordered_) {
@@ -125,11 +109,11 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
   defaults.own_tangent = "prism.tangent or prism.mat_type shell";
   NewtonProblem problem;
   problem.residual = [this](Vec position, Vec residual) {
-    potential_.move_to(position);
-    potential_.compute_residual(residual);
+    objective_.move_to(position);
+    objective_.compute_residual(residual);
   };
   problem.update_jacobian = [this](Vec position) {
-    potential_.move_to(position);
+    objective_.move_to(position);
     update_jacobian();
   };
   problem.solve = [this](Vec residual, Vec descent, const NewtonRequest& request) {
@@ -143,20 +127,19 @@ ImplicitStep::ImplicitStep(const BalloonModel& model, const PrismOptions& option
     problem.search = [this](const NewtonStep& step) { return search(step); };
   }
   if (options.newton == NewtonEnd::converged) {
-    problem.scale = [this] { return largest_force(); };
+    problem.scale = [this] { return objective_.residual_scale(options_.snes_rtol); };
   }
   newton_.emplace(matrix, options.solver_prefix, std::move(problem), defaults);
 }
 
-ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start) {
-  potential_.begin_step(position, pressure, start);
-  if (potential_.leads_too_far()) {
+ImplicitResult ImplicitStep::advance(double h) {
+  if (!objective_.begin_step(h)) {
     ImplicitResult result;
     result.converged = false;
     result.reason = "what is held moves further in a step than what is near it allows";
     return result;
   }
-  potential_.write_to(unknowns_);
+  objective_.write_to(unknowns_);
   concave_iterations_ = 0;
   last_share_ = 0;
   choose_solver();
@@ -172,30 +155,19 @@ ImplicitResult ImplicitStep::advance(Field& position, Eigen::VectorXd& pressure,
     judge(newton, result);
   } else {
     result.reason = words_of_failure(newton);
-    potential_.move_to(unknowns_);
+    objective_.move_to(unknowns_);
   }
-  potential_.write_end(position);
-  if (result.converged && potential_.ends_beyond() && potential_.inverted(potential_.start(), position) > 0) {
-    result.converged = false;
-    result.reason = "the end of the step turns elements over: it is too long";
-  }
-  pressure(potential_.prescribed()) = potential_.multiplier();
   return result;
-}
-
-/// The largest norm of one kind of force in the last residual [N]. Collective.
-double ImplicitStep::largest_force() const {
-  const std::vector<double> norms = potential_.force_norms();
-  return std::max(*std::max_element(norms.begin(), norms.end()), negligible_force * potential_.force_scale());
 }
 
 /// What is left of the forces where SNES has ended, which it took for an end: whether it is one.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
-  potential_.move_to(unknowns_);
-  potential_.compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
-  const double largest = largest_force();
+  objective_.move_to(unknowns_);
+  objective_.compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
+  const double largest = objective_.residual_scale(options_.snes_rtol);
   check(VecNorm(residual_, NORM_2, &result.residual));
   result.relative_residual = result.residual / largest;
+  result.over_tolerance = result.relative_residual / options_.snes_rtol;
   result.is_above_tolerance = result.residual > rounding_ && result.relative_residual > options_.residual_tolerance;
   char text[200] = "";
   if (!(result.residual <= std::max(newton.start_residual, rounding_))) {
@@ -244,7 +216,7 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
 }
 
 void ImplicitStep::update_jacobian() {
-  if (potential_.move_on()) {
+  if (objective_.move_on()) {
     has_new_pattern_ = true;
     if (patches_) {
       patches_->forget_pattern();
@@ -259,17 +231,17 @@ void ImplicitStep::update_jacobian() {
   }
   const bool renews_patches = patches_ && !is_factorised_ && patches_->due();
   if (renews_patches || positive_ != nullptr) {
-    potential_.update_tangent(Curvature::positive, system_);
+    objective_.update_tangent(Curvature::positive, system_);
     if (renews_patches) {
-      patches_->renew(potential_.position());
+      patches_->renew(objective_.position());
     }
     if (positive_ != nullptr) {
       check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));
     }
   }
-  potential_.update_tangent(Curvature::exact, system_);
+  objective_.update_tangent(Curvature::exact, system_);
   if (path_) {
-    path_->update(potential_.load_rate(), potential_.path_scale());
+    path_->update(along_->load_rate(), along_->path_scale());
   }
 }
 
@@ -288,7 +260,7 @@ void ImplicitStep::choose_solver() {
 
 void ImplicitStep::factorise() {
   if (!factor_) {
-    factor_.emplace(potential_.tangent(), system_, options_.solver_prefix);
+    factor_.emplace(objective_.tangent(), system_, options_.solver_prefix);
   }
   is_factorised_ = true;
   system_.use(factor_->solver());
@@ -315,7 +287,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     last_share_ = 0;
   } else {
     ++concave_iterations_;
-    double share = potential_.blends() ? std::max(last_share_ - share_step, share_step) : 1;
+    double share = objective_.blends() ? std::max(last_share_ - share_step, share_step) : 1;
     set_tangent(share);
     attempt();
     while (result.solved == Solved::concave && share < 1) {
@@ -347,9 +319,9 @@ LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution)
 /// 0: the exact tangent; 1: the positive one.
 void ImplicitStep::set_tangent(double positive_share) {
   if (positive_share == 1) {
-    potential_.update_tangent(Curvature::positive, system_);
+    objective_.update_tangent(Curvature::positive, system_);
   } else {
-    potential_.update_tangent(Curvature::exact, system_, positive_share);
+    objective_.update_tangent(Curvature::exact, system_, positive_share);
   }
 }
 
@@ -382,39 +354,39 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
 /// potential and what the multipliers make of the volumes' errors. In a step in time an element may turn as far as it
 /// likes, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
-  potential_.move_to(step.position);
-  before_.values() = potential_.position().values();
-  potential_.limit(step.residual, step.descent);
+  objective_.move_to(step.position);
+  before_.values() = objective_.position().values();
+  objective_.limit(step.residual, step.descent);
   if (path_) {
     return backtrack(
         [&](double share) -> std::optional<double> {
           check(VecWAXPY(step.trial, -share, step.descent, step.position));
-          potential_.move_to(step.trial);
-          return potential_.inverted(before_, potential_.position()) > 0 ? std::nullopt : std::optional(0.0);
+          objective_.move_to(step.trial);
+          return objective_.inverted(before_, objective_.position()) > 0 ? std::nullopt : std::optional(0.0);
         },
         0, 0, 0);
   }
   double weight = 0;  // of the volumes' errors: more than any multiplier makes them an exact penalty
   double slope = 0;
   const auto merit = [&] {
-    const double value = potential_.value();
-    return value + weight * potential_.excess_volume().cwiseAbs().sum();
+    const double value = objective_.value();
+    return value + weight * objective_.excess_volume().cwiseAbs().sum();
   };
   check(VecDot(step.residual, step.descent, &slope));
   if (bordered_) {
     check(VecWAXPY(step.trial, -1, step.descent, step.position));
-    potential_.move_to(step.trial);
-    weight = 2 * potential_.multiplier().cwiseAbs().maxCoeff();
+    objective_.move_to(step.trial);
+    weight = 2 * objective_.multiplier().cwiseAbs().maxCoeff();
     slope = 0;  // only a decrease is asked for
   }
-  potential_.move_to(step.position);
+  objective_.move_to(step.position);
   const double before = merit();
-  const double rounding = 1e-13 * (std::abs(before) + potential_.force_scale() * potential_.length_scale());
+  const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   return backtrack(
       [&](double share) -> std::optional<double> {
         check(VecWAXPY(step.trial, -share, step.descent, step.position));
-        potential_.move_to(step.trial);
-        return potential_.inverted(before_, potential_.position()) > 0 ? std::nullopt : std::optional(merit());
+        objective_.move_to(step.trial);
+        return objective_.inverted(before_, objective_.position()) > 0 ? std::nullopt : std::optional(merit());
       },
       before, slope, rounding);
 }

@@ -5,10 +5,12 @@
 #include <string>
 
 #include "equilibrium/step_potential.h"
+#include "prism/prism_options.h"
 #include "solvers/bordered_system.h"
 #include "solvers/load_border.h"
 #include "solvers/newton.h"
 #include "solvers/rigid_patches.h"
+#include "solvers/step_objective.h"
 #include "solvers/tangent_factor.h"
 
 namespace pellicle {
@@ -20,57 +22,48 @@ struct ImplicitResult {
   std::string reason;  ///< of a failure, in words
   int newton_iterations = 0;
   int linear_iterations = 0;
-  bool is_factorised = false;       ///< from some Newton iteration on
-  int concave_iterations = 0;       ///< Newton iterations in which the tangent was not positive definite
-  double residual = 0;              ///< norm of what is left of all forces together at the end [N]
-  double relative_residual = 0;     ///< over the largest norm of one kind of force: of the wall, the gas, inertia, ...
+  bool is_factorised = false;  ///< from some Newton iteration on
+  int concave_iterations = 0;  ///< Newton iterations in which the tangent was not positive definite
+  double residual = 0;         ///< norm of what is left of all forces together at the end [N]
+  double relative_residual =
+      0;  ///< over StepObjective::residual_scale: of a balloon the largest norm of one kind of force
+  double over_tolerance = 0;        ///< what is left over what may be left; 1 or less if it has converged
   bool is_above_tolerance = false;  ///< whether that is more than PrismOptions::residual_tolerance, and not rounding
 };
 
-/// An implicit step of the wall and its gas (balloon paper, eq. 18 to 23) by a TimeIntegrator, with SNES and KSP of
-/// prefix `prism_`: makes StepPotential stationary.
+/// Makes what a step is about stationary, by SNES and KSP of prefix `prism_`: of a balloon its wall and its gas
+/// (balloon paper, eq. 18 to 23; StepPotential), or all objects that touch each other.
 ///
-/// Newton's steps are halved until no element turns over in one and Pi falls (README: readings). The gas's rank-one
-/// part stays low-rank beside the assembled or matrix-free part.
+/// Newton's steps are halved until no element turns over in one and the objective falls (README: readings). The gas's
+/// rank-one part stays low-rank beside the assembled or matrix-free part.
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
 /// not serve. Once one takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
 /// step, and for 1, 2, 4, 8 steps more each time that iterations are tried again and fail. How many it has been
 /// is forgotten with a new ImplicitStep.
 ///
-/// Where the tangent is not positive definite, Pi has no minimum near and may have several further off. Whether it is
-/// so the linear solver finds out: the factor has negative pivots, or conjugate gradients meet a direction of negative
-/// curvature, or the solution is one.
-/// What they have reached by then depends on preconditioner, ranks and rounding, and is not used: the iteration is
-/// solved again with a tangent on the way to one that is positive definite by construction (Curvature::positive), by
-/// eighths of the way, as few as do. So the steps are the same everywhere, and near a minimum the tangent is exact. The
-/// less is changed, the faster a step leaves a saddle point.
+/// Where the tangent is not positive definite, the objective has no minimum near and may have several further off.
+/// Whether it is so the linear solver finds out: the factor has negative pivots, or conjugate gradients meet a
+/// direction of negative curvature, or the solution is one. What they have reached by then depends on preconditioner,
+/// ranks and rounding, and is not used: the iteration is solved again with a tangent on the way to one that is positive
+/// definite by construction (Curvature::positive), by eighths of the way, as few as do. So the steps are the same
+/// everywhere, and near a minimum the tangent is exact. The less is changed, the faster a step leaves a saddle point.
 ///
 /// Chambers of prescribed volume add their pressures as unknowns: a bordered system. So does the loads' time by arc
 /// length: such a step is no minimum, and its search asks only that no element turns over.
 class ImplicitStep {
  public:
-  /// Collective. @throws Error on solver options that PETSc does not know
-  ImplicitStep(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator = {});
+  /// Collective. @param objective must outlive it
+  /// @param path its only part, if that goes by arc length, so that the loads' time is the last unknown; else null
+  /// @throws Error on solver options that PETSc does not know
+  ImplicitStep(StepObjective& objective, const PrismOptions& options, StepPotential* path = nullptr);
 
-  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step; to where
-  /// Newton's method gave up when the result has not converged. Velocities, thickness, other pressures and time are the
-  /// caller's. Collective.
-  ImplicitResult advance(Field& position, Eigen::VectorXd& pressure, const StepStart& start);
-
-  /// See StepPotential::acceleration.
-  Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start) {
-    return potential_.acceleration(position, start);
-  }
-
-  /// The step in progress.
-  const StepPotential& potential() const { return potential_; }
+  /// Moves the objective to the end of the step of length h [s] that its parts have begun; to where Newton's method
+  /// gave up when the result has not converged. Collective.
+  ImplicitResult advance(double h);
 
   /// Which solver it has, such as "cg, mg with rigid patches".
   const std::string& solver_words() const { return solver_words_; }
-
-  /// Square root of the wall's undeformed area, the same on every rank [m].
-  double length_scale() const { return potential_.length_scale(); }
 
  private:
   void update_jacobian();
@@ -81,12 +74,12 @@ class ImplicitStep {
   LinearResult solve_or_factorise(Vec right_hand_side, Vec solution);
   LinearResult solve_once(Vec right_hand_side, Vec solution);
   std::optional<double> search(const NewtonStep& step);
-  double largest_force() const;
   void judge(const NewtonResult& newton, ImplicitResult& result);
   std::string words_of_failure(const NewtonResult& newton) const;
 
   PrismOptions options_;
-  StepPotential potential_;
+  StepObjective& objective_;
+  StepPotential* along_;  ///< what goes by arc length, or null
   Field before_;          ///< positions at which Newton's iteration in progress began
   bool may_factorise_;    ///< the tangent, where iterations fail
   MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed

@@ -37,7 +37,6 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       still_(3, model.elements.membrane().particles.local()),
       direction_(model.elements.membrane().particles, 3) {
   const Membrane& membrane = model_.elements.membrane();
-  MPI_Comm_rank(comm(), &rank_);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
     if (model_.chambers.prescribes_volume(chamber)) {
       prescribed_.push_back(chamber);
@@ -49,8 +48,6 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
-  tangent_.emplace(membrane.particles, potentials_, model_.constraints.projectors(), options_.mat_type,
-                   options_.solver_prefix);
 
   // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
   // small stretch, since not every material can go that far.
@@ -126,23 +123,19 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   } else if (inverted(start_, position_) > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
-  keep_clear();
+  for (Potential* potential : potentials_) {  // Nothing may have passed through anything.
+    potential->start_from(start_, position_, h_);
+  }
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   multiplier_ = pressure(prescribed_);
 }
 
-/// Where Newton's method begins nothing has passed through anything. Collective.
-void StepPotential::keep_clear() {
-  for (Potential* potential : potentials_) {
-    potential->start_from(start_, position_, h_);
-  }
-  leads_too_far_ = false;
-  if (std::any_of(potentials_.begin(), potentials_.end(), [](const Potential* p) { return p->limits(); })) {
-    const Eigen::Matrix3Xd clear = position_.values();
-    lead_held();
-    leads_too_far_ = on_any_rank(comm(), clear != position_.values());
-    position_.values() = clear;
-  }
+bool StepPotential::leaves_held_behind() {
+  const Eigen::Matrix3Xd here = position_.values();
+  lead_held();
+  const bool leaves = on_any_rank(comm(), here != position_.values());
+  position_.values() = here;
+  return leaves;
 }
 
 /// What a step is about. @param share of it at which forces are in balance
@@ -253,41 +246,22 @@ Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepSt
   return result;
 }
 
-void StepPotential::write_to(Vec unknowns) const {
-  double* values = nullptr;
-  check(VecGetArray(unknowns, &values));
-  std::copy_n(position_.data(), 3 * owned(), values);
-  if (rank_ == 0) {
-    const Eigen::VectorXd scaled = multiplier_.cwiseQuotient(pressure_scales());
-    std::copy(scaled.begin(), scaled.end(), values + 3 * owned());
-    if (integrator_.arc_length()) {
-      values[3 * owned()] = time_;
-    }
+Eigen::VectorXd StepPotential::own_unknowns() const {
+  if (integrator_.arc_length()) {
+    return Eigen::VectorXd::Constant(1, time_);
   }
-  check(VecRestoreArray(unknowns, &values));
+  return multiplier_.cwiseQuotient(pressure_scales());
 }
 
-void StepPotential::move_to(Vec unknowns) {
-  const double* values = nullptr;
-  check(VecGetArrayRead(unknowns, &values));
-  std::copy_n(values, 3 * owned(), position_.data());
-  if (rank_ == 0) {
-    const Eigen::Map<const Eigen::VectorXd> scaled(values + 3 * owned(), multiplier_.size());
-    multiplier_ = scaled.cwiseProduct(pressure_scales());
-    if (integrator_.arc_length()) {
-      time_ = values[3 * owned()];
-    }
-  }
-  check(VecRestoreArrayRead(unknowns, &values));
-  if (!prescribed_.empty()) {
-    MPI_Bcast(multiplier_.data(), static_cast<int>(multiplier_.size()), MPI_DOUBLE, 0, comm());
-  }
-  position_.update_ghosts();
+void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
+  position_.values() = position.values();
   if (integrator_.arc_length()) {
-    MPI_Bcast(&time_, 1, MPI_DOUBLE, 0, comm());
+    time_ = own[0];
     time_end_ = time_;
     model_.loads.begin_step(start_, time_, h_);
     lead_held();
+  } else {
+    multiplier_ = own.cwiseProduct(pressure_scales());
   }
 }
 
@@ -344,45 +318,15 @@ Eigen::Matrix3Xd StepPotential::gradient() {
   return sum;
 }
 
-void StepPotential::compute_residual(Vec residual) {
-  const Eigen::Matrix3Xd sum = gradient();
-  const double excess_length = integrator_.arc_length() ? along_path() - path_length_ : 0;
-  double* values = nullptr;
-  check(VecGetArrayWrite(residual, &values));
-  Eigen::Map<Eigen::Matrix3Xd>(values, 3, owned()) = sum;
-  if (rank_ == 0) {
-    const Eigen::VectorXd rows = -pressure_scales().cwiseProduct(excess_volume());
-    std::copy(rows.begin(), rows.end(), values + 3 * owned());
-    if (integrator_.arc_length()) {
-      values[3 * owned()] = path_scale() * excess_length;
-    }
+Eigen::VectorXd StepPotential::own_rows() {
+  if (integrator_.arc_length()) {
+    return Eigen::VectorXd::Constant(1, path_scale() * (along_path() - path_length_));
   }
-  check(VecRestoreArrayWrite(residual, &values));
+  return -pressure_scales().cwiseProduct(excess_volume());
 }
 
-void StepPotential::limit(Vec residual, Vec descent) const {
-  const double* gradient = nullptr;
-  double* values = nullptr;
-  check(VecGetArrayRead(residual, &gradient));
-  check(VecGetArray(descent, &values));
-  Eigen::Map<Eigen::Matrix3Xd> down(values, 3, owned());
-  down = -down;
-  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient, 3, owned()), down);
-  down = -down;
-  check(VecRestoreArray(descent, &values));
-  check(VecRestoreArrayRead(residual, &gradient));
-}
-
-std::vector<double> StepPotential::force_norms() const {
-  std::vector<double> norms = squared_forces_;
-  MPI_Allreduce(MPI_IN_PLACE, norms.data(), static_cast<int>(norms.size()), MPI_DOUBLE, MPI_SUM, comm());
-  for (double& norm : norms) {
-    norm = std::sqrt(norm);
-  }
-  return norms;
-}
-
-void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
+void StepPotential::begin_tangent(Curvature curvature, double positive_share, Eigen::Ref<Eigen::MatrixXd> columns,
+                                  Eigen::Ref<Eigen::VectorXd> coefficients) {
   evaluate_gas();
   for (Potential* potential : potentials_) {
     potential->set_positive_share(positive_share);
@@ -398,17 +342,12 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system, d
     }
   }
   wall_.set_load(std::move(load_pressure), model_.constraints.origin());
-  tangent_->update(position_, curvature);
-
-  const int columns = model_.chambers.count() + (integrator_.arc_length() ? 1 : 0);
-  Eigen::MatrixXd gradients(3 * owned(), columns);
-  Eigen::VectorXd coefficients(columns);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
     Eigen::Matrix3Xd gradient = model_.chambers.volume_gradient(chamber, position_);
     for (PetscInt i = 0; i < owned(); ++i) {
       gradient.col(i) = model_.constraints.projectors()[static_cast<std::size_t>(i)] * gradient.col(i);
     }
-    gradients.col(chamber) = gradient.reshaped();
+    columns.col(chamber) = gradient.reshaped();
     const GasState& gas = gas_[static_cast<std::size_t>(chamber)];
     const double stiffness = model_.chambers.prescribes_volume(chamber)
                                  ? bordering_stiffness(chamber)
@@ -421,13 +360,12 @@ void StepPotential::update_tangent(Curvature curvature, LowRankSystem& system, d
     for (const GasState& gas : gas_) {
       scale += std::abs(gas.pressure) * std::cbrt(std::abs(gas.volume));
     }
-    coefficients[columns - 1] = 10 * scale;
+    coefficients[coefficients.size() - 1] = 10 * scale;
     for (PetscInt i = 0; i < owned(); ++i) {
-      gradients.col(columns - 1).segment<3>(3 * i) =
+      columns.rightCols(1).col(0).segment<3>(3 * i) =
           model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction_.vector(i);
     }
   }
-  system.update(gradients, coefficients);
 }
 
 double StepPotential::bordering_stiffness(int chamber) const {

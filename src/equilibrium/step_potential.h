@@ -1,7 +1,5 @@
 #pragma once
 
-#include <petscvec.h>
-
 #include <memory>
 #include <optional>
 #include <vector>
@@ -15,8 +13,7 @@
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 #include "prism/wall_potential.h"
-#include "solvers/low_rank_system.h"
-#include "solvers/tangent.h"
+#include "solvers/step_part.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -49,7 +46,8 @@ struct StepStart {
   }
 };
 
-/// What an implicit step makes stationary (balloon paper, eq. 18 to 23), its gradient and its second derivative:
+/// What an implicit step of a balloon makes stationary (balloon paper, eq. 18 to 23), its gradient and its second
+/// derivative:
 ///
 ///     Pi(x) = k/2 sum_i m_i |x_i - x_a,i|^2 + c/2 (x - x_v).C (x - x_v) + U(x) + W(V(x)) - sum_i m_i g.x_i + loads,
 ///
@@ -69,7 +67,7 @@ struct StepStart {
 ///
 /// A chamber of prescribed volume has no W: its pressure p is the multiplier of V(x) = V*, an unknown beside x, as p
 /// over its pressure scale, and the row of the residual is that scale times V* - V(x).
-class StepPotential {
+class StepPotential : public StepPart {
  public:
   /// Collective.
   StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator = {});
@@ -104,66 +102,53 @@ class StepPotential {
   double rate() const { return integrator_.rate(h_); }
   Eigen::Vector3d still(PetscInt i) const { return still_.col(i); }
 
-  /// Goes to unknowns: positions of the owned vertices, then on rank 0 the multipliers over their scales, or by arc
-  /// length the loads' time. Collective.
-  void move_to(Vec unknowns);
-  void write_to(Vec unknowns) const;
+  const Layout& vertices() const override { return model_.elements.membrane().particles; }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const override {
+    return model_.elements.membrane().triangles;
+  }
+  const std::vector<Eigen::Matrix3d>& projectors() const override { return model_.constraints.projectors(); }
+  const std::vector<Potential*>& potentials() const override { return potentials_; }
 
-  /// x, ghosts up to date.
-  const Field& position() const { return position_; }
-  /// x^n, ghosts up to date.
-  const Field& start() const { return start_; }
-  /// Of the prescribed chambers [Pa].
-  const Eigen::VectorXd& multiplier() const { return multiplier_; }
+  const Field& start() const override { return start_; }
+  const Field& position() const override { return position_; }
+  /// @param own the multipliers over their scales, or by arc length the loads' time
+  void move_to(const Field& position, const Eigen::VectorXd& own) override;
+  Eigen::VectorXd own_unknowns() const override;
+  bool leaves_held_behind() override;
 
-  /// Pi at x [J]. Collective.
-  double value();
-  /// V(x) - V* of the prescribed chambers when Pi or the residual was last asked for [m^3].
-  Eigen::VectorXd excess_volume() const;
-  /// Elements that turn over on the way from one place to another, on all ranks; ghosts up to date. Collective.
-  double inverted(const Field& from, const Field& to) const;
-  /// Gradient of Pi at x, and the rows of the multipliers. Collective.
-  void compute_residual(Vec residual);
-  /// Norms of the forces of each potential and of the gas in the last residual [N]. Collective.
-  std::vector<double> force_norms() const;
-  /// See limit_step; changes the descent x - y of Newton's step from x, of the unknowns. Collective.
-  void limit(Vec residual, Vec descent) const;
-  /// See Tangent::move_on.
-  bool move_on() { return tangent_->move_on(position_); }
-  /// Sets the sparse part of the second derivative at x, and as low-rank part the volumes' gradients g with the gas's
-  /// stiffness; of a prescribed chamber with several times what the pressure can fall with the volume beyond a limit
-  /// point (BorderedSystem). Collective.
-  /// @param system of `tangent_matrix`, with a column a chamber and by arc length one more, of the row that it adds
-  /// @param positive_share of the way from the exact tangent to the positive one, which the potentials and the gas
-  /// go (see `blends`)
-  void update_tangent(Curvature curvature, LowRankSystem& system, double positive_share = 0);
-  /// Whether the exact tangent can go over to the positive one step by step. Not collective.
-  bool blends() const { return wall_.blends(); }
+  double value() override;
+  Eigen::Matrix3Xd gradient() override;
+  const std::vector<double>& squared_forces() const override { return squared_forces_; }
+  Eigen::VectorXd own_rows() override;
+  double inverted(const Field& from, const Field& to) const override;
 
-  Mat tangent_matrix() const { return tangent_->matrix(); }
-  const Tangent& tangent() const { return *tangent_; }
-  /// The chambers of prescribed volume.
-  const std::vector<int>& prescribed() const { return prescribed_; }
-  /// Of their pressures, in the unknowns [Pa].
-  Eigen::VectorXd pressure_scales() const;
+  /// A column a chamber, the volume's gradient, with the gas's stiffness; of a prescribed chamber with several times
+  /// what the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length one more, of the
+  /// row that it adds.
+  int columns() const override { return model_.chambers.count() + (integrator_.arc_length() ? 1 : 0); }
+  void begin_tangent(Curvature curvature, double positive_share, Eigen::Ref<Eigen::MatrixXd> columns,
+                     Eigen::Ref<Eigen::VectorXd> coefficients) override;
+  bool blends() const override { return wall_.blends(); }
+
+  std::vector<int> prescribed() const override { return prescribed_; }
+  Eigen::VectorXd pressure_scales() const override;
+  Eigen::VectorXd multiplier() const override { return multiplier_; }
+  Eigen::VectorXd excess_volume() const override;
+
+  double tolerance() const override { return options_.snes_rtol; }
   /// Square root of the wall's undeformed area [m].
-  double length_scale() const { return length_scale_; }
-  /// Whether held vertices would have to go further than what is near them allows (Potential::start_from): the step is
-  /// too long.
-  bool leads_too_far() const { return leads_too_far_; }
+  double length_scale() const override { return length_scale_; }
   /// The elastic energy at a strain of 0.5, if linear, over that length: what the wall's forces are like [N].
-  double force_scale() const { return force_scale_; }
+  double force_scale() const override { return force_scale_; }
 
  private:
   void add_vertex_potentials();
   void set_step(const Field& position, const StepStart& start, double share);
   void lead_held();
-  void keep_clear();
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;
   void evaluate_gas();
-  Eigen::Matrix3Xd gradient();
   double work_on_rest(int chamber);
   double bordering_stiffness(int chamber) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
@@ -176,8 +161,6 @@ class StepPotential {
   DampingPotential damping_;
   std::vector<std::unique_ptr<Potential>> of_vertices_;  ///< inertia, weight, loads
   std::vector<Potential*> potentials_;                   ///< all of them
-  std::optional<Tangent> tangent_;
-  int rank_ = 0;
   double length_scale_ = 0;
   double force_scale_ = 0;
   double total_mass_ = 0;  ///< [kg]
@@ -185,19 +168,18 @@ class StepPotential {
 
   // The step in progress.
   double h_ = 0;
-  double time_end_ = 0;             ///< t^{n+1} [s]
-  double time_ = 0;                 ///< of balance [s]
-  Field start_;                     ///< x^n
-  Field position_;                  ///< x
-  Field between_;                   ///< on the way from x^n to x
-  Eigen::Matrix3Xd unaccelerated_;  ///< x_a of the local vertices
-  Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
-  Eigen::VectorXd volumes_;         ///< of the chambers at `position_`
-  std::vector<GasState> gas_;       ///< likewise; of a prescribed chamber the pressure is the unknown
-  Eigen::VectorXd multiplier_;      ///< pressures of the prescribed chambers [Pa]
-  Field direction_;                 ///< c, if by arc length
-  double path_length_ = 0;          ///< s [m]
-  bool leads_too_far_ = false;
+  double time_end_ = 0;                 ///< t^{n+1} [s]
+  double time_ = 0;                     ///< of balance [s]
+  Field start_;                         ///< x^n
+  Field position_;                      ///< x
+  Field between_;                       ///< on the way from x^n to x
+  Eigen::Matrix3Xd unaccelerated_;      ///< x_a of the local vertices
+  Eigen::Matrix3Xd still_;              ///< x_v of the local vertices
+  Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
+  std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown
+  Eigen::VectorXd multiplier_;          ///< pressures of the prescribed chambers [Pa]
+  Field direction_;                     ///< c, if by arc length
+  double path_length_ = 0;              ///< s [m]
   std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "parallel/collective.h"
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
@@ -64,10 +65,12 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
-  if (options.contact.self) {
+  if (options.contact.together) {
+    require_going_together();
+  } else if (options.contact.self) {
     const std::vector<bool>& pinned = pins_.pinned();
     const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
-    contact_.emplace(sheet, options.contact, !on_any_rank(sheet.comm(), !is_free));
+    contact_.emplace(std::vector<const Surface*>{&sheet}, options.contact, !on_any_rank(sheet.comm(), !is_free));
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
@@ -125,32 +128,80 @@ void Burn::follow(State& state) {
   set_lengths(state);
 }
 
-BurnStep Burn::advance(State& state, double h) {
-  BurnStep step;
-  const auto failed = [&step](const StageResult& result) {
-    step.converged = result.converged;
-    step.reason = result.reason;
-    return !result.converged;
+/// @throws Error on what contact with other objects does not go with
+void Burn::require_going_together() const {
+  const auto refuse = [](const std::string& what) {
+    throw Error("contact.self: true of several objects, which touch each other, does not go with " + what);
   };
-  const StageResult conducted = heat(state, h);
-  step.heat_iterations = conducted.iterations;
-  if (failed(conducted)) {
+  if (options_.dynamics != Dynamics::elastic) {
+    refuse("dynamics: " + options_.dynamics.name() + ", expected elastic");
+  }
+  if (options_.project.strain_limit) {
+    refuse("project.strain_limit: " + number_text(*options_.project.strain_limit) + ", expected none");
+  }
+  if (chambers_.count() > 0) {
+    refuse("chambers of a sheet, expected none");
+  }
+}
+
+BurnStep Burn::advance(State& state, double h) {
+  BurnStep step = begin_burning(state, h);
+  if (!step.converged) {
     return step;
   }
-  combustion(state, h);
-  step.died = ablation(state, h);
   const DynamicsResult moved = dynamics(state, h);
   step.dynamics_iterations = moved.iterations;
   step.constraint_error = moved.error;
   step.newton_iterations = moved.newton_iterations;
   step.force_residual = moved.force_residual;
   step.contacts = moved.contacts;
-  if (failed(moved)) {
-    return step;
+  step.take(moved);
+  if (step.converged) {
+    step.cracked = tear(state);
+    step.take(end_step(state, h));
   }
-  step.cracked = tear(state);
-  failed(end_step(state, h));
   return step;
+}
+
+/// What is before the dynamics.
+BurnStep Burn::begin_burning(State& state, double h) {
+  BurnStep step;
+  const StageResult conducted = heat(state, h);
+  step.heat_iterations = conducted.iterations;
+  step.take(conducted);
+  if (step.converged) {
+    combustion(state, h);
+    step.died = ablation(state, h);
+  }
+  return step;
+}
+
+BurnStep Burn::begin(State& state, double h) {
+  BurnStep step = begin_burning(state, h);
+  if (step.converged) {
+    together_.emplace(move_freely(state, h));
+    const auto timer = clock_.time("projection");
+    elastic_->begin(state.position, elastic_input(state, mass_, h));
+  }
+  return step;
+}
+
+void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
+  step.newton_iterations = balance.newton_iterations;
+  step.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
+  state.position.values() = elastic_->position().values();
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
+      state.position.vector(i) = start_.vector(i);
+    }
+  }
+  if (tearing_) {
+    force_ = elastic_->spring_forces(state.position);
+  }
+  step.constraint_error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
+  find_velocities(state, *together_);
+  step.cracked = tear(state);
+  step.take(end_step(state, together_->h));
 }
 
 StageResult Burn::heat(State& state, double h) { return burning_.heat(state, state, h); }
@@ -228,9 +279,12 @@ StageResult Burn::limit_strain(const State& state) const {
   return result;
 }
 
+ElasticInput Burn::elastic_input(const State& state, const std::vector<double>& mass, double h) const {
+  return {state.target_length, volume_ratio_, stiffness_factor_, mass, held_, state.living, start_, h};
+}
+
 DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
-  const ElasticResult moved = elastic_->advance(
-      state.position, {state.target_length, volume_ratio_, stiffness_factor_, mass, held_, state.living, start_, h});
+  const ElasticResult moved = elastic_->advance(state.position, elastic_input(state, mass, h));
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
@@ -304,7 +358,8 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   return result;
 }
 
-DynamicsResult Burn::dynamics(State& state, double h) {
+/// To where velocities lead without springs, bodies and gas (eq. 8 and 9). Collective.
+ContactStep Burn::move_freely(State& state, double h) {
   Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
   start_.values() = x;
@@ -337,6 +392,14 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     x += h * v;
     pins_.impose(state.position, state.time + h);
   }
+  unconstrained_ = x;
+  return {sheet_.particles, start_, held_, state.time + h, h};
+}
+
+DynamicsResult Burn::dynamics(State& state, double h) {
+  const ContactStep contact = move_freely(state, h);
+  Field::Values x = state.position.values();
+  Field::Values v = state.velocity.values();
   std::optional<GasPush> gas;
   Eigen::MatrixXd free_position;  // and velocity, before the gas pushes
   Eigen::MatrixXd free_velocity;
@@ -349,14 +412,12 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     free_position = x;
     free_velocity = v;
   }
-  unconstrained_ = x;
   if (contact_) {
     contact_->set_living(state.living.triangles);
   }
   if (contact_ && elastic_ == nullptr) {
     contact_->prepare(start_, state.position, h, clear_);
   }
-  const ContactStep contact{sheet_.particles, start_, held_, state.time + h, h};
   DynamicsResult result;
   int iterations = 0;
   do {
@@ -375,11 +436,19 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     result.converged = false;
     result.reason = gas->disagreement();
   }
-  const auto timer = clock_.time("velocity");  // eq. 13 and 15
-  v += (x - unconstrained_) / h;
+  find_velocities(state, contact);
+  return result;
+}
+
+/// From where the sheet is (eq. 13 and 15). Collective.
+void Burn::find_velocities(State& state, const ContactStep& contact) {
+  const auto timer = clock_.time("velocity");
+  const Field::Values x = state.position.values();
+  Field::Values v = state.velocity.values();
+  v += (x - unconstrained_) / contact.h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (held_[static_cast<std::size_t>(i)]) {
-      v.col(i) = (x.col(i) - start_.values().col(i)) / h;
+      v.col(i) = (x.col(i) - start_.values().col(i)) / contact.h;
     }
   }
   bodies_.correct_velocities(state.velocity, state.position, contact);
@@ -387,7 +456,6 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     follow_corners(sheet_, state.position);
     follow_corners(sheet_, state.velocity);
   }
-  return result;
 }
 
 }  // namespace world

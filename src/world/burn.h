@@ -15,6 +15,7 @@
 #include "contact/bodies.h"
 #include "contact/surface_contact.h"
 #include "elastic/elastic_step.h"
+#include "equilibrium/implicit_step.h"
 #include "gas/chambers.h"
 #include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
@@ -39,6 +40,11 @@ struct BurnStep {
   PetscInt contacts = 0;        ///< particles of this rank held by a body at the end
   bool died = false;            ///< whether a part of the sheet burnt away, on any rank
   bool cracked = false;         ///< whether a side of its cells cracked, on any rank
+
+  void take(const StageResult& result) {
+    converged = result.converged;
+    reason = result.reason;
+  }
 };
 
 /// What the stage that moves the sheet says. Its error is ||C|| at the end [m].
@@ -76,6 +82,14 @@ class Burn {
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
   BurnStep advance(State& state, double h);
 
+  // The same together with what it touches (ContactOptions::together): begun, brought into balance elsewhere, and
+  // ended. Collective.
+
+  BurnStep begin(State& state, double h);
+  StepPart& part() { return *elastic_; }
+  /// @param balance how the balance was found @param step what `begin` has said
+  void end(State& state, const ImplicitResult& balance, BurnStep& step);
+
   // The stages of a step of length h [s], in the order in which `advance` runs them. They read and leave fields with
   // ghosts up to date. After one that has not converged the state may be anything. Collective.
 
@@ -97,8 +111,10 @@ class Burn {
   const Chambers& chambers() const { return chambers_; }
   /// How the sheet touches itself, if it can.
   const std::optional<SurfaceContact>& contact() const { return contact_; }
-  /// See ElasticStep; empty of what is not elastic.
-  std::string solver_words() const { return elastic_ != nullptr ? elastic_->solver_words() : ""; }
+  /// See ElasticStep; empty of what is not elastic, and if its balance is found elsewhere.
+  std::string solver_words() const {
+    return elastic_ != nullptr && !options_.contact.together ? elastic_->solver_words() : "";
+  }
   /// See ElasticStep; 1 of what is not elastic. Collective.
   double largest_excess() const { return elastic_ != nullptr ? elastic_->largest_excess() : 1; }
 
@@ -119,6 +135,11 @@ class Burn {
   void set_stiffness_factors(const Field& mass);
   void set_lengths(State& state);
   StageResult limit_strain(const State& state) const;
+  void require_going_together() const;
+  BurnStep begin_burning(State& state, double h);
+  ContactStep move_freely(State& state, double h);
+  void find_velocities(State& state, const ContactStep& contact);
+  ElasticInput elastic_input(const State& state, const std::vector<double>& mass, double h) const;
   DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
   DynamicsResult advance_elastic_with_bodies(State& state, const std::function<void(Field&)>& correct, double h);
   DynamicsResult hold_together(State& state, const ContactStep& contact);
@@ -134,6 +155,7 @@ class Burn {
   std::optional<AirDrag> air_;             ///< if there is air
   Chambers chambers_;
   std::optional<Tearing> tearing_;
+  std::optional<ContactStep> together_;       ///< of a step that is begun and ended
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]
   // One of these, as `dynamics` says.
   std::unique_ptr<ElasticStep> elastic_;

@@ -183,6 +183,21 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
 
 StepResult BurnRun::advance(double h) {
   last_ = burn_->advance(*state_, h);
+  return result();
+}
+
+StepResult BurnRun::begin(double h) {
+  last_ = burn_->begin(*state_, h);
+  return {last_.converged, last_.reason, last_.heat_iterations, "", {}};
+}
+
+StepResult BurnRun::end(const ImplicitResult& balance) {
+  burn_->end(*state_, balance, last_);
+  return result();
+}
+
+/// Of the last step.
+StepResult BurnRun::result() {
   StepResult result;
   result.converged = last_.converged;
   result.reason = last_.reason;
@@ -218,7 +233,7 @@ void BurnRun::accept(double time) {
   }
   const auto timer = output_.clock.time("compaction");
   if (last_.cracked || (last_.died && options_.ablation.strength)) {
-    part();
+    split();
   }
   if (last_.died && options_.ablation.compact_fraction < 1) {
     compact();
@@ -226,11 +241,11 @@ void BurnRun::accept(double time) {
 }
 
 /// Splits the corners at which cracks have parted the sheet.
-void BurnRun::part() {
+void BurnRun::split() {
   const SplitCorners corners = find_split_corners(*sheet_, state_->living);
   if (corners.count > 0) {
     const auto [particles, copies, cells] = packed(*state_, *sheet_, corners);
-    take_over(split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
+    take_over(pellicle::split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
     update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
   }
 }

@@ -15,7 +15,7 @@ inline namespace world {
 
 /// A burning sheet: its chain with state, frames and history. Where cracks part a sheet without gas its corners are
 /// split after the step; cells that have burnt away are removed from it now and then, see `ablation.compact_fraction`.
-class BurnRun : public Object {
+class BurnRun : public TouchingObject {
  public:
   /// Options must outlive it. Collective.
   /// @throws Error on bad textures and other input, or when adaptive steps are asked for
@@ -27,6 +27,11 @@ class BurnRun : public Object {
 
   State& state() override { return *state_; }
   StepResult advance(double h) override;
+  StepResult begin(double h) override;
+  StepPart& part() override { return burn_->part(); }
+  StepResult end(const ImplicitResult& balance) override;
+  const Surface& surface() const override { return *sheet_; }
+  const std::vector<bool>* living() const override { return &state_->living.triangles; }
   void accept(double time) override;
   void keep() override;
   void restore() override;
@@ -41,7 +46,8 @@ class BurnRun : public Object {
   void resume_output(const Hdf5File& checkpoint) override;
 
  private:
-  void part();
+  StepResult result();
+  void split();
   void compact();
   void take_over(LoadedSheet loaded);
   void find_end();

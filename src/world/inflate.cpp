@@ -57,6 +57,9 @@ void require_contact_possible(const Options& options) {
   if (options.time.scheme == TimeScheme::generalized_alpha) {
     throw Error("contact.self: does not go with time.scheme: generalized_alpha, expected implicit_euler or statics");
   }
+  if (options.contact.together && options.time.arc_length) {
+    throw Error("contact.self: true of several objects does not go with time.arc_length, expected none");
+  }
   if (options.wall.thickness_rule == WallThickness::global_volume) {
     throw Error("contact.self: does not go with prism.thickness: global, whose volume is preserved behind the step");
   }
@@ -167,10 +170,12 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   if (options.contact.self) {
     require_contact_possible(options);
+  }
+  if (options.contact.self && !options.contact.together) {
     const std::vector<Eigen::Matrix3d>& projectors = constraints_.projectors();
     const bool is_free = std::all_of(projectors.begin(), projectors.end(),
                                      [](const Eigen::Matrix3d& p) { return p == Eigen::Matrix3d::Identity(); });
-    contact_.emplace(membrane, options.contact, !on_any_rank(membrane.comm(), !is_free));
+    contact_.emplace(std::vector<const Surface*>{&membrane}, options.contact, !on_any_rank(membrane.comm(), !is_free));
   }
   make_solvers();
 }
@@ -193,7 +198,7 @@ void Inflate::make_solvers() {
     model.others.push_back(drag_.get());
   }
   implicit_.reset();
-  implicit_.emplace(model, options_.prism, integrator_);
+  implicit_.emplace(model, options_.prism, integrator_, !options_.contact.together);
   if (wall_.preserve_volume) {
     volume_preservation_ =
         std::make_unique<VolumePreservation>(membrane_, wall_, constraints_.projectors(), options_.volume);
@@ -221,34 +226,51 @@ BalloonState Inflate::initial_state() const {
 }
 
 InflateStep Inflate::advance(BalloonState& state, double h) {
+  InflateStep step = begin(state, h);
+  if (step.converged) {
+    ImplicitResult balance;
+    {
+      const auto timer = clock_.time("implicit step");
+      balance = implicit_->balance();
+    }
+    end(state, balance, step);
+  }
+  return step;
+}
+
+InflateStep Inflate::begin(BalloonState& state, double h) {
   InflateStep step;
-  const auto failed = [&step](const StageResult& result) {
-    step.converged = result.converged;
-    step.reason = result.reason;
-    return !result.converged;
-  };
   if (burning_) {
     const StageResult burnt = burn(state, h, step.has_burnt);
     step.heat_iterations = burnt.iterations;
-    if (failed(burnt)) {
+    step.converged = burnt.converged;
+    step.reason = burnt.reason;
+    if (!step.converged) {
       return step;
     }
   }
   start_.values() = state.position.values();
   h_ = h;
+  const auto timer = clock_.time("implicit step");
+  if (contact_ && burning_) {
+    contact_->set_living(state.burning->living.triangles);
+  }
+  if (bending_) {
+    bending_->begin_step(state.position, state.thickness_ratio);
+  }
+  begin_acceleration(state);
+  set_drag(state, integrator_.share());
+  implicit_->begin(state.position, state.pressure, start_of_step(state));
+  return step;
+}
+
+void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateStep& step) {
   {
     const auto timer = clock_.time("implicit step");
-    if (contact_ && burning_) {
-      contact_->set_living(state.burning->living.triangles);
-    }
-    if (bending_) {
-      bending_->begin_step(state.position, state.thickness_ratio);
-    }
-    begin_acceleration(state);
-    set_drag(state, integrator_.share());
-    static_cast<ImplicitResult&>(step) = implicit_->advance(state.position, state.pressure, start_of_step(state));
+    static_cast<ImplicitResult&>(step) = balance;
+    implicit_->end(state.position, state.pressure, step);
     if (!step.converged) {
-      return step;
+      return;
     }
     if (burning_) {  // What has left stays exactly where it was, whatever pulls at it.
       for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
@@ -261,26 +283,28 @@ InflateStep Inflate::advance(BalloonState& state, double h) {
   }
   if (volume_preservation_ != nullptr) {
     const auto timer = clock_.time("volume preservation");
-    if (failed(volume_preservation_->advance(state.position, state.thickness_ratio))) {
-      return step;
+    const StageResult preserved = volume_preservation_->advance(state.position, state.thickness_ratio);
+    step.converged = preserved.converged;
+    step.reason = preserved.reason;
+    if (!step.converged) {
+      return;
     }
   }
   {
     const auto timer = clock_.time("velocity");
-    state.time += h;
+    state.time += h_;
     ++state.step;
     if (integrator_.arc_length()) {
       *state.load_time = implicit_->potential().time();
       implicit_->potential().write_direction(state.position, *state.direction);
     }
     set_pressures(state);
-    step.step_error = move_on(state) / implicit_->length_scale();
+    step.step_error = move_on(state) / implicit_->potential().length_scale();
     MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
     step.inverted = elements_.inverted(start_, state.position);
     MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
   }
   step.has_cracked = crack(state);
-  return step;
 }
 
 StepStart Inflate::start_of_step(const BalloonState& state) const {
@@ -294,7 +318,7 @@ void Inflate::begin_acceleration(BalloonState& state) {
   }
   state.acceleration->values().setZero();
   set_drag(state, 0);
-  const Eigen::Matrix3Xd acceleration = implicit_->acceleration(state.position, start_of_step(state));
+  const Eigen::Matrix3Xd acceleration = implicit_->potential().acceleration(state.position, start_of_step(state));
   state.acceleration->values().leftCols(acceleration.cols()) = acceleration;
   state.acceleration->update_ghosts();
 }

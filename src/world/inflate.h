@@ -9,7 +9,7 @@
 #include "air/air_drag.h"
 #include "base/stage_clock.h"
 #include "contact/surface_contact.h"
-#include "equilibrium/implicit_step.h"
+#include "equilibrium/balloon_step.h"
 #include "prism/volume_preservation.h"
 #include "prism/wall_bending.h"
 #include "world/balloon_state.h"
@@ -62,6 +62,14 @@ class Inflate {
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
   InflateStep advance(BalloonState& state, double h);
 
+  // The same together with what it touches (ContactOptions::together): begun, brought into balance elsewhere, and
+  // ended. Collective.
+
+  InflateStep begin(BalloonState& state, double h);
+  StepPart& part() { return implicit_->potential(); }
+  /// @param step what `begin` has said @param balance how the balance was found
+  void end(BalloonState& state, const ImplicitResult& balance, InflateStep& step);
+
   /// Forgets what solvers know of the steps so far: the next step is the same as that of a new chain. Collective.
   void forget(const BalloonState& state) {
     if (contact_) {
@@ -75,8 +83,8 @@ class Inflate {
   void follow(BalloonState& state);
 
   bool goes_by_arc_length() const { return integrator_.arc_length().has_value(); }
-  /// Which linear solver the implicit step has.
-  const std::string& solver_words() const { return implicit_->solver_words(); }
+  /// Which linear solver the implicit step has; empty if its balance is found elsewhere.
+  std::string solver_words() const { return implicit_->solver_words(); }
   bool burns() const { return burning_.has_value(); }
   bool can_crack() const { return cracks_.has_value(); }
   double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]
@@ -126,7 +134,7 @@ class Inflate {
   PointLoads loads_;
   std::optional<SurfaceContact> contact_;  ///< if it touches itself
   std::optional<WallBending> bending_;     ///< unless the wall has none
-  std::optional<ImplicitStep> implicit_;
+  std::optional<BalloonStep> implicit_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   std::optional<Burning> burning_;                           ///< if the wall burns
   std::optional<Cracks> cracks_;                             ///< if the wall can crack

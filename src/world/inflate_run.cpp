@@ -74,6 +74,21 @@ InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const
 
 StepResult InflateRun::advance(double h) {
   last_ = inflate_->advance(*state_, h);
+  return result();
+}
+
+StepResult InflateRun::begin(double h) {
+  last_ = inflate_->begin(*state_, h);
+  return {last_.converged, last_.reason, last_.heat_iterations, "", {}};
+}
+
+StepResult InflateRun::end(const ImplicitResult& balance) {
+  inflate_->end(*state_, balance, last_);
+  return result();
+}
+
+/// Of the last step.
+StepResult InflateRun::result() {
   StepResult result;
   result.converged = last_.converged;
   result.reason = last_.reason;
@@ -117,19 +132,19 @@ void InflateRun::accept(double time) {
   state_->time = time;
   find_end();
   if (ended_.empty() && (last_.has_cracked || (last_.has_burnt && inflate_->can_crack()))) {
-    part();
+    split();
   }
 }
 
 /// Splits the vertices at which cracks have parted the wall.
-void InflateRun::part() {
+void InflateRun::split() {
   const auto timer = output_.clock.time("ablation");
   const SplitCorners corners = find_split_corners(*membrane_, state_->burning->living);
   if (corners.count == 0) {
     return;
   }
   const auto [particles, copies, cells] = packed(*state_, *membrane_, corners);
-  LoadedMembrane loaded = split(*membrane_, corners, particles, copies, cells, options_.sheet);
+  LoadedMembrane loaded = pellicle::split(*membrane_, corners, particles, copies, cells, options_.sheet);
   std::unique_ptr<Membrane> membrane = burnable(std::move(loaded.membrane), options_);
   auto state = std::make_unique<BalloonState>(state_at_rest(*membrane, options_, inflate_->chambers().count()));
   take_over(*state, *state_, loaded.particles, loaded.elements);
@@ -230,6 +245,11 @@ void InflateRun::record(double h, int retries) {
                          ": the tangent is factorised (prism.factor)");
   }
   ledger().add(*inflate_, *state_, last_, h, retries);
+}
+
+std::vector<std::string> InflateRun::first_remarks() const {
+  const std::string words = inflate_->solver_words();
+  return words.empty() ? std::vector<std::string>() : std::vector<std::string>{"linear solver: " + words};
 }
 
 std::vector<std::string> InflateRun::remarks() const {

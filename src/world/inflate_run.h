@@ -13,7 +13,7 @@ inline namespace world {
 
 /// A balloon: its chain with state, frames and history. Where cracks part its wall the vertices are split after the
 /// step, unless that opens a chamber which needs a closed wall, and so ends the run.
-class InflateRun : public Object {
+class InflateRun : public TouchingObject {
  public:
   /// Options must outlive it. Collective. @throws Error on bad input, see Inflate
   InflateRun(Membrane membrane, const Options& options, const ObjectOutput& output);
@@ -24,6 +24,13 @@ class InflateRun : public Object {
 
   BalloonState& state() override { return *state_; }
   StepResult advance(double h) override;
+  StepResult begin(double h) override;
+  StepPart& part() override { return inflate_->part(); }
+  StepResult end(const ImplicitResult& balance) override;
+  const Surface& surface() const override { return *membrane_; }
+  const std::vector<bool>* living() const override {
+    return state_->burning ? &state_->burning->living.triangles : nullptr;
+  }
   void accept(double time) override;
   void keep() override;
   void restore() override;
@@ -34,11 +41,12 @@ class InflateRun : public Object {
   void save(Hdf5File& checkpoint) const override;
   void forget() override { inflate_->forget(*state_); }
   void resume_output(const Hdf5File& checkpoint) override;
-  std::vector<std::string> first_remarks() const override { return {"linear solver: " + inflate_->solver_words()}; }
+  std::vector<std::string> first_remarks() const override;
   std::vector<std::string> remarks() const override;
 
  private:
-  void part();
+  StepResult result();
+  void split();
   void draw_burnt(Frame& frame, const FrameSink& write);
   void find_end();
   BalloonLedger& ledger();

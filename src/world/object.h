@@ -7,10 +7,12 @@
 
 #include "base/error.h"
 #include "base/stage_clock.h"
+#include "equilibrium/implicit_step.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"
+#include "surface/surface.h"
 #include "world/object_state.h"
 
 namespace pellicle {
@@ -56,6 +58,8 @@ auto about_object(const std::string& heading, const Work& work) {
 /// Takes a frame of an object. @returns whether it has become one of the frames of the run
 using FrameSink = std::function<bool(const Frame&)>;
 
+class TouchingObject;
+
 /// An object of a world: its stages together with their state. All calls are collective.
 class Object {
  public:
@@ -73,6 +77,9 @@ class Object {
   virtual void keep() = 0;
   /// ... and puts it back.
   virtual void restore() = 0;
+
+  /// The same object, if it can touch others; else null.
+  virtual TouchingObject* touching() { return nullptr; }
 
   /// Why the object cannot go on; empty while it can.
   virtual std::string ended() const { return ""; }
@@ -95,6 +102,23 @@ class Object {
   /// Goes on with the tables of the run that has written a checkpoint, in its folder, in place of the first row.
   /// @throws Error, on all ranks, when the folder has not what the checkpoint says
   virtual void resume_output(const Hdf5File& checkpoint) = 0;
+};
+
+/// An object that can touch others, if its options say so (ContactOptions::together): its steps are begun, its part is
+/// brought into balance together with theirs, and then they are ended. All calls are collective.
+class TouchingObject : public Object {
+ public:
+  TouchingObject* touching() override { return this; }
+
+  /// As `advance`, as far as to where its part is to be brought into balance.
+  virtual StepResult begin(double h) = 0;
+  /// Of the step that has begun. It is the same object as before unless its numbering is another one.
+  virtual StepPart& part() = 0;
+  /// The rest of the step. @param balance how the balance was found
+  virtual StepResult end(const ImplicitResult& balance) = 0;
+  /// What is drawn of it, and which drawn triangles there still are; null: all.
+  virtual const Surface& surface() const = 0;
+  virtual const std::vector<bool>* living() const = 0;
 };
 
 }  // namespace world

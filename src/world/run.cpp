@@ -51,9 +51,11 @@ std::string shell_word(const std::string& word) {
 /// A run: what makes its world, and its output.
 class Run {
  public:
-  Run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord& record, Console& console)
+  Run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, const std::optional<TogetherOptions>& together,
+      RunRecord& record, Console& console)
       : comm_(comm),
         objects_(objects),
+        together_(together),
         options_(objects.front().options),
         record_(record),
         console_(console),
@@ -123,7 +125,7 @@ class Run {
                                      : object_from(*checkpoint, object.options, output);
       });
     }
-    return {folder, options_.output, std::move(members)};
+    return {folder, options_.output, std::move(members), together_};
   }
 
   /// The checkpoint from which the run goes on, if it does.
@@ -181,10 +183,7 @@ class Run {
       tell_of(checkpoints);
       throw;
     }
-    std::vector<std::pair<std::string, const StageClock*>> clocks;
-    for (const World::Member& member : world.members()) {
-      clocks.emplace_back(member.name, member.clock.get());
-    }
+    const std::vector<std::pair<std::string, const StageClock*>> clocks = world.clocks();
     console_.stage_table(clocks);
     console_.tell("done: time " + time_text(world.time()) + ", " + std::to_string(world.step()) + " steps in " +
                   duration_text(clocks.front().second->elapsed()) + "; " + options_.output.directory + "/" +
@@ -253,7 +252,8 @@ class Run {
 
   MPI_Comm comm_;
   const std::deque<ObjectOptions>& objects_;
-  const Options& options_;  ///< of the run as a whole
+  const std::optional<TogetherOptions>& together_;  ///< of them
+  const Options& options_;                          ///< of the run as a whole
   RunRecord& record_;
   Console& console_;
   OutputFolder folder_;
@@ -275,7 +275,8 @@ void refuse_reserved_names(const std::deque<ObjectOptions>& objects) {
 
 }  // namespace
 
-void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
+void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
+  const std::optional<TogetherOptions> together = find_together(objects);
   refuse_reserved_names(objects);
   const OutputOptions& output = objects.front().options.output;
   Console console(comm, output.monitor);
@@ -284,7 +285,7 @@ void run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord reco
     mesh_only(comm, objects, std::move(record));
     return;
   }
-  Run(comm, objects, record, console).run();
+  Run(comm, objects, together, record, console).run();
 }
 
 }  // namespace world

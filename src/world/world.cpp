@@ -16,11 +16,31 @@ std::vector<std::string> names_of(const std::vector<World::Member>& members) {
   return names;
 }
 
-World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members)
+World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
+             const std::optional<TogetherOptions>& together)
     : comm_(folder.comm()),
       members_(std::move(members)),
       writer_(folder, options, names_of(members_)),
-      fields_are_to_be_checked_(!options.fields.empty()) {}
+      fields_are_to_be_checked_(!options.fields.empty()) {
+  if (together) {
+    std::vector<Object*> objects;
+    for (const Member& member : members_) {
+      objects.push_back(member.object.get());
+    }
+    together_ = std::make_unique<Together>(*together, objects, folder);
+  }
+}
+
+std::vector<std::pair<std::string, const StageClock*>> World::clocks() const {
+  std::vector<std::pair<std::string, const StageClock*>> clocks;
+  for (const Member& member : members_) {
+    clocks.emplace_back(member.name, member.clock.get());
+  }
+  if (together_ != nullptr) {
+    clocks.emplace_back("together", &together_->clock());
+  }
+  return clocks;
+}
 
 double World::time() const {
   double time = members_.front().object->state().time;
@@ -40,21 +60,24 @@ int World::step() const {
 
 StepResult World::advance(double h) {
   StepResult all;
-  for (const Member& member : members_) {
-    if (member.object->is_gone()) {
-      continue;
-    }
-    const StepResult result = member.object->advance(h);
+  const auto add = [&all](const std::string& name, const StepResult& result) {
     all.iterations += result.iterations;
-    if (!result.converged) {
-      all.converged = false;
-      all.reason = heading_of(member.name) + result.reason;
-      return all;
-    }
-    all.figures += (all.figures.empty() ? "" : ", ") + (member.name.empty() ? "" : member.name + " ") + result.figures;
+    all.converged = result.converged;
+    all.reason = result.converged ? "" : heading_of(name) + result.reason;
+    all.figures += (all.figures.empty() ? "" : ", ") + (name.empty() ? "" : name + " ") + result.figures;
     if (result.step_error) {
       all.step_error = std::max(*result.step_error, all.step_error.value_or(0));
     }
+    return result.converged;
+  };
+  for (const Member& member : members_) {
+    const bool is_alone = together_ == nullptr || !together_->has(member.object.get());
+    if (is_alone && !member.object->is_gone() && !add(member.name, member.object->advance(h))) {
+      return all;
+    }
+  }
+  if (together_ != nullptr) {
+    add("", together_->advance(h));
   }
   return all;
 }
@@ -68,6 +91,9 @@ void World::accept(double time) {
 }
 
 void World::keep() {
+  if (together_ != nullptr) {
+    together_->clock().start_lap();
+  }
   for (const Member& member : members_) {
     member.clock->start_lap();
     member.object->keep();
@@ -102,6 +128,14 @@ std::vector<std::string> World::gather(std::vector<std::string> (Object::*lines)
     }
   }
   return all;
+}
+
+std::vector<std::string> World::first_remarks() const {
+  std::vector<std::string> lines = gather(&Object::first_remarks);
+  if (together_ != nullptr) {
+    lines.push_back("linear solver of what touches: " + together_->solver_words());
+  }
+  return lines;
 }
 
 void World::check_chosen_fields() {
@@ -170,11 +204,17 @@ void World::record(double h, int retries) {
       member.object->record(h, retries);
     }
   }
+  if (together_ != nullptr) {
+    together_->record(time(), step());
+  }
 }
 
 void World::save(Hdf5File& checkpoint) const {
   for (const Member& member : members_) {
     member.object->save(checkpoint);
+  }
+  if (together_ != nullptr) {
+    together_->save(checkpoint);
   }
   writer_.save(checkpoint);
 }
@@ -183,6 +223,9 @@ void World::forget() {
   for (const Member& member : members_) {
     member.object->forget();
   }
+  if (together_ != nullptr) {
+    together_->forget();
+  }
 }
 
 void World::resume_output(const Hdf5File& checkpoint) {
@@ -190,6 +233,9 @@ void World::resume_output(const Hdf5File& checkpoint) {
   writer_.resume(checkpoint);
   for (const Member& member : members_) {
     member.object->resume_output(checkpoint);
+  }
+  if (together_ != nullptr) {
+    together_->resume_output(checkpoint);
   }
 }
 

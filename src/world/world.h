@@ -9,6 +9,7 @@
 #include "io/frame_writer.h"
 #include "world/object.h"
 #include "world/step_control.h"
+#include "world/together.h"
 
 namespace pellicle {
 inline namespace world {
@@ -24,9 +25,13 @@ class World : public Chain {
   };
 
   /// The folder must outlive it. Collective. @param members at least one
-  World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members);
+  /// @param together which of them touch each other, if any
+  World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
+        const std::optional<TogetherOptions>& together = {});
 
   const std::vector<Member>& members() const { return members_; }
+  /// Of all stages, with the names of the objects whose they are.
+  std::vector<std::pair<std::string, const StageClock*>> clocks() const;
 
   double time() const override;
   int step() const override;
@@ -37,7 +42,7 @@ class World : public Chain {
   void restore() override;
   std::string ended() const override;
   /// See Object::first_remarks.
-  std::vector<std::string> first_remarks() const { return gather(&Object::first_remarks); }
+  std::vector<std::string> first_remarks() const;
   std::vector<std::string> remarks() const override { return gather(&Object::remarks); }
   bool frame_due() const override { return writer_.due(time(), step()); }
   std::optional<double> next_frame_time() const override { return writer_.next_time(time()); }
@@ -58,6 +63,7 @@ class World : public Chain {
 
   MPI_Comm comm_;
   std::vector<Member> members_;
+  std::unique_ptr<Together> together_;  ///< what touches each other, if anything does
   FrameWriter writer_;
   bool fields_are_to_be_checked_;
 };

@@ -7,6 +7,8 @@
 
 #include "contact/crossings.h"
 #include "meshing/triangulation.h"
+#include "solvers/shell_operations.h"
+#include "solvers/tangent.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
 #include "tests/support/by_id.h"
@@ -85,7 +87,7 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
     return w;
   }
 
-  int crossings(const Field& x) const { return find_crossings(surface(), x, nullptr).pairs; }
+  int crossings(const Field& x) const { return find_crossings({{surface(), x, nullptr}}).pairs; }
 
   int rank_ = 0;
   std::unique_ptr<Sheet> sheet_;
@@ -94,7 +96,7 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
 };
 
 TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
-  SurfaceContact contact(surface(), options_, true);
+  SurfaceContact contact({&surface()}, options_, true);
   Field start(surface().particles, 3);
   start.values() = surface().rest;
   Field x(surface().particles, 3);
@@ -107,7 +109,7 @@ TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
 TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
-  SurfaceContact contact(surface(), options_, true);
+  SurfaceContact contact({&surface()}, options_, true);
   const Field start = roll(0.6 * thickness);
   Field x = roll(0.6 * thickness);
   contact.start_from(start, x, 1e-3);
@@ -137,7 +139,7 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   }
   // Friction acts at the places where the step started.
   options_.friction = 0;
-  SurfaceContact smooth(surface(), options_, true);
+  SurfaceContact smooth({&surface()}, options_, true);
   Field y = roll(0.6 * thickness);
   smooth.start_from(start, y, 1e-3);
   const Eigen::Matrix3Xd pushing = gradient(smooth, y);
@@ -149,6 +151,42 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(sum(moment[c]), 0, 1e-12 * size);
   }
+}
+
+TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
+  options_.friction = 0.5;
+  options_.slip_speed = 1;
+  SurfaceContact contact({&surface()}, options_, true);
+  const Field start = roll(0.6 * thickness);
+  Field x = roll(0.6 * thickness);
+  contact.start_from(start, x, 1e-3);
+  Field w = direction();
+  x.values() += 2e-4 * w.values();
+  const std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(surface().particles.local()),
+                                                Eigen::Matrix3d::Identity());
+  Tangent tangent(surface().particles, {&contact}, projectors, TangentMatrix::baij, "contact_test_");
+  tangent.move_on(x);
+  tangent.update(x, Curvature::exact);
+  VecHandle in;
+  VecHandle out;
+  check(MatCreateVecs(tangent.matrix(), in.create(), out.create()));
+  copy_to(in, w.values().leftCols(surface().particles.owned).reshaped());
+  check(MatMult(tangent.matrix(), in, out));
+  const double* values = nullptr;
+  check(VecGetArrayRead(out, &values));
+  const Eigen::Matrix3Xd product = Eigen::Map<const Eigen::Matrix3Xd>(values, 3, surface().particles.owned);
+  check(VecRestoreArrayRead(out, &values));
+
+  constexpr double step = 1e-7;
+  Field moved(surface().particles, 3);
+  const auto gradient_at = [&](double share) {
+    moved.values() = x.values() + share * w.values();
+    return gradient(contact, moved);
+  };
+  const Eigen::Matrix3Xd expected = (gradient_at(step) - gradient_at(-step)) / (2 * step);
+  const double size = std::sqrt(sum(expected.squaredNorm()));
+  EXPECT_GT(size, 0);
+  EXPECT_LT(std::sqrt(sum((product - expected).squaredNorm())), 1e-5 * size);
 }
 
 TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
@@ -164,7 +202,7 @@ TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
       membrane = std::make_unique<Membrane>(make_membrane(comm, rank == 0 ? triangulated(mesh) : mesh, SheetOptions()));
     }
     const Surface& surface = sheet != nullptr ? static_cast<const Surface&>(*sheet) : *membrane;
-    SurfaceContact contact(surface, options_, true);
+    SurfaceContact contact({&surface}, options_, true);
     Field start(surface.particles, 3);
     for (PetscInt i = 0; i < surface.particles.local(); ++i) {
       start.vector(i) = rolled(surface.rest.col(i), 0.6 * thickness);
@@ -192,7 +230,7 @@ TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
 }
 
 TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
-  SurfaceContact contact(surface(), options_, true);
+  SurfaceContact contact({&surface()}, options_, true);
   Field start = roll(1.5 * thickness);
   ASSERT_EQ(crossings(start), 0);
   Field through = roll(1.5 * thickness);

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "equilibrium/implicit_step.h"
+#include "equilibrium/balloon_step.h"
 #include "meshing/closed_shapes.h"
 #include "prism/wall_potential.h"
 #include "solvers/tangent.h"
@@ -305,7 +305,7 @@ TEST(Potential, NewtonConvergesQuadraticallyAlsoAfterThePairsHaveChanged) {
       options.ksp_rtol = 1e-13;
       options.snes_rtol = 1e-13;
       SpringBalloon balloon(options);
-      ImplicitStep step(balloon.model(), balloon.options);
+      BalloonStep step(balloon.model(), balloon.options);
       Eigen::VectorXd pressure = Eigen::VectorXd::Zero(1);
       ImplicitResult result;
       for (const int choice : {0, 1}) {
@@ -340,7 +340,7 @@ TEST(Potential, NewtonFindsItsWayWhereCompressedSpringsMakeTheTangentIndefinite)
   SpringBalloon balloon(options);
   balloon.springs.stiffness = 30;
   balloon.springs.length = 0.12;
-  ImplicitStep step(balloon.model(), balloon.options);
+  BalloonStep step(balloon.model(), balloon.options);
   Eigen::VectorXd pressure = Eigen::VectorXd::Zero(1);
   for (const int choice : {0, 1}) {
     balloon.springs.join(some_pairs(choice));

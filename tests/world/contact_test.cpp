@@ -51,7 +51,7 @@ class Touching {
     SheetMaterial material;
     material.tensile_stiffness = {500};
     material.damping = 0;
-    this->contact = std::make_unique<SurfaceContact>(sheet, contact, !is_pinned);
+    this->contact = std::make_unique<SurfaceContact>(std::vector<const Surface*>{&sheet}, contact, !is_pinned);
     step_ = std::make_unique<ElasticStep>(sheet, material, 0.01, MaterialFactors(), pinned_, pinned_, options,
                                           std::vector<Potential*>{this->contact.get()});
   }
@@ -89,7 +89,7 @@ class Touching {
   double energy() const {
     return motion(false)[4] + step_->elastic_energy(positions) + contact->figures(positions).energy;
   }
-  int crossings() const { return find_crossings(sheet, positions, nullptr).pairs; }
+  int crossings() const { return find_crossings({{sheet, positions, nullptr}}).pairs; }
 
   Sheet sheet;
   Field positions;
@@ -230,7 +230,7 @@ TEST(Contact, TwoBalloonsPressWithTheirPressureOnTheFlatDisc) {
   for (int n = 1; n <= 60; ++n) {
     balloons.reach(0.01 * n);
     ASSERT_FALSE(::testing::Test::HasFatalFailure());
-    ASSERT_EQ(find_crossings(balloons.membrane, balloons.state.position, nullptr).pairs, 0);
+    ASSERT_EQ(find_crossings({{balloons.membrane, balloons.state.position, nullptr}}).pairs, 0);
   }
   const Membrane& membrane = balloons.membrane;
   Eigen::Matrix3Xd push = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "parallel/joined_layout.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace contact {
+
+/// The drawn surfaces that touch each other, of one object or of several, as one: their particles are numbered through
+/// as JoinedLayout does it, and so are their elements.
+class ContactSurface {
+ public:
+  /// An element, of which `triangles` are drawn: one of a triangle, four of a quad.
+  struct Element {
+    std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; none behind a triangle's third
+    std::size_t part = 0;
+    std::size_t first_triangle = 0;  ///< drawn, of the part
+    double area = 0;                 ///< undeformed [m^2]
+    bool is_quad() const { return corners[3] >= 0; }
+    std::size_t triangles() const { return is_quad() ? 4 : 1; }
+  };
+
+  /// Collective. @param parts at least one, of the same communicator; must outlive it
+  explicit ContactSurface(const std::vector<const Surface*>& parts);
+
+  MPI_Comm comm() const { return particles_.layout().comm; }
+  const JoinedLayout& joined() const { return particles_; }
+  const Layout& particles() const { return particles_.layout(); }
+  const Layout& elements() const { return elements_.layout(); }
+  /// A local element.
+  const Element& element(PetscInt number) const { return local_elements_[static_cast<std::size_t>(number)]; }
+  /// Undeformed places of the local particles [m].
+  const Eigen::Matrix3Xd& rest() const { return rest_; }
+  /// Mean of the undeformed sides [m].
+  double mean_side() const { return mean_side_; }
+
+  /// Which drawn triangles of a part there still are; all, unless it is said. They must outlive it.
+  void set_living(std::size_t part, const std::vector<bool>& triangles) { living_[part] = &triangles; }
+  bool lives(const Element& element, std::size_t triangle) const {
+    const std::vector<bool>* living = living_[element.part];
+    return living == nullptr || (*living)[element.first_triangle + triangle];
+  }
+
+ private:
+  JoinedLayout particles_;
+  JoinedLayout elements_;
+  std::vector<Element> local_elements_;
+  Eigen::Matrix3Xd rest_;
+  double mean_side_ = 0;
+  std::vector<const std::vector<bool>*> living_;  ///< of each part
+};
+
+}  // namespace contact
+}  // namespace pellicle

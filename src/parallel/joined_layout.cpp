@@ -1,0 +1,55 @@
+#include "parallel/joined_layout.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace pellicle {
+inline namespace parallel {
+
+JoinedLayout::JoinedLayout(const std::vector<Layout>& parts) {
+  const MPI_Comm comm = parts.front().comm;
+  PetscInt owned = 0;
+  for (const Layout& part : parts) {
+    owned_.push_back({owned, part.owned});
+    owned += part.owned;
+  }
+  layout_ = number_owned(comm, owned);
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  PetscInt behind = owned;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    ghosts_.push_back({behind, parts[p].ghosts()});
+    behind += parts[p].ghosts();
+    const PetscInt in_whole = layout_.first + owned_[p].first;
+    std::vector<PetscInt>& part_begins = part_begins_.emplace_back(static_cast<std::size_t>(ranks));
+    std::vector<PetscInt>& whole_begins = whole_begins_.emplace_back(static_cast<std::size_t>(ranks));
+    MPI_Allgather(&parts[p].first, 1, MPIU_INT, part_begins.data(), 1, MPIU_INT, comm);
+    MPI_Allgather(&in_whole, 1, MPIU_INT, whole_begins.data(), 1, MPIU_INT, comm);
+  }
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    std::transform(parts[p].ghost_global.begin(), parts[p].ghost_global.end(), std::back_inserter(layout_.ghost_global),
+                   [&](PetscInt ghost) { return global(p, ghost); });
+  }
+}
+
+PetscInt JoinedLayout::global(std::size_t part, PetscInt global_number) const {
+  const std::vector<PetscInt>& begins = part_begins_[part];
+  const auto rank = std::upper_bound(begins.begin(), begins.end(), global_number) - begins.begin() - 1;
+  return whole_begins_[part][static_cast<std::size_t>(rank)] + global_number - begins[static_cast<std::size_t>(rank)];
+}
+
+void JoinedLayout::put(std::size_t part, const Field& of_part, Field& whole) const {
+  for (const auto& [piece, from] :
+       {std::pair(owned_[part], PetscInt{0}), std::pair(ghosts_[part], owned_[part].count)}) {
+    whole.values().middleCols(piece.first, piece.count) = of_part.values().middleCols(from, piece.count);
+  }
+}
+
+void JoinedLayout::take(std::size_t part, const Field& whole, Field& of_part) const {
+  for (const auto& [piece, to] : {std::pair(owned_[part], PetscInt{0}), std::pair(ghosts_[part], owned_[part].count)}) {
+    of_part.values().middleCols(to, piece.count) = whole.values().middleCols(piece.first, piece.count);
+  }
+}
+
+}  // namespace parallel
+}  // namespace pellicle

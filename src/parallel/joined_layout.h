@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "parallel/field.h"
+#include "parallel/layout.h"
+
+namespace pellicle {
+inline namespace parallel {
+
+/// Several layouts numbered through as one. A rank has the owned items of all parts, one part after the other, and then
+/// their ghosts in the same order: what is up to date in the parts is so in the whole.
+class JoinedLayout {
+ public:
+  /// Collective. @param parts at least one, of the same communicator
+  explicit JoinedLayout(const std::vector<Layout>& parts);
+
+  const Layout& layout() const { return layout_; }
+  std::size_t parts() const { return owned_.size(); }
+  /// Local number in the whole of a local item of a part.
+  PetscInt local(std::size_t part, PetscInt item) const {
+    const Piece& owned = owned_[part];
+    return item < owned.count ? owned.first + item : ghosts_[part].first + item - owned.count;
+  }
+  /// Global number in the whole of an item of a part, whichever rank has it.
+  PetscInt global(std::size_t part, PetscInt global_number) const;
+  /// First of the owned items of a part.
+  PetscInt first_owned(std::size_t part) const { return owned_[part].first; }
+
+  /// Copies values of a part, ghosts too, into those of the whole. Not collective.
+  void put(std::size_t part, const Field& of_part, Field& whole) const;
+  /// The other way.
+  void take(std::size_t part, const Field& whole, Field& of_part) const;
+
+ private:
+  struct Piece {
+    PetscInt first = 0;  ///< local number in the whole
+    PetscInt count = 0;
+  };
+
+  Layout layout_;
+  std::vector<Piece> owned_;                         ///< of each part
+  std::vector<Piece> ghosts_;                        ///< likewise
+  std::vector<std::vector<PetscInt>> part_begins_;   ///< of each part and rank: its first item, and behind the last
+  std::vector<std::vector<PetscInt>> whole_begins_;  ///< the same items in the whole
+};
+
+}  // namespace parallel
+}  // namespace pellicle

@@ -1,0 +1,284 @@
+#include "solvers/step_objective.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace solvers {
+
+namespace {
+
+/// What a residual is compared with at least, over the part's force scale: a balloon at rest has no forces.
+constexpr double negligible_force = 1e-6;
+
+std::vector<Layout> vertices_of(const std::vector<StepPart*>& parts) {
+  std::vector<Layout> layouts;
+  std::transform(parts.begin(), parts.end(), std::back_inserter(layouts),
+                 [](const StepPart* part) { return part->vertices(); });
+  return layouts;
+}
+
+}  // namespace
+
+StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between,
+                             const Choice<TangentMatrix>& type, const std::string& prefix)
+    : parts_(parts),
+      joined_(vertices_of(parts)),
+      projectors_(static_cast<std::size_t>(joined_.layout().local())),
+      between_(std::move(between)),
+      start_(joined_.layout(), 3),
+      position_(joined_.layout(), 3) {
+  MPI_Comm_rank(comm(), &rank_);
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const StepPart& part = *parts_[p];
+    for (PetscInt i = 0; i < part.vertices().local(); ++i) {
+      projectors_[static_cast<std::size_t>(joined_.local(p, i))] = part.projectors()[static_cast<std::size_t>(i)];
+    }
+    for (std::array<PetscInt, 3> triangle : part.triangles()) {
+      for (PetscInt& corner : triangle) {
+        corner = joined_.local(p, corner);
+      }
+      triangles_.push_back(triangle);
+    }
+    for (Potential* potential : part.potentials()) {
+      if (parts_.size() == 1) {  // Its numbers are those of the whole.
+        potentials_.push_back(potential);
+      } else {
+        adapted_.push_back(std::make_unique<PartPotential>(*potential, joined_, p, part.vertices()));
+        potentials_.push_back(adapted_.back().get());
+      }
+    }
+    places_.push_back({Field(part.vertices(), 3), Field(part.vertices(), 3)});
+  }
+  potentials_.insert(potentials_.end(), between_.begin(), between_.end());
+  tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, projectors_, type, prefix);
+}
+
+/// Numbers of all parts, one part after the other.
+template <class Of>
+Eigen::VectorXd StepObjective::of_parts(const Of& of) const {
+  std::vector<double> all;
+  for (StepPart* part : parts_) {
+    const Eigen::VectorXd values = of(*part);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+bool StepObjective::begin_step(double h) {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    joined_.put(p, parts_[p]->start(), start_);
+    joined_.put(p, parts_[p]->position(), position_);
+  }
+  for (Potential* potential : between_) {
+    potential->start_from(start_, position_, h);
+  }
+  bool all_led = true;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    if (!between_.empty()) {
+      joined_.take(p, position_, places_[p][0]);
+      parts_[p]->move_to(places_[p][0], parts_[p]->own_unknowns());
+    }
+    all_led = !parts_[p]->leaves_held_behind() && all_led;
+  }
+  return all_led;
+}
+
+void StepObjective::move_to(Vec unknowns) {
+  const Eigen::Index size = of_parts([](const StepPart& part) { return part.own_unknowns(); }).size();
+  Eigen::VectorXd own(size);
+  const double* values = nullptr;
+  check(VecGetArrayRead(unknowns, &values));
+  std::copy_n(values, 3 * vertices().owned, position_.data());
+  if (rank_ == 0) {
+    std::copy_n(values + 3 * vertices().owned, size, own.data());
+  }
+  check(VecRestoreArrayRead(unknowns, &values));
+  if (size > 0) {
+    MPI_Bcast(own.data(), static_cast<int>(size), MPI_DOUBLE, 0, comm());
+  }
+  position_.update_ghosts();
+  Eigen::Index first = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    joined_.take(p, position_, places_[p][0]);
+    const Eigen::Index count = parts_[p]->own_unknowns().size();
+    parts_[p]->move_to(places_[p][0], own.segment(first, count));
+    first += count;
+  }
+}
+
+void StepObjective::write_to(Vec unknowns) const {
+  const Eigen::VectorXd own = of_parts([](const StepPart& part) { return part.own_unknowns(); });
+  double* values = nullptr;
+  check(VecGetArray(unknowns, &values));
+  std::copy_n(position_.data(), 3 * vertices().owned, values);
+  if (rank_ == 0) {
+    std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
+  }
+  check(VecRestoreArray(unknowns, &values));
+}
+
+double StepObjective::value() {
+  double sum = 0;
+  for (const Potential* potential : between_) {
+    sum += potential->value(position_);
+  }
+  if (!between_.empty()) {
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+  }
+  for (StepPart* part : parts_) {
+    sum += part->value();
+  }
+  return sum;
+}
+
+void StepObjective::compute_residual(Vec residual) {
+  Eigen::Matrix3Xd sum(3, vertices().owned);
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned) = parts_[p]->gradient();
+  }
+  for (const Potential* potential : between_) {
+    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, vertices().owned);
+    potential->add_gradient(position_, gradient);
+    for (Eigen::Index i = 0; i < gradient.cols(); ++i) {
+      gradient.col(i) = (projectors_[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
+    }
+    sum += gradient;
+  }
+  squared_residuals_.clear();
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    squared_residuals_.push_back(sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned).squaredNorm());
+  }
+  const Eigen::VectorXd own = of_parts([](StepPart& part) { return part.own_rows(); });
+  double* values = nullptr;
+  check(VecGetArrayWrite(residual, &values));
+  Eigen::Map<Eigen::Matrix3Xd>(values, 3, vertices().owned) = sum;
+  if (rank_ == 0) {
+    std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
+  }
+  check(VecRestoreArrayWrite(residual, &values));
+}
+
+double StepObjective::residual_scale(double rtol) const {
+  std::vector<double> squares = squared_residuals_;
+  for (const StepPart* part : parts_) {
+    squares.insert(squares.end(), part->squared_forces().begin(), part->squared_forces().end());
+  }
+  MPI_Allreduce(MPI_IN_PLACE, squares.data(), static_cast<int>(squares.size()), MPI_DOUBLE, MPI_SUM, comm());
+  double all = 0;
+  double worst = 0;
+  double largest = 0;
+  auto forces = squares.begin() + static_cast<std::ptrdiff_t>(parts_.size());
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const auto behind = forces + static_cast<std::ptrdiff_t>(parts_[p]->squared_forces().size());
+    const double scale =
+        std::max(std::sqrt(*std::max_element(forces, behind)), negligible_force * parts_[p]->force_scale());
+    const double allowed = scale * parts_[p]->tolerance() / rtol;
+    forces = behind;
+    largest = std::max(largest, allowed);
+    all += squares[p];
+    worst = std::max(worst, std::sqrt(squares[p]) / allowed);
+  }
+  return worst > 0 ? std::sqrt(all) / worst : largest;
+}
+
+Eigen::VectorXd StepObjective::excess_volume() const {
+  return of_parts([](const StepPart& part) { return part.excess_volume(); });
+}
+
+Eigen::VectorXd StepObjective::multiplier() const {
+  return of_parts([](const StepPart& part) { return part.multiplier(); });
+}
+
+Eigen::VectorXd StepObjective::pressure_scales() const {
+  return of_parts([](const StepPart& part) { return part.pressure_scales(); });
+}
+
+std::vector<int> StepObjective::prescribed() const {
+  std::vector<int> all;
+  int first = 0;
+  for (const StepPart* part : parts_) {
+    for (const int column : part->prescribed()) {
+      all.push_back(first + column);
+    }
+    first += part->columns();
+  }
+  return all;
+}
+
+double StepObjective::inverted(const Field& from, const Field& to) const {
+  double sum = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    auto& [before, after] = places_[p];
+    joined_.take(p, from, before);
+    joined_.take(p, to, after);
+    sum += parts_[p]->inverted(before, after);
+  }
+  return sum;
+}
+
+void StepObjective::limit(Vec residual, Vec descent) const {
+  const PetscInt owned = vertices().owned;
+  const double* gradient = nullptr;
+  double* values = nullptr;
+  check(VecGetArrayRead(residual, &gradient));
+  check(VecGetArray(descent, &values));
+  Eigen::Map<Eigen::Matrix3Xd> down(values, 3, owned);
+  down = -down;
+  limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient, 3, owned), down);
+  down = -down;
+  check(VecRestoreArray(descent, &values));
+  check(VecRestoreArrayRead(residual, &gradient));
+}
+
+int StepObjective::columns() const {
+  int sum = 0;
+  for (const StepPart* part : parts_) {
+    sum += part->columns();
+  }
+  return sum;
+}
+
+void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(3 * vertices().owned, columns());
+  Eigen::VectorXd coefficients(columns());
+  Eigen::Index first = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const int count = parts_[p]->columns();
+    parts_[p]->begin_tangent(curvature, positive_share,
+                             gradients.block(3 * joined_.first_owned(p), first, 3 * parts_[p]->vertices().owned, count),
+                             coefficients.segment(first, count));
+    first += count;
+  }
+  for (Potential* potential : between_) {
+    potential->set_positive_share(positive_share);
+  }
+  tangent_->update(position_, curvature);
+  system.update(gradients, coefficients);
+}
+
+bool StepObjective::blends() const {
+  return std::all_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->blends(); });
+}
+
+double StepObjective::length_scale() const {
+  double largest = 0;
+  for (const StepPart* part : parts_) {
+    largest = std::max(largest, part->length_scale());
+  }
+  return largest;
+}
+
+double StepObjective::force_scale() const {
+  double largest = 0;
+  for (const StepPart* part : parts_) {
+    largest = std::max(largest, part->force_scale());
+  }
+  return largest;
+}
+
+}  // namespace solvers
+}  // namespace pellicle

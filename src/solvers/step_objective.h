@@ -1,0 +1,100 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "parallel/joined_layout.h"
+#include "solvers/low_rank_system.h"
+#include "solvers/part_potential.h"
+#include "solvers/step_part.h"
+#include "solvers/tangent.h"
+
+namespace pellicle {
+inline namespace solvers {
+
+/// What an implicit step makes stationary, its gradient and its second derivative: the sum of the parts of objects, and
+/// of what is between them, such as contact.
+///
+/// The unknowns are the positions of the owned vertices of all parts, as JoinedLayout has them, then on rank 0 the
+/// parts' own ones.
+class StepObjective {
+ public:
+  /// Collective. All must outlive it.
+  /// @param parts at least one @param between potentials of the positions of all parts, as JoinedLayout has them
+  /// @param type, prefix see Tangent
+  StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between, const Choice<TangentMatrix>& type,
+                const std::string& prefix);
+  StepObjective(const StepObjective&) = delete;  // The tangent points to its layout.
+  StepObjective& operator=(const StepObjective&) = delete;
+
+  const Layout& vertices() const { return joined_.layout(); }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+  const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
+
+  /// From here on it is that of the step of length h [s] that all parts have begun. @returns whether all vertices that
+  /// are held are where the step has to take them; else it is too long. Collective.
+  bool begin_step(double h);
+  /// Collective.
+  void move_to(Vec unknowns);
+  void write_to(Vec unknowns) const;
+  /// x, ghosts up to date.
+  const Field& position() const { return position_; }
+  /// Where the step started, ghosts up to date.
+  const Field& start() const { return start_; }
+
+  /// At x [J]. Collective.
+  double value();
+  /// Gradient at x, and the rows of the parts' own unknowns. Collective.
+  void compute_residual(Vec residual);
+  /// What the last residual is to be small against [N]: the largest norm of a kind of a part's forces, as the part has
+  /// it that is furthest from balance, and by how much less is asked of it than `rtol` (StepPart::tolerance).
+  /// Collective.
+  double residual_scale(double rtol) const;
+  /// Of the volumes that are prescribed, see StepPart. Not collective.
+  Eigen::VectorXd excess_volume() const;
+  Eigen::VectorXd multiplier() const;
+  Eigen::VectorXd pressure_scales() const;
+  std::vector<int> prescribed() const;
+  /// See StepPart::inverted. Collective.
+  double inverted(const Field& from, const Field& to) const;
+  /// See limit_step; changes the descent x - y of Newton's step from x, of the unknowns. Collective.
+  void limit(Vec residual, Vec descent) const;
+  /// See Tangent::move_on.
+  bool move_on() { return tangent_->move_on(position_); }
+
+  const Tangent& tangent() const { return *tangent_; }
+  /// Columns of the low-rank part of the second derivative.
+  int columns() const;
+  /// Sets the second derivative at x. Collective.
+  /// @param system of the tangent's matrix, with so many columns
+  /// @param positive_share of the way from the exact tangent to the positive one (see `blends`)
+  void update_tangent(Curvature curvature, LowRankSystem& system, double positive_share = 0);
+  /// Whether the exact tangent can go over to the positive one step by step.
+  bool blends() const;
+
+  /// The largest of the parts'.
+  double length_scale() const;
+  double force_scale() const;
+
+ private:
+  MPI_Comm comm() const { return vertices().comm; }
+  template <class Of>
+  Eigen::VectorXd of_parts(const Of& of) const;
+
+  std::vector<StepPart*> parts_;
+  JoinedLayout joined_;
+  std::vector<std::array<PetscInt, 3>> triangles_;
+  std::vector<Eigen::Matrix3d> projectors_;  ///< of the local vertices
+  std::vector<std::unique_ptr<Potential>> adapted_;
+  std::vector<Potential*> between_;
+  std::vector<Potential*> potentials_;  ///< all of them, of the positions of all parts
+  std::unique_ptr<Tangent> tangent_;
+  int rank_ = 0;
+  Field start_;
+  Field position_;
+  mutable std::vector<std::array<Field, 2>> places_;  ///< of each part, for a moment
+  std::vector<double> squared_residuals_;             ///< of each part, this rank's share of the last residual [N^2]
+};
+
+}  // namespace solvers
+}  // namespace pellicle

@@ -1,0 +1,235 @@
+#include "world/together.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+#include "contact/crossings.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// Of linear solves where sheets are among what touches, unless the balloon has one of its own: it costs no Newton
+/// iterations, and saves half of the linear ones.
+constexpr double rtol_of_sheets = 1e-3;
+
+/// @throws Error when an object of those that touch is to do so in another way than the first
+void require_alike(const ObjectOptions& first, const ObjectOptions& other) {
+  const auto require = [&](const std::string& key, double of_first, double of_other) {
+    if (of_first != of_other) {
+      throw Error(other.name + ": " + key + ": " + number_text(of_other) + ", expected " + number_text(of_first) +
+                  " as of " + first.name + ", which it touches");
+    }
+  };
+  const ContactOptions& a = first.options.contact;
+  const ContactOptions& b = other.options.contact;
+  require("contact.stiffness", a.stiffness, b.stiffness);
+  require("contact.friction", a.friction, b.friction);
+  require("contact.slip_speed", a.slip_speed, b.slip_speed);
+}
+
+}  // namespace
+
+std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects) {
+  std::vector<ObjectOptions*> touching;
+  TogetherOptions together;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].options.contact.self) {
+      touching.push_back(&objects[i]);
+      together.objects.push_back(i);
+      together.names.push_back(objects[i].name);
+    }
+  }
+  if (touching.size() < 2) {
+    return std::nullopt;
+  }
+  const ObjectOptions& first = *touching.front();
+  together.contact = first.options.contact;
+  const auto balloon = std::find_if(touching.begin(), touching.end(), [](const ObjectOptions* object) {
+    return object->options.chain == ChainKind::inflate;
+  });
+  if (balloon != touching.end()) {
+    together.step = (*balloon)->options.prism;
+  } else {
+    together.step.solver_prefix = first.options.elastic.solver_prefix;
+  }
+  together.step.newton = NewtonEnd::converged;
+  together.step.inertia = together.step.inertia && first.options.time.scheme != TimeScheme::statics;
+  together.step.positive_elements = false;
+  for (ObjectOptions* object : touching) {
+    require_alike(first, *object);
+    Options& options = object->options;
+    options.contact.together = true;
+    together.contact.check = together.contact.check || options.contact.check;
+    if (options.chain == ChainKind::burn && together.step.ksp_rtol == PrismOptions().ksp_rtol) {
+      together.step.ksp_rtol = rtol_of_sheets;
+    }
+    if (options.contact.thickness) {
+      const double thickness = *options.contact.thickness;
+      together.contact.thickness = std::min(thickness, together.contact.thickness.value_or(thickness));
+    }
+  }
+  return together;
+}
+
+Together::Step::Step(const std::vector<StepPart*>& parts, const std::vector<const Surface*>& surfaces,
+                     const TogetherOptions& options)
+    : parts(parts),
+      contact(surfaces, options.contact,
+              std::all_of(parts.begin(), parts.end(),
+                          [&](const StepPart* part) {
+                            const auto& projectors = part->projectors();
+                            return !on_any_rank(
+                                surfaces.front()->comm(),
+                                std::any_of(projectors.begin(), projectors.end(), [](const Eigen::Matrix3d& projector) {
+                                  return projector != Eigen::Matrix3d::Identity();
+                                }));
+                          })),
+      objective(parts, {&contact}, options.step.mat_type, options.step.solver_prefix),
+      solver(objective, options.step) {}
+
+Together::Together(TogetherOptions options, const std::vector<Object*>& objects, OutputFolder& folder)
+    : options_(std::move(options)), folder_(folder), clock_({"implicit step"}) {
+  for (const std::size_t i : options_.objects) {
+    objects_.push_back(objects[i]->touching());
+  }
+}
+
+bool Together::has(const Object* object) const {
+  return std::find(objects_.begin(), objects_.end(), object) != objects_.end();
+}
+
+std::vector<TouchingObject*> Together::present() const {
+  std::vector<TouchingObject*> present;
+  std::copy_if(objects_.begin(), objects_.end(), std::back_inserter(present),
+               [](const Object* object) { return !object->is_gone(); });
+  return present;
+}
+
+/// Made anew whenever an object has been numbered anew or is gone.
+Together::Step& Together::common() {
+  std::vector<StepPart*> parts;
+  std::vector<const Surface*> surfaces;
+  for (TouchingObject* object : present()) {
+    parts.push_back(&object->part());
+    surfaces.push_back(&object->surface());
+  }
+  if (step_ == nullptr || step_->parts != parts) {
+    step_ = std::make_unique<Step>(parts, surfaces, options_);
+  }
+  return *step_;
+}
+
+StepResult Together::advance(double h) {
+  StepResult all;
+  const std::vector<TouchingObject*> objects = present();
+  if (objects.empty()) {
+    return all;
+  }
+  const auto name_of = [&](const Object* object) {
+    return options_
+        .names[static_cast<std::size_t>(std::find(objects_.begin(), objects_.end(), object) - objects_.begin())];
+  };
+  const auto add = [&](const Object* object, const StepResult& result) {
+    all.converged = result.converged;
+    all.reason = result.converged ? "" : heading_of(name_of(object)) + result.reason;
+    return result.converged;
+  };
+  for (TouchingObject* object : objects) {
+    const StepResult begun = object->begin(h);
+    all.iterations += begun.iterations;
+    if (!add(object, begun)) {
+      return all;
+    }
+  }
+  {
+    const auto timer = clock_.time("implicit step");
+    Step& step = common();
+    for (std::size_t p = 0; p < objects.size(); ++p) {
+      if (const std::vector<bool>* living = objects[p]->living()) {
+        step.contact.set_living(*living, p);
+      }
+    }
+    last_ = step.solver.advance(h);
+  }
+  all.iterations += last_.linear_iterations;
+  if (!last_.converged) {
+    all.converged = false;
+    all.reason = "what touches: " + last_.reason;
+    return all;
+  }
+  for (TouchingObject* object : objects) {
+    const StepResult ended = object->end(last_);
+    if (!add(object, ended)) {
+      return all;
+    }
+    all.figures += (all.figures.empty() ? "" : ", ") + name_of(object) + " " + ended.figures;
+    if (ended.step_error) {
+      all.step_error = std::max(*ended.step_error, all.step_error.value_or(0));
+    }
+  }
+  return all;
+}
+
+void Together::make_history(const Hdf5File* resumed) {
+  std::vector<History::Column> columns{{"time", "s"},
+                                       {"step", ""},
+                                       {"contacts", ""},
+                                       {"smallest_gap", "m"},
+                                       {"contact_energy", "J"},
+                                       {"contact_searches", ""},
+                                       {"newton_iterations", ""},
+                                       {"linear_iterations", ""},
+                                       {"residual_over_tolerance", ""}};
+  if (options_.contact.check) {
+    columns.insert(columns.end(), {{"crossings", ""},
+                                   {"crossing_object_1", ""},
+                                   {"crossing_element_1", ""},
+                                   {"crossing_object_2", ""},
+                                   {"crossing_element_2", ""}});
+  }
+  history_ = std::make_unique<History>(folder_, "contacts.csv", columns, resumed);
+}
+
+void Together::record(double time, int step) {
+  if (history_ == nullptr) {
+    make_history(nullptr);
+  }
+  const std::vector<TouchingObject*> objects = present();
+  ContactFigures figures;
+  if (!objects.empty()) {
+    SurfaceContact& contact = common().contact;
+    Field x(contact.joined().layout(), 3);
+    for (std::size_t p = 0; p < objects.size(); ++p) {
+      contact.joined().put(p, objects[p]->state().position, x);
+    }
+    figures = contact.figures(x);
+  }
+  std::vector<double> values{time,
+                             static_cast<double>(step),
+                             static_cast<double>(figures.contacts),
+                             figures.smallest_gap,
+                             figures.energy,
+                             static_cast<double>(figures.searches),
+                             static_cast<double>(last_.newton_iterations),
+                             static_cast<double>(last_.linear_iterations),
+                             last_.over_tolerance};
+  if (options_.contact.check) {
+    std::vector<PlacedSurface> surfaces;
+    for (const TouchingObject* object : objects) {
+      surfaces.push_back({object->surface(), object->state().position, object->living()});
+    }
+    const Crossings crossings = surfaces.empty() ? Crossings() : find_crossings(surfaces);
+    values.insert(values.end(), {static_cast<double>(crossings.pairs), static_cast<double>(crossings.surfaces[0]),
+                                 static_cast<double>(crossings.elements[0]), static_cast<double>(crossings.surfaces[1]),
+                                 static_cast<double>(crossings.elements[1])});
+  }
+  history_->add(values);
+}
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.h"
+#include "contact/surface_contact.h"
+#include "equilibrium/implicit_step.h"
+#include "io/history.h"
+#include "solvers/step_objective.h"
+#include "world/object.h"
+#include "world/options.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// How the objects that touch each other do so, and how their common step is solved.
+struct TogetherOptions {
+  std::vector<std::size_t> objects;  ///< which, by their places in the run
+  std::vector<std::string> names;    ///< of them
+  ContactOptions contact;
+  PrismOptions step;
+};
+
+/// Objects of a run with `contact.self` touch each other: their options are told so (ContactOptions::together).
+/// @returns nothing unless there are at least two @throws Error when they are to touch in different ways
+std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects);
+
+/// Objects that touch themselves and each other: a step brings all of them into balance at once, so that what one
+/// presses on another presses back. All calls are collective.
+class Together {
+ public:
+  /// @param objects all of the run; must outlive it
+  Together(TogetherOptions options, const std::vector<Object*>& objects, OutputFolder& folder);
+
+  /// Whether an object of the run takes part.
+  bool has(const Object* object) const;
+
+  /// See Object::advance, of all that take part and are not gone.
+  StepResult advance(double h);
+  /// See Object::forget.
+  void forget() { step_ = nullptr; }
+
+  /// Adds a row to contacts.csv.
+  void record(double time, int step);
+  void save(Hdf5File& checkpoint) const { history_->save(checkpoint); }
+  void resume_output(const Hdf5File& checkpoint) { make_history(&checkpoint); }
+
+  /// Which linear solver it has.
+  std::string solver_words() { return common().solver.solver_words(); }
+  /// Of its common steps.
+  const StageClock& clock() const { return clock_; }
+  StageClock& clock() { return clock_; }
+
+ private:
+  /// The step of some surfaces, until their numbering changes.
+  struct Step {
+    Step(const std::vector<StepPart*>& parts, const std::vector<const Surface*>& surfaces,
+         const TogetherOptions& options);
+
+    std::vector<StepPart*> parts;
+    SurfaceContact contact;
+    StepObjective objective;
+    ImplicitStep solver;
+  };
+
+  std::vector<TouchingObject*> present() const;
+  Step& common();
+  void make_history(const Hdf5File* resumed);
+
+  TogetherOptions options_;
+  std::vector<TouchingObject*> objects_;
+  OutputFolder& folder_;
+  StageClock clock_;
+  std::unique_ptr<Step> step_;
+  ImplicitResult last_;
+  std::unique_ptr<History> history_;  ///< made with the first row, when the first frame has made the folder
+};
+
+}  // namespace world
+}  // namespace pellicle

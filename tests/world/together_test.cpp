@@ -1,0 +1,217 @@
+// Several objects that touch each other: what one presses on another presses back, in one common step.
+
+#include "world/together.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <sstream>
+
+#include "base/error.h"
+#include "contact/crossings.h"
+#include "meshing/closed_shapes.h"
+#include "surface/shell.h"
+#include "tests/io/files.h"
+#include "tests/support/by_id.h"
+#include "tests/support/csv.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/support/run_folder.h"
+#include "tests/world/one_object.h"
+
+namespace pellicle::together_test {
+namespace {
+
+constexpr double radius = 0.05;  // [m]
+constexpr double gap = 2e-3;     // between what is to touch [m]
+
+SurfaceMesh on_root(const SurfaceMesh& mesh) {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank == 0 ? mesh : SurfaceMesh();
+}
+
+SurfaceMesh ball_at(const Eigen::Vector3d& centre) {
+  SurfaceMesh mesh = icosphere_mesh(2, radius);
+  for (Eigen::Vector3d& point : mesh.points) {
+    point += centre;
+  }
+  return mesh;
+}
+
+void make_balloon(Options& options) {
+  options.chain = ChainKind::inflate;
+  options.prism.mass_damping = 0;
+  options.wall.thickness = 3e-4;
+  options.wall.material.law = "neo_hookean";
+  options.wall.material.mu = 4e5;
+  ChamberOptions& gas = options.chambers["gas"];
+  gas.law = "isothermal";
+}
+
+void make_touching(Options& options, const std::string& directory) {
+  options.force.gravity.setZero();
+  options.contact.self = true;
+  options.contact.check = true;
+  options.contact.thickness = 3e-3;
+  options.output.directory = directory;
+  options.output.name = "scene";
+}
+
+/// The world of some objects with their meshes.
+struct Scene {
+  Scene(std::deque<ObjectOptions> of_objects, const std::vector<SurfaceMesh>& meshes)
+      : objects(std::move(of_objects)),
+        together(find_together(objects)),
+        folder(objects.front().options.output),
+        world(folder.output, objects.front().options.output, members(meshes), together) {
+    world.draw();
+    world.record(0, 0);
+  }
+
+  std::vector<World::Member> members(const std::vector<SurfaceMesh>& meshes) {
+    std::vector<World::Member> list;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      const Options& options = objects[i].options;
+      const bool burns = options.chain == ChainKind::burn;
+      World::Member& member = list.emplace_back();
+      member.name = objects[i].name;
+      member.clock = burns ? clock_of<BurnRun>(options) : clock_of<InflateRun>(options);
+      const ObjectOutput output{folder.output, console, *member.clock, member.name};
+      if (burns) {
+        member.object = std::make_unique<BurnRun>(
+            make_sheet(PETSC_COMM_WORLD, on_root(meshes[i]), shell_options(options)), options, output);
+      } else {
+        member.object = std::make_unique<InflateRun>(make_membrane(PETSC_COMM_WORLD, on_root(meshes[i]), options.sheet),
+                                                     options, output);
+      }
+    }
+    return list;
+  }
+
+  TouchingObject& object(std::size_t i) { return *world.members()[i].object->touching(); }
+
+  void throw_all(std::size_t i, const Eigen::Vector3d& velocity) {
+    object(i).state().velocity.values().colwise() = velocity;
+  }
+
+  void step(double h) {
+    world.keep();
+    const StepResult result = world.advance(h);
+    ASSERT_TRUE(result.converged) << result.reason;
+    world.accept(world.time());
+    world.record(h, 0);
+  }
+
+  /// A column of contacts.csv in its last row.
+  double last(const std::string& column) {
+    MPI_Barrier(PETSC_COMM_WORLD);
+    return read_csv(objects.front().options.output.directory + "/contacts.csv").at(column).back();
+  }
+
+  std::deque<ObjectOptions> objects;
+  std::optional<TogetherOptions> together;
+  std::ostringstream said;
+  Console console{PETSC_COMM_WORLD, 0, said, false};
+  RunFolder folder;
+  World world;
+};
+
+// The same equations, with other numbers for the vertices.
+TEST(Together, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {
+  const TestFolder folder;
+  const std::array<Eigen::Vector3d, 2> centre{Eigen::Vector3d(-radius - gap / 2, 0, 0),
+                                              Eigen::Vector3d(radius + gap / 2, 0.3 * radius, 0)};
+  std::deque<ObjectOptions> two;
+  for (const char* name : {"left", "right"}) {
+    Options& options = two.emplace_back(name).options;
+    make_balloon(options);
+    make_touching(options, folder / "two");
+  }
+  std::deque<ObjectOptions> one;
+  make_balloon(one.emplace_back("").options);
+  make_touching(one.front().options, folder / "one");
+  const SurfaceMesh left = ball_at(centre[0]);
+  const auto points = static_cast<PetscInt>(left.points.size());
+  Scene objects(std::move(two), {left, ball_at(centre[1])});
+  Scene pieces(std::move(one), {joined(left, left, centre[1] - centre[0])});
+  objects.throw_all(0, {1, 0, 0});
+  for (PetscInt i = 0; i < pieces.object(0).surface().particles.local(); ++i) {
+    if (pieces.object(0).surface().persistent_id[static_cast<std::size_t>(i)] < points) {
+      pieces.object(0).state().velocity.vector(i) = Eigen::Vector3d(1, 0, 0);
+    }
+  }
+  for (int n = 0; n < 12; ++n) {
+    objects.step(1e-3);
+    pieces.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    EXPECT_EQ(objects.last("crossings"), 0);
+  }
+  EXPECT_GT(objects.last("contacts"), 0);
+  const Eigen::MatrixXd whole = by_id(pieces.object(0).surface(), pieces.object(0).state().position);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Eigen::MatrixXd own = by_id(objects.object(i).surface(), objects.object(i).state().position);
+    EXPECT_LT((own - whole.middleCols(static_cast<PetscInt>(i) * points, points)).cwiseAbs().maxCoeff(), 1e-8 * radius);
+  }
+}
+
+// Nothing else acts on them.
+TEST(Together, ASheetThatHitsABalloonGivesItItsMomentum) {
+  const TestFolder folder;
+  std::deque<ObjectOptions> objects;
+  Options& sheet = objects.emplace_back("sheet").options;
+  sheet.sheet.thickness = 2e-3;
+  sheet.elastic.newton_tolerance = 1e-6;
+  make_touching(sheet, folder / "out");
+  Options& balloon = objects.emplace_back("balloon").options;
+  make_balloon(balloon);
+  make_touching(balloon, folder / "out");
+  SurfaceMesh cloth = grid_mesh(10, 10, 0.01);
+  for (Eigen::Vector3d& point : cloth.points) {
+    point += Eigen::Vector3d(-0.05, -0.04, radius + gap);
+  }
+  Scene scene(std::move(objects), {cloth, ball_at({0, 0, 0})});
+  scene.throw_all(0, {0, 0, -1});
+  const auto momenta = [&] {
+    std::array<Eigen::Vector3d, 2> sums{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    auto& cloth_run = static_cast<BurnRun&>(scene.object(0));
+    for (PetscInt i = 0; i < cloth_run.sheet().particles.owned; ++i) {
+      sums[0] += cloth_run.state().mass.data()[i] * cloth_run.state().velocity.vector(i);
+    }
+    const Membrane& membrane = static_cast<InflateRun&>(scene.object(1)).membrane();
+    const std::vector<double> masses = vertex_masses(membrane, make_wall(membrane, scene.objects[1].options.wall, {}));
+    for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
+      sums[1] += masses[static_cast<std::size_t>(i)] * scene.object(1).state().velocity.vector(i);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 6, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return sums;
+  };
+  const Eigen::Vector3d before = momenta()[0];
+  for (int n = 0; n < 12; ++n) {
+    scene.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    EXPECT_EQ(scene.last("crossings"), 0);
+  }
+  EXPECT_GT(scene.last("contacts"), 0);
+  const auto after = momenta();
+  EXPECT_LT(after[1].z(), 0.05 * before.z());  // It moves down, too.
+  EXPECT_LT((after[0] + after[1] - before).norm(), 1e-5 * before.norm());
+}
+
+TEST(Together, WhatCannotGoTogetherIsRefused) {
+  std::deque<ObjectOptions> objects;
+  objects.emplace_back("cloth").options.contact.self = true;
+  objects.emplace_back("paper").options.contact.self = true;
+  EXPECT_TRUE(find_together(objects));
+  objects[1].options.contact.friction = 0.5;
+  try {
+    find_together(objects);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "paper: contact.friction: 0.5, expected 0 as of cloth, which it touches");
+  }
+  objects[1].options.contact.self = false;
+  EXPECT_FALSE(find_together(objects));
+}
+
+}  // namespace
+}  // namespace pellicle::together_test
