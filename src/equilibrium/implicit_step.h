@@ -22,11 +22,10 @@ struct ImplicitResult {
   std::string reason;  ///< of a failure, in words
   int newton_iterations = 0;
   int linear_iterations = 0;
-  bool is_factorised = false;  ///< from some Newton iteration on
-  int concave_iterations = 0;  ///< Newton iterations in which the tangent was not positive definite
-  double residual = 0;         ///< norm of what is left of all forces together at the end [N]
-  double relative_residual =
-      0;  ///< over StepObjective::residual_scale: of a balloon the largest norm of one kind of force
+  bool is_factorised = false;       ///< from some Newton iteration on
+  int concave_iterations = 0;       ///< Newton iterations in which the tangent was not positive definite
+  double residual = 0;              ///< norm of what is left of all forces together at the end [N]
+  double relative_residual = 0;     ///< over StepObjective::residual_scale, such as the largest norm of a kind of force
   double over_tolerance = 0;        ///< what is left over what may be left; 1 or less if it has converged
   bool is_above_tolerance = false;  ///< whether that is more than PrismOptions::residual_tolerance, and not rounding
 };
