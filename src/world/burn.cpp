@@ -198,6 +198,7 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
+  step.contacts = bodies_.correct_positions(state.position, *together_);
   step.constraint_error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   find_velocities(state, *together_);
   step.cracked = tear(state);

@@ -1,6 +1,9 @@
 #include "world/contact_of_object.h"
 
+#include <algorithm>
+
 #include "contact/crossings.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -30,6 +33,12 @@ std::vector<double> contact_values(const ContactOptions& options, const std::opt
                                  static_cast<double>(crossings.elements[1])});
   }
   return values;
+}
+
+bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projectors) {
+  const bool holds = std::any_of(projectors.begin(), projectors.end(),
+                                 [](const Eigen::Matrix3d& p) { return p != Eigen::Matrix3d::Identity(); });
+  return !on_any_rank(comm, holds);
 }
 
 }  // namespace world

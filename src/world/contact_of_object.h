@@ -20,5 +20,9 @@ std::vector<History::Column> contact_columns(const ContactOptions& options);
 std::vector<double> contact_values(const ContactOptions& options, const std::optional<SurfaceContact>& contact,
                                    const Surface& surface, const Field& position, const std::vector<bool>* living);
 
+/// Whether nothing holds the particles of any rank back, so that all of an object may move alike. Collective.
+/// @param projectors of each local particle onto where it may go
+bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projectors);
+
 }  // namespace world
 }  // namespace pellicle

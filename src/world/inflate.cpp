@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "combustion/combustion.h"
-#include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/textures.h"
@@ -172,10 +171,8 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
     require_contact_possible(options);
   }
   if (options.contact.self && !options.contact.together) {
-    const std::vector<Eigen::Matrix3d>& projectors = constraints_.projectors();
-    const bool is_free = std::all_of(projectors.begin(), projectors.end(),
-                                     [](const Eigen::Matrix3d& p) { return p == Eigen::Matrix3d::Identity(); });
-    contact_.emplace(std::vector<const Surface*>{&membrane}, options.contact, !on_any_rank(membrane.comm(), !is_free));
+    contact_.emplace(std::vector<const Surface*>{&membrane}, options.contact,
+                     can_move_alike(membrane.comm(), constraints_.projectors()));
   }
   make_solvers();
 }

@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "contact/crossings.h"
-#include "parallel/collective.h"
+#include "world/contact_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -80,15 +80,9 @@ Together::Step::Step(const std::vector<StepPart*>& parts, const std::vector<cons
                      const TogetherOptions& options)
     : parts(parts),
       contact(surfaces, options.contact,
-              std::all_of(parts.begin(), parts.end(),
-                          [&](const StepPart* part) {
-                            const auto& projectors = part->projectors();
-                            return !on_any_rank(
-                                surfaces.front()->comm(),
-                                std::any_of(projectors.begin(), projectors.end(), [](const Eigen::Matrix3d& projector) {
-                                  return projector != Eigen::Matrix3d::Identity();
-                                }));
-                          })),
+              std::all_of(
+                  parts.begin(), parts.end(),
+                  [&](const StepPart* part) { return can_move_alike(surfaces.front()->comm(), part->projectors()); })),
       objective(parts, {&contact}, options.step.mat_type, options.step.solver_prefix),
       solver(objective, options.step) {}
 

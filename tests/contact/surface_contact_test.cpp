@@ -87,6 +87,15 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
     return w;
   }
 
+  /// Rubbing contact in a roll whose layers overlap, once its particles have moved a little.
+  Field press(SurfaceContact& contact) const {
+    const Field start = roll(0.6 * thickness);
+    Field x = roll(0.6 * thickness);
+    contact.start_from(start, x, 1e-3);
+    x.values() += 2e-4 * direction().values();
+    return x;
+  }
+
   int crossings(const Field& x) const { return find_crossings({{surface(), x, nullptr}}).pairs; }
 
   int rank_ = 0;
@@ -110,11 +119,8 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
   SurfaceContact contact({&surface()}, options_, true);
-  const Field start = roll(0.6 * thickness);
-  Field x = roll(0.6 * thickness);
-  contact.start_from(start, x, 1e-3);
+  const Field x = press(contact);
   const Field w = direction();
-  x.values() += 2e-4 * w.values();
   EXPECT_GT(sum(contact.value(x)), 0);
 
   const Eigen::Matrix3Xd here = gradient(contact, x);
@@ -141,7 +147,7 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0;
   SurfaceContact smooth({&surface()}, options_, true);
   Field y = roll(0.6 * thickness);
-  smooth.start_from(start, y, 1e-3);
+  smooth.start_from(roll(0.6 * thickness), y, 1e-3);
   const Eigen::Matrix3Xd pushing = gradient(smooth, y);
   moment.setZero();
   for (PetscInt i = 0; i < here.cols(); ++i) {
@@ -157,11 +163,8 @@ TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
   SurfaceContact contact({&surface()}, options_, true);
-  const Field start = roll(0.6 * thickness);
-  Field x = roll(0.6 * thickness);
-  contact.start_from(start, x, 1e-3);
-  Field w = direction();
-  x.values() += 2e-4 * w.values();
+  Field x = press(contact);
+  const Field w = direction();
   const std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(surface().particles.local()),
                                                 Eigen::Matrix3d::Identity());
   Tangent tangent(surface().particles, {&contact}, projectors, TangentMatrix::baij, "contact_test_");

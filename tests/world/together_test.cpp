@@ -197,6 +197,32 @@ TEST(Together, ASheetThatHitsABalloonGivesItItsMomentum) {
   EXPECT_LT((after[0] + after[1] - before).norm(), 1e-5 * before.norm());
 }
 
+// Beside a balloon that it may touch, it meets the bodies of its own all the same.
+TEST(Together, ASheetStaysAboveItsBody) {
+  const TestFolder folder;
+  std::deque<ObjectOptions> objects;
+  Options& sheet = objects.emplace_back("sheet").options;
+  make_touching(sheet, folder / "out");
+  sheet.bodies["floor"].shape = BodyShape::plane;
+  Options& balloon = objects.emplace_back("balloon").options;
+  make_balloon(balloon);
+  make_touching(balloon, folder / "out");
+  SurfaceMesh cloth = grid_mesh(4, 4, 0.02);
+  for (Eigen::Vector3d& point : cloth.points) {
+    point.z() += 0.01;
+  }
+  Scene scene(std::move(objects), {cloth, ball_at({1, 0, 0})});
+  scene.throw_all(0, {0, 0, -1});
+  for (int n = 0; n < 20; ++n) {
+    scene.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    const Field& x = scene.object(0).state().position;
+    for (PetscInt i = 0; i < scene.object(0).surface().particles.local(); ++i) {
+      EXPECT_GT(x.vector(i).z(), -1e-6);
+    }
+  }
+}
+
 TEST(Together, WhatCannotGoTogetherIsRefused) {
   std::deque<ObjectOptions> objects;
   objects.emplace_back("cloth").options.contact.self = true;
