@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -77,34 +78,22 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
 }
 
 void ElasticStep::make_solver(const std::vector<bool>& pinned) {
-  // Rounding of positions leaves some epsilon times this: it does not shrink with the springs, whose stiffness does
-  // not.
-  const auto& stiffness = material_.stiffness(Living(sheet_));
-  std::array<double, 2> squares{};  // of the stiffness, and of the largest place
-  for (const Colour colour : all_colours) {
-    const auto index = static_cast<std::size_t>(colour);
-    for (std::size_t s = 0; s < static_cast<std::size_t>(sheet_.of(colour).owned()); ++s) {
-      squares[0] += stiffness[index][s] * stiffness[index][s];
-    }
-  }
-  const double place = sheet_.rest.cols() > 0 ? sheet_.rest.cwiseAbs().maxCoeff() : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &squares[0], 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  MPI_Allreduce(&place, &squares[1], 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
-  place_ = squares[1];
-  rounding_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(squares[0]) * place_;
-  force_scale_ = std::sqrt(squares[0] / static_cast<double>(sheet_.particles.global)) * place_;
   projectors_ = projectors_of(pinned);
   tangent_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors_, TangentMatrix::shell, "");
   if (options_.mat_type != TangentMatrix::shell) {
     assembled_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors_, options_.mat_type,
                                            options_.solver_prefix);
   }
-  const double ratio = stiffness_over_inertia();
+  place_ = sheet_.rest.cols() > 0 ? sheet_.rest.cwiseAbs().maxCoeff() : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &place_, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  const RestTangent rest = rest_tangent();
+  force_scale_ = rest.mean_square * place_;
+  rounding_ = 10 * std::numeric_limits<double>::epsilon() * std::sqrt(3.0 * sheet_.particles.global) * force_scale_;
   KspDefaults defaults;
   if (options_.mat_type == TangentMatrix::sbaij) {
     defaults.preconditioner = PCBJACOBI;
   } else {
-    defaults.preconditioner = ratio < worth_patches ? PCPBJACOBI : PCMG;
+    defaults.preconditioner = rest.over_inertia < worth_patches ? PCPBJACOBI : PCMG;
   }
   defaults.rtol = 1e-2;
   defaults.max_iterations = 10000;
@@ -122,11 +111,11 @@ void ElasticStep::make_solver(const std::vector<bool>& pinned) {
   check(KSPGetPC(solver_, &pc));
   check(PCGetType(pc, &preconditioner));
   std::snprintf(words, sizeof words, "%s, %s%s: stiffness is %.2g times inertia", type, preconditioner,
-                patches_ != nullptr ? " with rigid patches" : "", ratio);
+                patches_ != nullptr ? " with rigid patches" : "", rest.over_inertia);
   solver_words_ = words;
 }
 
-double ElasticStep::stiffness_over_inertia() {
+ElasticStep::RestTangent ElasticStep::rest_tangent() {
   const auto particles = static_cast<std::size_t>(sheet_.particles.local());
   std::array<std::vector<double>, 4> length;
   for (const Colour colour : all_colours) {
@@ -140,14 +129,14 @@ double ElasticStep::stiffness_over_inertia() {
   tangent_->update(rest, Curvature::positive);
   VecHandle diagonal;
   check(MatCreateVecs(tangent_->matrix(), diagonal.create(), nullptr));
-  std::array<double, 2> sums{};  // of the diagonal and of its inertia
+  double sum = 0;
+  double norm = 0;
   check(MatGetDiagonal(tangent_->matrix(), diagonal));
-  check(VecSum(diagonal, &sums[0]));
-  for (const double inertia : mass_over_square_) {
-    sums[1] += 3 * inertia;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &sums[1], 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  return sums[1] > 0 ? sums[0] / sums[1] : 0;
+  check(VecSum(diagonal, &sum));
+  check(VecNorm(diagonal, NORM_2, &norm));
+  double inertia = 3 * std::accumulate(mass_over_square_.begin(), mass_over_square_.end(), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return {norm / std::sqrt(3.0 * sheet_.particles.global), inertia > 0 ? sum / inertia : 0};
 }
 
 void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {

@@ -114,8 +114,12 @@ class ElasticStep : public StepPart {
   ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
               const std::vector<bool>& clamped, const ElasticOptions& options, const std::vector<Potential*>& others);
   void make_solver(const std::vector<bool>& pinned);
-  /// Mean of the diagonal of the undeformed sheet's tangent, over that of its inertia. Collective.
-  double stiffness_over_inertia();
+  /// Of the diagonal of the undeformed sheet's tangent.
+  struct RestTangent {
+    double mean_square = 0;   ///< root of the mean of its squares [N/m]
+    double over_inertia = 0;  ///< mean, over that of its inertia
+  };
+  RestTangent rest_tangent();  // collective
   void begin_step(const Field& positions, const ElasticInput& input);
   /// Newton's method, from the positions given. Adds to the iterations of `result`. Collective.
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);

@@ -185,6 +185,26 @@ TEST(ElasticStepTest, rigid_motion_costs_nothing) {
   EXPECT_LT(motion.energy(), 1e-20);
 }
 
+// What is left of the forces is then rounding of those that bend a plate: each step has converged, for all that.
+TEST(ElasticStepTest, a_stiff_plate_falls_freely) {
+  SurfaceMesh mesh = grid_mesh(8, 5, 0.05);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (Eigen::Vector3d& point : mesh.points) {
+    point = turn * point;
+  }
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, mesh);
+  for (const double bending : {1e-3, 10.0, 1e4}) {
+    SheetMaterial material;
+    material.bending_stiffness = bending;
+    Motion motion(sheet, material, tight());
+    for (int n = 0; n < 5; ++n) {
+      motion.advance(2e-3, {0, 0, -g});
+    }
+    EXPECT_LT((motion.velocities.values().colwise() - Eigen::Vector3d(0, 0, -g * 5 * 2e-3)).cwiseAbs().maxCoeff(),
+              1e-8);
+  }
+}
+
 /// Positions by persistent id after 5 steps of a sheet that hangs by its left edge.
 std::map<PetscInt, Eigen::Vector3d> hang(const Sheet& sheet, TangentMatrix matrix) {
   ElasticOptions options = tight();
