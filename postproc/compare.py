@@ -12,6 +12,8 @@ import os
 import sys
 import xml.etree.ElementTree
 
+import run_folder
+
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -20,8 +22,8 @@ def arguments():
     parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
     options = parser.parse_args()
     for folder in options.folders:
-        if not any(name.endswith(".pvd") for name in (os.listdir(folder) if os.path.isdir(folder) else [])):
-            parser.error(f"{folder}: no .pvd in it; expected the folder of a run")
+        if not run_folder.series(folder):
+            parser.error(f"{folder}: no .pvd of a run in it; expected the folder of a run")
     if not options.tolerance >= 0:
         parser.error(f"--tolerance {options.tolerance}: expected a share, at least 0")
     return options
@@ -42,13 +44,12 @@ NOT_COMPARED = {POINT_KEY, CELL_KEY, "rank", "vtkGhostType"}
 
 
 def series(folder):
-    """What the .pvd files of a run name. @returns {(end, object): {time: file}}; the end is that of the .pvd's name without
-    the run's, "" for surfaces or "_springs"; the object is "" where a run has one without a name"""
-    names = sorted((name[:-4] for name in os.listdir(folder) if name.endswith(".pvd")), key=len)
+    """What the .pvd files of a run name. @returns {(end, object): {time: file}}; the end as in run_folder.series, the object
+    (or body) "" where a run has one without a name"""
     found = {}
-    for name in names:
-        for entry in xml.etree.ElementTree.parse(os.path.join(folder, name + ".pvd")).iter("DataSet"):
-            files = found.setdefault((name[len(names[0]):], entry.get("name") or ""), {})
+    for end, path in run_folder.series(folder).items():
+        for entry in xml.etree.ElementTree.parse(path).iter("DataSet"):
+            files = found.setdefault((end, entry.get("name") or ""), {})
             files[round(float(entry.get("timestep")), 12)] = os.path.join(folder, entry.get("file"))
     return found
 

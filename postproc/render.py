@@ -2,15 +2,16 @@
 
 Opens the .pvd of the folder and writes a few frames as PNG beside it, of all objects of the run: NAME_0000.png and so on,
 by number of the frame.
-Spheres and planes that the run's options.yaml names under `bodies` are drawn where they were at the time.
+Bodies and balls of heat are drawn where they were, from NAME_bodies.pvd; planes as squares.
 """
 
 import argparse
-import glob
 import math
 import os
 import sys
 import xml.etree.ElementTree
+
+import run_folder
 
 DIRECTIONS = {  # from the sheet towards the camera
     "oblique": (0.35, -0.85, 0.75),
@@ -88,7 +89,6 @@ def arguments():
 OPTIONS = arguments()
 
 try:
-    import yaml
     from paraview import simple
 except ImportError:
     sys.exit("render.py: no ParaView here; expected to be run by tools/pvbatch")
@@ -96,14 +96,13 @@ except ImportError:
 
 def open_run(folder):
     """Returns the name of the run, its reader, and a source for each of its objects."""
-    files = [name for name in sorted(glob.glob(os.path.join(glob.escape(folder), "*.pvd")))
-             if not name.endswith(("_springs.pvd", "_failed.pvd"))]
-    if len(files) != 1:
-        sys.exit(f"render.py: {folder}: {len(files)} .pvd files of surfaces; expected one")
-    reader = simple.PVDReader(FileName=files[0])
-    objects = dict.fromkeys(entry.get("name") for entry in xml.etree.ElementTree.parse(files[0]).iter("DataSet"))
+    path = run_folder.series(folder).get("")
+    if path is None:
+        sys.exit(f"render.py: {folder}: no .pvd of a run, or of several; expected the folder of one")
+    reader = simple.PVDReader(FileName=path)
+    objects = dict.fromkeys(entry.get("name") for entry in xml.etree.ElementTree.parse(path).iter("DataSet"))
     sources = [simple.ExtractBlock(Input=reader, Selectors=[f"/Root/{name}"]) if name else reader for name in objects]
-    return os.path.basename(files[0])[:-4], reader, sources
+    return os.path.basename(path)[:-4], reader, sources
 
 
 def raised(source, factor):
@@ -184,66 +183,27 @@ def add_lights(view, towards, right, up):
         light.Intensity = intensity
 
 
-def number(value):
-    return float(str(value).split()[0])
-
-
-def numbers(values):
-    return [number(value) for value in values]
-
-
-def read_bodies(folder):
-    path = os.path.join(folder, "options.yaml")
-    if not os.path.exists(path):
+def body_sources(folder):
+    """A source for each body and each ball of heat that the run has drawn."""
+    path = run_folder.series(folder).get("_bodies")
+    if path is None:
         return []
-    with open(path, encoding="utf-8") as deck:
-        return list((yaml.safe_load(deck).get("bodies") or {}).values())
+    reader = simple.PVDReader(FileName=path)
+    names = dict.fromkeys(entry.get("name") for entry in xml.etree.ElementTree.parse(path).iter("DataSet"))
+    if len(names) == 1:  # ParaView makes no blocks of one.
+        return [(body, reader) for body in names]
+    return [(body, simple.ExtractBlock(Input=reader, Selectors=[f"/Root/{body}"])) for body in names]
 
 
-def body_place(body, time):
-    """Where its centre or point is: on its path, or else where its velocity has taken it."""
-    path = [numbers(row) for row in body.get("path") or []]
-    if not path:
-        start = numbers(body["point" if body.get("shape") == "plane" else "centre"])
-        return [place + time * speed for place, speed in zip(start, numbers(body.get("velocity") or (0, 0, 0)))]
-    before = max((row for row in path if row[0] <= time), default=path[0])
-    after = min((row for row in path if row[0] >= time), default=path[-1])
-    share = 0.0 if after[0] <= before[0] else (time - before[0]) / (after[0] - before[0])
-    return [before[i] + share * (after[i] - before[i]) for i in (1, 2, 3)]
-
-
-def cross(a, b):
-    """The unit vector across a and b."""
-    product = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    length = math.hypot(*product)
-    return [component / length for component in product]
-
-
-def show_bodies(bodies, view, centre, size):
-    """Draws every body at time 0, a plane as a square of 2 `size` below `centre`; returns the representations."""
-    shown = []
-    for body in bodies:
-        if body.get("shape") == "plane":
-            point, normal = body_place(body, 0.0), numbers(body["normal"])
-            first = cross(normal, (0, 1, 0) if abs(normal[1]) < max(map(abs, normal)) else (1, 0, 0))
-            second = cross(normal, first)
-            upwards = cross(first, second)
-            # A little lower than the plane, in which the drawn surface may lie.
-            depth = sum((centre[i] - point[i]) * upwards[i] for i in range(3)) + 3e-3 * size
-            corner = [centre[i] - size * (first[i] + second[i]) - depth * upwards[i] for i in range(3)]
-            solid = simple.Plane(Origin=corner, Point1=[corner[i] + 2 * size * first[i] for i in range(3)],
-                                 Point2=[corner[i] + 2 * size * second[i] for i in range(3)])
-            colour = (0.84, 0.85, 0.86)
-        else:
-            solid = simple.Sphere(Center=body_place(body, 0.0), Radius=number(body["radius"]) * 0.995,
-                                  ThetaResolution=96, PhiResolution=64)
-            colour = (0.55, 0.63, 0.72)
-        display = simple.Show(solid, view)
-        display.ColorArrayName = ["POINTS", ""]
-        display.DiffuseColor = display.AmbientColor = colour
-        display.Ambient, display.Diffuse, display.Specular = 0.4, 0.7, 0.1
-        shown.append(display)
-    return shown
+def show_body(name, source, view):
+    """A body is dull and grey, a ball of heat a glow."""
+    surface = simple.GenerateSurfaceNormals(Input=source, FeatureAngle=40)
+    display = simple.Show(surface, view)
+    display.ColorArrayName = ["POINTS", ""]
+    display.DiffuseColor = display.AmbientColor = (1.0, 0.55, 0.2) if name.startswith("heat_") else (0.62, 0.67, 0.73)
+    display.Ambient, display.Diffuse, display.Specular = 0.4, 0.7, 0.1
+    if name.startswith("heat_"):
+        display.Opacity = 0.25
 
 
 def show(source, view, field, field_range, is_balloon):
@@ -335,14 +295,10 @@ def main():
             field_range = options.range
         show(source, view, field, field_range, is_balloon)
 
-    bodies = read_bodies(options.folder)
-    centre = [(low[i] + high[i]) / 2 for i in range(3)]
-    solids = show_bodies(bodies, view, centre, 0.58 * max(high[i] - low[i] for i in range(3)))
+    for body, source in body_sources(options.folder):
+        show_body(body, source, view)
     for frame in pictures:
         view.ViewTime = times[frame]
-        for body, solid in zip(bodies, solids):
-            places = zip(body_place(body, times[frame]), body_place(body, 0.0))
-            solid.Position = [now - start for now, start in places]
         path = os.path.join(options.folder, f"{name}_{frame:04d}.png")
         simple.SaveScreenshot(path, view)
         print(path)

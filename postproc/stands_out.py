@@ -15,13 +15,13 @@ same times and at the same volumes (s_part: stretch_part).
 
 import argparse
 import csv
-import glob
 import os
 
 import numpy
 import yaml
 from vtk.util.numpy_support import vtk_to_numpy
 
+from run_folder import series
 from run_frames import fail, frames, surface
 
 COLUMNS = ["time", "volume_ratio", "height", "seam", "stands_out", "stretch_part", "stretch_seam", "stretch_base"]
@@ -46,10 +46,10 @@ def arguments():
 
 def the_pvd(folder):
     """Returns the .pvd of the run in a folder."""
-    files = [name for name in glob.glob(os.path.join(glob.escape(folder), "*.pvd")) if not name.endswith("_failed.pvd")]
-    if len(files) != 1:
-        fail(f"{folder}: {len(files)} .pvd files; expected the folder of a run, with one")
-    return files[0]
+    files = series(folder)
+    if "" not in files:
+        fail(f"{folder}: no .pvd of a run, or of several; expected the folder of one")
+    return files[""]
 
 
 def read_frame(path):

@@ -29,14 +29,11 @@ void describe(OptionTable& table, PushOptions& options) {
 
 PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
                        const std::map<std::string, AttachmentOptions>& attachments,
-                       const std::map<std::string, PushOptions>& forces,
-                       const std::map<std::string, BodyOptions>& bodies, const ContactOptions& contact,
-                       const std::vector<bool>* chosen)
+                       const std::map<std::string, PushOptions>& forces, const std::vector<bool>* chosen)
     : points_(&points),
       areas_(std::move(areas)),
       loads_(attachments.size() + forces.size()),
-      chosen_(chosen != nullptr ? *chosen : std::vector<bool>(loads_ * areas_.size())),
-      options_(contact) {
+      chosen_(chosen != nullptr ? *chosen : std::vector<bool>(loads_ * areas_.size())) {
   std::size_t load = 0;
   const auto shares_of = [&](const std::string& key, const SelectionOptions& selection) {
     if (chosen == nullptr) {
@@ -68,10 +65,6 @@ PointLoads::PointLoads(const Surface& points, std::vector<double> areas,
     }
     pushes_.push_back({given.force, shares_of(key, given), Eigen::Vector3d::Zero()});
   }
-  for (Body& body : make_bodies(points.comm(), bodies)) {
-    const Solid solid = body.at(0);
-    contacts_.push_back({std::move(body), solid, solid.pose, std::vector<Friction>(areas_.size())});
-  }
 }
 
 std::vector<double> PointLoads::shares(std::size_t load) const {
@@ -87,26 +80,12 @@ std::vector<double> PointLoads::shares(std::size_t load) const {
   return result;
 }
 
-void PointLoads::begin_step(const Field& start, double time_end, double h) {
-  start_ = start.values();
-  slip_.e = h * options_.slip_speed;
+void PointLoads::set_time(double time) {
   for (Attachment& attachment : attachments_) {
-    attachment.displacement = place_of_motion(attachment.path, attachment.velocity, time_end);
+    attachment.displacement = place_of_motion(attachment.path, attachment.velocity, time);
   }
   for (Push& push : pushes_) {
-    push.force = place_on_key_points(push.path, time_end);
-  }
-  for (Contact& contact : contacts_) {
-    const Body& body = contact.body;
-    contact.solid = body.at(time_end);
-    const Solid before = body.at(time_end - h);
-    contact.before = before.pose;
-    for (PetscInt i = 0; body.friction > 0 && i < points_->particles.local(); ++i) {
-      const SignedDistance gap = signed_distance(before, start_.col(i));
-      const double depth = std::max(0.0, body.margin - gap.distance);
-      const double area = areas_[static_cast<std::size_t>(i)];
-      contact.friction[static_cast<std::size_t>(i)] = {body.friction * area * options_.stiffness * depth, gap.normal};
-    }
+    push.force = place_on_key_points(push.path, time);
   }
 }
 
@@ -125,43 +104,7 @@ PointPotential PointLoads::at(PetscInt particle, const Eigen::Vector3d& x) const
     sum.value -= push.share[i] * push.force.dot(displacement);
     sum.gradient -= push.share[i] * push.force;
   }
-  for (const Contact& contact : contacts_) {
-    add_pressure(particle, x, contact, sum);
-    add_friction(particle, x, contact, sum);
-  }
   return sum;
-}
-
-void PointLoads::add_pressure(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact,
-                              PointPotential& sum) const {
-  const SignedDistance gap = signed_distance(contact.solid, x);
-  const double depth = contact.body.margin - gap.distance;
-  if (depth <= 0) {
-    return;
-  }
-  const double stiffness = areas_[static_cast<std::size_t>(particle)] * options_.stiffness;
-  sum.value += stiffness / 2 * depth * depth;
-  sum.gradient -= stiffness * depth * gap.normal;
-  sum.hessian += stiffness * (gap.normal * gap.normal.transpose());
-}
-
-void PointLoads::add_friction(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact,
-                              PointPotential& sum) const {
-  const Friction& friction = contact.friction[static_cast<std::size_t>(particle)];
-  if (friction.force <= 0) {
-    return;
-  }
-  const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - friction.normal * friction.normal.transpose();
-  const Eigen::Vector3d slip = along * (x - carried(contact.before, contact.solid.pose, start_.col(particle)));
-  const double y = slip.norm();
-  const double slope_over_y = slip_.slope_over(y);
-  sum.value += friction.force * slip_.value(y);
-  sum.gradient += friction.force * slope_over_y * slip;
-  sum.hessian += friction.force * slope_over_y * along;
-  if (y > 0) {  // s'' - s'/y in the direction of the slip
-    const double bend = y < slip_.e ? -y / (slip_.e * slip_.e) : -slope_over_y;
-    sum.hessian += friction.force * bend / (y * y) * (slip * slip.transpose());
-  }
 }
 
 }  // namespace constraints

@@ -7,9 +7,6 @@
 
 #include "base/options.h"
 #include "constraints/pins.h"
-#include "contact/bodies.h"
-#include "contact/contact_options.h"
-#include "contact/slip.h"
 #include "parallel/field.h"
 #include "solvers/vertex_potential.h"
 #include "surface/surface.h"
@@ -34,13 +31,7 @@ void describe(OptionTable& table, PushOptions& options);
 /// Loads that act on single vertices, each with a potential:
 ///
 /// - attachments, k/2 |x - X - u(t)|^2 with undeformed place X;
-/// - forces, -f(t).(x - X);
-/// - bodies, A c/2 d^2 with the area A round the vertex, contact stiffness c and the depth d below the margin. Of the
-///   Hessian the curvature of a sphere is left out, which is negative;
-/// - friction on bodies, mu N s(|u|), with the slip u along the surface relative to the body over the step. As in
-///   incremental potential contact (Li et al. 2020, section 5), normal force N and surface are those of the step's
-///   start, and s is smooth (SmoothSlip) up to e = h slip_speed. A vertex that friction could hold creeps at less than
-///   slip_speed.
+/// - forces, -f(t).(x - X).
 class PointLoads {
  public:
   /// Collective. The points must outlive the loads.
@@ -49,21 +40,18 @@ class PointLoads {
   /// @throws Error that names the object and the key, the same on all ranks
   PointLoads(const Surface& points, std::vector<double> areas,
              const std::map<std::string, AttachmentOptions>& attachments,
-             const std::map<std::string, PushOptions>& forces, const std::map<std::string, BodyOptions>& bodies,
-             const ContactOptions& contact, const std::vector<bool>* chosen = nullptr);
+             const std::map<std::string, PushOptions>& forces, const std::vector<bool>* chosen = nullptr);
 
   /// Whether each attachment, then each force, acts on a local particle: particle after particle.
   const std::vector<bool>& chosen() const { return chosen_; }
 
-  /// Fixes time and what is lagged (normal forces, tangents of friction) for the step that ends at `time_end` [s]. To
-  /// be called before `at`. Not collective.
-  /// @param start positions at the beginning of the step [m], ghosts up to date
-  void begin_step(const Field& start, double time_end, double h);
+  /// Fixes the time [s]. To be called before `at`. Not collective.
+  void set_time(double time);
 
   /// Of a local particle at position x [m]. Not collective.
   PointPotential at(PetscInt particle, const Eigen::Vector3d& x) const;
 
-  bool empty() const { return attachments_.empty() && pushes_.empty() && contacts_.empty(); }
+  bool empty() const { return attachments_.empty() && pushes_.empty(); }
 
  private:
   struct Attachment {
@@ -77,33 +65,16 @@ class PointLoads {
     std::vector<double> share;  ///< of each local particle
     Eigen::Vector3d force;      ///< in total, at the end of the step [N]
   };
-  /// Friction of a particle on a body, as at the start of the step.
-  struct Friction {
-    double force = 0;  ///< mu N [N]
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  };
-  struct Contact {
-    Body body;
-    Solid solid;                     ///< at the end of the step
-    Pose before;                     ///< of the body at the start of the step
-    std::vector<Friction> friction;  ///< of each local particle
-  };
 
   /// Share of each local particle in the area of those on which a load acts, 0 for the others; collective.
   std::vector<double> shares(std::size_t load) const;
-  void add_pressure(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact, PointPotential& sum) const;
-  void add_friction(PetscInt particle, const Eigen::Vector3d& x, const Contact& contact, PointPotential& sum) const;
 
   const Surface* points_;
   std::vector<double> areas_;
   std::size_t loads_;  ///< attachments and forces
   std::vector<bool> chosen_;
-  ContactOptions options_;
   std::vector<Attachment> attachments_;
   std::vector<Push> pushes_;
-  std::vector<Contact> contacts_;
-  Eigen::Matrix3Xd start_;  ///< positions at the start of the step [m]
-  SmoothSlip slip_;         ///< of the step
 };
 
 }  // namespace constraints

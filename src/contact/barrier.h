@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 namespace pellicle {
 inline namespace contact {
 
@@ -24,6 +26,33 @@ struct Barrier {
  private:
   double depth(double gap) const { return thickness - gap; }
   double square(double gap) const { return depth(gap) * depth(gap); }
+};
+
+/// The same of which only the outermost part, an `onset` of w = 0.05 d, is cubic. Where g < d - w it is a spring of
+/// stiffness k, whose force is k (d - w/2 - g): Newton's method finds its place at once, where from deep in a cubic
+/// each iteration halves the way.
+struct LinearBarrier {
+  static constexpr double onset = 0.05;  ///< w/d
+
+  double stiffness = 0;  ///< k [N/m]
+  double thickness = 0;  ///< d [m]
+
+  double value(double gap) const {
+    const double s = depth(gap);
+    const double w = onset * thickness;
+    return stiffness * (s < w ? s * s * s / (6 * w) : (s * s - s * w + w * w / 3) / 2);
+  }
+  /// Minus the force, not positive [N].
+  double slope(double gap) const {
+    const double s = depth(gap);
+    const double w = onset * thickness;
+    return -stiffness * (s < w ? s * s / (2 * w) : s - w / 2);
+  }
+  /// Not negative [N/m].
+  double curvature(double gap) const { return stiffness * std::min(depth(gap) / (onset * thickness), 1.0); }
+
+ private:
+  double depth(double gap) const { return std::max(thickness - gap, 0.0); }
 };
 
 }  // namespace contact

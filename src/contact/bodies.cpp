@@ -195,7 +195,22 @@ void describe(OptionTable& table, BodyOptions& options) {
       .at_least(0)
       .help("coefficient of Coulomb friction between body and sheet")
       .source("burning paper, section 7");
-  table.add("margin", options.margin).unit("m").at_least(0).help("gap kept between the body and the particles");
+  table.add("margin", options.margin).unit("m").at_least(0).help("gap kept between the body and what touches it");
+  table.add("restitution", options.restitution)
+      .range(0, 1)
+      .help(
+          "speed with which what comes to touch the body leaves it, over that with which it came, both along the "
+          "normal "
+          "and relative to the body (of balloons by implicit Euler)");
+  table.add("temperature", options.temperature)
+      .unit("K")
+      .at_least(0)
+      .help("heats or cools what touches the body; no heat is exchanged unless given");
+  table.add("heat_transfer", options.heat_transfer)
+      .unit("W/(m^2 K)")
+      .more_than(0)
+      .acts_with({"temperature", [&options] { return options.temperature.has_value(); }})
+      .help("heat that flows between the body and what touches it, by area and difference of temperature");
 }
 
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) {
@@ -204,14 +219,20 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
     const std::string key = "bodies." + name;
     const RigidMotion motion = motion_of(given);
     require_valid(key, given, motion);
-    bodies.push_back({shape_of(comm, key, given), motion, given.friction, given.margin});
+    bodies.push_back({name, shape_of(comm, key, given), motion, given.friction, given.margin, given.restitution,
+                      given.temperature, given.heat_transfer});
   }
   return bodies;
 }
 
-PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) const {
+bool any_rebounds(const std::vector<Body>& bodies) {
+  return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.restitution > 0; });
+}
+
+PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) {
   PetscInt inside = 0;
-  for (const Body& body : bodies_) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = bodies_[b];
     const Solid solid = body.at(step.time_end);
     const Pose before = body.motion.at(step.time_end - step.h);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
@@ -221,7 +242,7 @@ PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) co
       if (push <= 0 || step.pinned[static_cast<std::size_t>(i)]) {
         continue;
       }
-      inside += i < step.particles.owned ? 1 : 0;
+      const Eigen::Vector3d uncorrected = x;
       x += push * gap.normal;
       if (body.friction > 0) {
         const Eigen::Vector3d slip = along_surface(x - carried(before, solid.pose, step.start.vector(i)), gap.normal);
@@ -230,32 +251,67 @@ PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) co
         const SignedDistance left = signed_distance(solid, x);
         x += (body.margin - left.distance) * left.normal;
       }
+      if (i < step.particles.owned) {
+        ++inside;
+        force_[b] -= step.mass[static_cast<std::size_t>(i)] / (step.h * step.h) * (x - uncorrected);
+      }
     }
   }
   return inside;
 }
 
-PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) const {
+PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
   PetscInt approaching = 0;
-  for (const Body& body : bodies_) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = bodies_[b];
     const Solid solid = body.at(step.time_end);
     const Pose before = body.motion.at(step.time_end - step.h);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       const SignedDistance gap = signed_distance(solid, positions.vector(i));
+      if (gap.distance > body.margin + touching || step.pinned[static_cast<std::size_t>(i)]) {
+        continue;
+      }
       // The mean over the step, as in eq. 13: a particle that sticks to the body has just this velocity.
       const Eigen::Vector3d place = positions.vector(i);
       const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
       const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;
-      const double approach = -relative.dot(gap.normal);
-      if (gap.distance > body.margin + touching || approach <= 0 || step.pinned[static_cast<std::size_t>(i)]) {
+      double rebound = 0;
+      if (body.restitution > 0 && step.start_velocity != nullptr &&
+          signed_distance(Solid{solid.shape, before}, step.start.vector(i)).distance > body.margin + touching) {
+        rebound = std::max(0.0, -body.restitution * gap.normal.dot(step.start_velocity->vector(i) - body_velocity));
+      }
+      const double approach = rebound - relative.dot(gap.normal);
+      if (approach <= 0) {
         continue;
       }
-      approaching += i < step.particles.owned ? 1 : 0;
-      velocities.vector(i) =
-          body_velocity + slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
+      const Eigen::Vector3d corrected =
+          body_velocity + rebound * gap.normal +
+          slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
+      if (i < step.particles.owned) {
+        ++approaching;
+        force_[b] -= step.mass[static_cast<std::size_t>(i)] / step.h * (corrected - velocities.vector(i));
+      }
+      velocities.vector(i) = corrected;
     }
   }
   return approaching;
+}
+
+std::vector<BodyLoad> Bodies::loads(const Field& positions, const ContactStep& step, double reach) const {
+  std::vector<BodyLoad> loads;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Solid solid = bodies_[b].at(step.time_end);
+    BodyLoad load{force_[b], reach};
+    for (PetscInt i = 0; i < step.particles.owned; ++i) {
+      if (!step.pinned[static_cast<std::size_t>(i)]) {
+        load.gap = std::min(load.gap, signed_distance(solid, positions.vector(i)).distance - bodies_[b].margin);
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, load.force.data(), 3, MPI_DOUBLE, MPI_SUM, step.particles.comm);
+    MPI_Allreduce(MPI_IN_PLACE, &load.gap, 1, MPI_DOUBLE, MPI_MIN, step.particles.comm);
+    loads.push_back(load);
+  }
+  return loads;
 }
 
 }  // namespace contact

@@ -3,7 +3,9 @@
 #include <mpi.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,17 +40,24 @@ struct BodyOptions {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
   Rows rotation;                                               ///< time [s], x, y, z [rad]: rotation vectors
   double friction = 0;                                         ///< Coulomb's coefficient
-  double margin = 0;                                           ///< gap kept between the surface and the particles [m]
+  double margin = 0;                                           ///< gap kept between the surface and what touches it [m]
+  double restitution = 0;             ///< speed off the body over speed towards it, of what comes to touch it
+  std::optional<double> temperature;  ///< [K]; none: exchanges no heat
+  double heat_transfer = 500;         ///< to what touches it [W/(m^2 K)]
 };
 
 void describe(OptionTable& table, BodyOptions& options);
 
 /// A rigid solid that moves.
 struct Body {
+  std::string name;
   Shape shape;
   RigidMotion motion;
   double friction = 0;
   double margin = 0;  ///< [m]
+  double restitution = 0;
+  std::optional<double> temperature;  ///< [K]
+  double heat_transfer = 0;           ///< [W/(m^2 K)]
 
   /// Where it is at a time [s].
   Solid at(double time) const { return {shape, motion.at(time)}; }
@@ -63,6 +72,15 @@ inline Eigen::Vector3d carried(const Pose& from, const Pose& to, const Eigen::Ve
 /// @throws Error that names the body and the key, the same on all ranks.
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options);
 
+/// What a surface has done to a body in a step.
+struct BodyLoad {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< on the body: pressure, friction and impacts [N]
+  double gap = 0;  ///< least beyond the body's margin, and no more than the thickness of contacts [m]
+};
+
+/// Whether something rebounds from any of them.
+bool any_rebounds(const std::vector<Body>& bodies);
+
 /// The moment at which contacts are sought.
 struct ContactStep {
   const Layout& particles;
@@ -70,34 +88,46 @@ struct ContactStep {
   const std::vector<bool>& pinned;  ///< of each local particle; a pinned particle is left alone
   double time_end = 0;              ///< at the end of the step [s]
   double h = 0;                     ///< length of the step [s]
+  const std::vector<double>& mass;  ///< of each local particle [kg]
+  /// At the beginning of the step, from which particles rebound [m/s]; null: nothing does
+  const Field* start_velocity = nullptr;
 };
 
-/// All bodies of a scene. Nothing is kept from call to call: a step may be repeated.
+/// All bodies of a scene. Nothing but the force on them is kept from call to call: a step may be repeated.
 ///
 /// Coulomb friction sums up over the calls of a step: the push d of a particle out of a body may take away up to
 /// mu d of its displacement along the surface relative to the body, as an impulse m d/h would.
 class Bodies {
  public:
   /// Collective. @throws Error as make_bodies does.
-  Bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) : bodies_(make_bodies(comm, options)) {}
+  Bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options)
+      : bodies_(make_bodies(comm, options)), force_(bodies_.size(), Eigen::Vector3d::Zero()) {}
 
   /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
   /// at every projection step. Not collective: local particles, ghosts too, are moved alike on every rank.
   /// @param positions [m], ghosts up to date before and after
   /// @returns how many particles of this rank were inside a body
-  PetscInt correct_positions(Field& positions, const ContactStep& step) const;
+  PetscInt correct_positions(Field& positions, const ContactStep& step);
 
   /// Takes the approaching part from the velocities of particles on a surface, relative to the body, and up to mu times
-  /// as much from the part along the surface (burning paper, eq. 15). Not collective, ghosts as above.
+  /// as much from the part along the surface (burning paper, eq. 15). What has come to touch a body leaves it with its
+  /// restitution. Not collective, ghosts as above.
   /// @param velocities [m/s] after eq. 13
   /// @param positions [m] at the end of the step
   /// @returns how many particles of this rank approached a body
-  PetscInt correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) const;
+  PetscInt correct_velocities(Field& velocities, const Field& positions, const ContactStep& step);
 
+  /// Forgets the forces of the last step.
+  void begin_step() { std::fill(force_.begin(), force_.end(), Eigen::Vector3d::Zero()); }
+  /// Of all calls since `begin_step`. Collective. @param reach the gaps' upper limit [m]
+  std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step, double reach) const;
+
+  const std::vector<Body>& bodies() const { return bodies_; }
   bool empty() const { return bodies_.empty(); }
 
  private:
   std::vector<Body> bodies_;
+  std::vector<Eigen::Vector3d> force_;  ///< on each, by this rank's particles [N]
 };
 
 }  // namespace contact

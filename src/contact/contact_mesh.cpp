@@ -218,11 +218,12 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<d
   reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
   numbers_ = LocalNumbers(reach_);
-  known_ = Field(reach_, 8);
+  known_ = Field(reach_, 9);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const auto particle = static_cast<std::size_t>(i);
-    known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], margins[particle], start.vector(i);
+    known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], margins[particle],
+        surface_.thickness(i), start.vector(i);
     places_.vector(i) = x.vector(i);
   }
   if (reaches_further_) {

@@ -64,6 +64,8 @@ class ContactMesh {
   double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }
   /// As they were gathered: the largest of its particles [m].
   double margin(PetscInt point) const;
+  /// Of the contact of the part that it is on with itself [m].
+  double thickness(PetscInt point) const { return known_.values()(5, *particles(point).begin()); }
 
  private:
   struct Element;
@@ -88,7 +90,7 @@ class ContactMesh {
   Layout reach_;
   LocalNumbers numbers_;          ///< in `reach_`
   bool reaches_further_ = false;  ///< than the surface's layout, on any rank
-  Field known_;                   ///< on `reach_`: undeformed place, area, margin, place at the start
+  Field known_;                   ///< on `reach_`: undeformed place, area, margin, thickness, place at the start
   mutable Field places_;          ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Eigen::AlignedBox3d> boxes_;

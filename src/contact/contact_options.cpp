@@ -4,7 +4,6 @@ namespace pellicle {
 inline namespace contact {
 
 void describe(OptionTable& table, ContactOptions& options, const Condition& bodies, const Condition& body_friction) {
-  const Condition touches{"contact.self: true", [&options] { return options.self; }};
   const auto either = [&options](const Condition& other, const std::string& words, bool needs_friction) {
     return Condition{words, [&options, other, needs_friction] {
                        return (options.self && (!needs_friction || options.friction > 0)) || other.holds();
@@ -17,22 +16,24 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
   table.add("contact.thickness", options.thickness)
       .unit("m")
       .more_than(0)
-      .acts_with(touches)
+      .acts_with(either(bodies, "bodies, or contact.self", false))
       .help(
-          "gap at which two parts of a surface begin to press on each other, by half of their undeformed distance at "
-          "most; unless given a fifth of the mean side of the mesh")
+          "gap at which surfaces begin to press: two parts of a surface, by half of their undeformed distance at most, "
+          "and bodies, beyond their margin; unless given a fifth of the mean side of the mesh, for bodies a tenth")
       .source("README: parameters");
   table.add("contact.friction", options.friction)
       .at_least(0)
-      .acts_with(touches)
+      .acts_with({"contact.self: true", [&options] { return options.self; }})
       .help("coefficient of Coulomb friction between parts of a surface");
   table.add("contact.stiffness", options.stiffness)
       .unit("Pa/m")
       .more_than(0)
       .acts_with(either(bodies, "bodies, or contact.self", false))
       .help(
-          "pressure with which a body presses on a balloon, for each metre that a vertex is inside, and parts of a "
-          "surface on each other, at half of the thickness")
+          "c of the pressure with which surfaces press whose gap g is less than contact.thickness d: 2 c (d - g)^2/d, "
+          "1e8 Pa/m unless given; of bodies c (0.975 d - g) where g < 0.95 d, and less and less further out: unless "
+          "given "
+          "much stiffer than the mesh in the plane and its mass in a step")
       .source("README: parameters");
   table.add("contact.slip_speed", options.slip_speed)
       .unit("m/s")

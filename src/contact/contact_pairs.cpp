@@ -21,10 +21,9 @@ constexpr double nearly_parallel = 0.01;
 /// What Eigen's traversal of two box trees asks, by its names.
 class Search {
  public:
-  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double thickness, double stiffness)
+  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double stiffness)
       : mesh_(mesh),
         places_(places),
-        thickness_(thickness),
         stiffness_(stiffness),
         leader_(static_cast<std::size_t>(mesh.points()), -1),
         margin_(leader_.size()),
@@ -149,8 +148,9 @@ class Search {
     if (pair.distance >= reach) {
       return;
     }
-    pair.barrier.thickness = std::min(thickness_, rest_distance(pair) / 2);
-    if (pair.barrier.thickness < least_share * thickness_) {
+    const double thickness = (mesh_.thickness(points[0]) + mesh_.thickness(points[2])) / 2;
+    pair.barrier.thickness = std::min(thickness, rest_distance(pair) / 2);
+    if (pair.barrier.thickness < least_share * thickness) {
       return;
     }
     const double share = are_edges ? share_of_edges(points) : 1;
@@ -187,7 +187,6 @@ class Search {
 
   const ContactMesh& mesh_;
   const Eigen::Matrix3Xd& places_;
-  double thickness_;
   double stiffness_;
   std::vector<int> leader_;                      ///< of the points: the triangle that stands for each
   std::vector<double> margin_;                   ///< of the points
@@ -251,9 +250,8 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
   return (curvature - slope * slope.transpose() / (gap * gap)) / gap;
 }
 
-ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double thickness,
-                                double stiffness) {
-  return Search(mesh, places, thickness, stiffness).run();
+ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double stiffness) {
+  return Search(mesh, places, stiffness).run();
 }
 
 }  // namespace contact

@@ -39,9 +39,8 @@ struct ContactPairs {
 /// touch from half of their undeformed distance on, if that is less than the thickness: neighbours are near each other
 /// at rest. Where that is nothing, as between the lips of a crack, there is no pair. Not collective.
 /// @param places of the mesh's points, for which it was gathered [m]
-/// @param thickness gap at which features begin to press [m] @param stiffness pressure over depth [Pa/m]
-ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double thickness,
-                                double stiffness);
+/// @param stiffness pressure over depth [Pa/m]
+ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double stiffness);
 
 }  // namespace contact
 }  // namespace pellicle

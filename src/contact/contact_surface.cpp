@@ -8,26 +8,32 @@ inline namespace contact {
 
 namespace {
 
-std::vector<Layout> layouts_of(const std::vector<const Surface*>& parts, Layout Surface::*layout) {
+/// Of the mean side of a mesh: the thickness, unless it is given.
+constexpr double usual_thickness = 0.2;
+
+std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, Layout Surface::*layout) {
   std::vector<Layout> layouts;
   std::transform(parts.begin(), parts.end(), std::back_inserter(layouts),
-                 [layout](const Surface* part) { return part->*layout; });
+                 [layout](const ContactSurface::Part& part) { return part.surface->*layout; });
   return layouts;
 }
 
 }  // namespace
 
-ContactSurface::ContactSurface(const std::vector<const Surface*>& parts)
+ContactSurface::ContactSurface(const std::vector<Part>& parts)
     : particles_(layouts_of(parts, &Surface::particles)),
       elements_(layouts_of(parts, &Surface::elements)),
       local_elements_(static_cast<std::size_t>(elements_.layout().local())),
       rest_(3, particles_.layout().local()),
+      thickness_(static_cast<std::size_t>(particles_.layout().local())),
       living_(parts.size(), nullptr) {
-  std::array<double, 2> sides{};  // sum of their lengths, two of each element, and how many
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    const Surface& part = *parts[p];
+    const Surface& part = *parts[p].surface;
+    const double thickness = parts[p].thickness ? *parts[p].thickness : usual_thickness * mean_side(part);
+    largest_thickness_ = std::max(largest_thickness_, thickness);
     for (PetscInt i = 0; i < part.particles.local(); ++i) {
       rest_.col(particles_.local(p, i)) = part.rest.col(i);
+      thickness_[static_cast<std::size_t>(particles_.local(p, i))] = thickness;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
       const auto number = static_cast<std::size_t>(e);
@@ -41,14 +47,20 @@ ContactSurface::ContactSurface(const std::vector<const Surface*>& parts)
         return Eigen::Vector3d(part.rest.col(part.corner(number, to)) - part.rest.col(part.corner(number, from)));
       };
       element.area = (part.has_quads() ? side(0, 2).cross(side(1, 3)) : side(0, 1).cross(side(0, 2))).norm() / 2;
-      if (e < part.elements.owned) {
-        sides[0] += side(0, 1).norm() + side(1, 2).norm();
-        sides[1] += 2;
-      }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sides.data(), 2, MPI_DOUBLE, MPI_SUM, comm());
-  mean_side_ = sides[0] / sides[1];
+}
+
+double mean_side(const Surface& surface) {
+  std::array<double, 2> sums{};  // of sides, two of each element, and how many
+  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      sums[0] += (surface.rest.col(surface.corner(e, k + 1)) - surface.rest.col(surface.corner(e, k))).norm();
+      sums[1] += 1;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
+  return sums[0] / std::max(1.0, sums[1]);
 }
 
 }  // namespace contact

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "parallel/joined_layout.h"
@@ -14,6 +15,11 @@ inline namespace contact {
 /// as JoinedLayout does it, and so are their elements.
 class ContactSurface {
  public:
+  /// What touches itself and the other parts.
+  struct Part {
+    const Surface* surface;
+    std::optional<double> thickness;  ///< see ContactOptions
+  };
   /// An element, of which `triangles` are drawn: one of a triangle, four of a quad.
   struct Element {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; none behind a triangle's third
@@ -25,7 +31,7 @@ class ContactSurface {
   };
 
   /// Collective. @param parts at least one, of the same communicator; must outlive it
-  explicit ContactSurface(const std::vector<const Surface*>& parts);
+  explicit ContactSurface(const std::vector<Part>& parts);
 
   MPI_Comm comm() const { return particles_.layout().comm; }
   const JoinedLayout& joined() const { return particles_; }
@@ -35,8 +41,10 @@ class ContactSurface {
   const Element& element(PetscInt number) const { return local_elements_[static_cast<std::size_t>(number)]; }
   /// Undeformed places of the local particles [m].
   const Eigen::Matrix3Xd& rest() const { return rest_; }
-  /// Mean of the undeformed sides [m].
-  double mean_side() const { return mean_side_; }
+  /// Of the contact of the part that a local particle is of, with itself [m].
+  double thickness(PetscInt particle) const { return thickness_[static_cast<std::size_t>(particle)]; }
+  /// Of all parts [m].
+  double largest_thickness() const { return largest_thickness_; }
 
   /// Which drawn triangles of a part there still are; all, unless it is said. They must outlive it.
   void set_living(std::size_t part, const std::vector<bool>& triangles) { living_[part] = &triangles; }
@@ -50,9 +58,13 @@ class ContactSurface {
   JoinedLayout elements_;
   std::vector<Element> local_elements_;
   Eigen::Matrix3Xd rest_;
-  double mean_side_ = 0;
+  std::vector<double> thickness_;  ///< of the local particles
+  double largest_thickness_ = 0;
   std::vector<const std::vector<bool>*> living_;  ///< of each part
 };
+
+/// Mean undeformed side of a surface's elements [m]. Collective.
+double mean_side(const Surface& surface);
 
 }  // namespace contact
 }  // namespace pellicle

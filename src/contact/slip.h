@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
+
 namespace pellicle {
 inline namespace contact {
 
@@ -11,8 +14,40 @@ struct SmoothSlip {
   double value(double y) const { return y < e ? y * y / e - y * y * y / (3 * e * e) + e / 3 : y; }
   /// s'(y) / y.
   double slope_over(double y) const { return y < e ? 2 / e - y / (e * e) : 1 / y; }
-  /// s''(y), not negative.
-  double curvature(double y) const { return y < e ? 2 / e - 2 * y / (e * e) : 0; }
+  /// r'(y) of r(y) = y/s'(y).
+  double regular_slope(double y) const { return y < e ? e * e / ((2 * e - y) * (2 * e - y)) : 1; }
+};
+
+/// The Hessian of s(|u|), for Newton's method, which would step to and fro over the bend of s: the direction of
+/// friction w = u/r(|u|) is an unknown of its own, of no more than unit length, that is eliminated (Chan, Golub and
+/// Mulet 1999, of total variation). That leaves (1 - r' (w u^T + u w^T)/(2 |u|))/r, which is not negative: at first,
+/// with w = 0, the Hessian of a parabola above s, and in the end the exact one.
+class SlipTangent {
+ public:
+  /// Newton's method has come to a slip: w follows by its own Newton step from where it was.
+  void move_to(const SmoothSlip& s, const Eigen::Vector3d& slip) {
+    if (const double y = slip_.norm(); y > 0) {
+      const double longer = slip_.dot(slip - slip_) / y;
+      const Eigen::Vector3d w = s.slope_over(y) * (slip - s.regular_slope(y) * longer * direction_);
+      direction_ = w / std::max(w.norm(), 1.0);
+    }
+    slip_ = slip;
+  }
+
+  /// Along a surface of this normal (3 x 3) [1/m].
+  Eigen::Matrix3d hessian(const SmoothSlip& s, const Eigen::Vector3d& normal) const {
+    const double y = slip_.norm();
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+    if (y > 0) {
+      const Eigen::Matrix3d turned = s.regular_slope(y) / (2 * y) * direction_ * slip_.transpose();
+      sum -= turned + turned.transpose();
+    }
+    return s.slope_over(y) * sum;
+  }
+
+ private:
+  Eigen::Vector3d slip_ = Eigen::Vector3d::Zero();       ///< u [m]
+  Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();  ///< w
 };
 
 }  // namespace contact

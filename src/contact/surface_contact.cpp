@@ -23,8 +23,6 @@ constexpr double least_reach = 0.25;
 constexpr double largest_reach = 4;
 /// How much further than expected.
 constexpr double more_reach = 1.5;
-/// Of the mean side of a mesh: the thickness, unless it is given.
-constexpr double usual_thickness = 0.2;
 
 /// Share of the way from one displacement to another, beyond a bound, that is within it.
 double share_within(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double bound) {
@@ -37,11 +35,12 @@ double share_within(const Eigen::Vector3d& from, const Eigen::Vector3d& to, doub
 
 }  // namespace
 
-SurfaceContact::SurfaceContact(const std::vector<const Surface*>& parts, const ContactOptions& options, bool is_free)
+SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options,
+                               bool is_free)
     : surface_(parts),
       options_(options),
       is_free_(is_free),
-      thickness_(options.thickness ? *options.thickness : usual_thickness * surface_.mean_side()),
+      thickness_(surface_.largest_thickness()),
       mesh_(surface_),
       start_(surface_.particles(), 3),
       trial_(surface_.particles(), 3) {}
@@ -134,7 +133,7 @@ void SurfaceContact::search(const Field& x) {
   }
   mesh_.gather(x, start_, margins, further);
   mesh_.write_points(x, places_);
-  ContactPairs found = find_contact_pairs(mesh_, places_, thickness_, options_.stiffness);
+  ContactPairs found = find_contact_pairs(mesh_, places_, options_.surface_stiffness());
   const auto owned = static_cast<std::size_t>(surface_.particles().owned);
   bound_.assign(reach_.begin(), reach_.begin() + static_cast<std::ptrdiff_t>(owned));
   for (PetscInt point = 0; point < mesh_.points(); ++point) {
@@ -371,9 +370,9 @@ void SurfaceContact::find_blocks(const Field& x) {
     blocks_.push_back({stencil, pair.barrier.curvature(gap) * normal * normal.transpose()});
   });
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    const Eigen::Vector3d& normal = rubbing_[r].normal;
-    blocks_.push_back({rubbing_stencils_[r], rubbing_[r].force * slip_.slope_over(slip_of(r).norm()) *
-                                                 (Eigen::Matrix3d::Identity() - normal * normal.transpose())});
+    Rubbing& rubbing = rubbing_[r];
+    rubbing.tangent.move_to(slip_, slip_of(r));
+    blocks_.push_back({rubbing_stencils_[r], rubbing.force * rubbing.tangent.hessian(slip_, rubbing.normal)});
   }
 }
 
@@ -387,21 +386,11 @@ void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
 /// What the exact second derivative has beyond the blocks. Collective.
 void SurfaceContact::find_curved(const Field& x) {
   curved_.emplace();
-  curved_slip_.clear();
   visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
     if (gap > 0) {
       curved_->push_back({pair.points, pair.barrier.slope(gap) * pair.gap_curvature(places_)});
     }
   });
-  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    const Eigen::Vector3d slip = slip_of(r);
-    const double length = slip.norm();
-    if (length > 0) {
-      const double along = slip_.curvature(length) - slip_.slope_over(length);
-      curved_slip_.push_back(
-          {rubbing_stencils_[r], rubbing_[r].force * along / (length * length) * slip * slip.transpose()});
-    }
-  }
 }
 
 /// Calls `take` with the owned particle, the global number of the other and the product of their weights.
@@ -457,16 +446,10 @@ std::size_t SurfaceContact::place_of(PetscInt row, PetscInt column) const {
 }
 
 void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
-  const auto add = [&](const Block& block, double share) {
-    visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double weight) {
-      blocks.add(place_of(row, column), share * weight * block.stiffness);
-    });
-  };
   for (const Block& block : blocks_) {
-    add(block, 1);
-  }
-  for (std::size_t r = 0; kept_curvature_ > 0 && r < curved_slip_.size(); ++r) {
-    add(curved_slip_[r], kept_curvature_);
+    visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double weight) {
+      blocks.add(place_of(row, column), weight * block.stiffness);
+    });
   }
   for (std::size_t c = 0; kept_curvature_ > 0 && c < curved_->size(); ++c) {
     const Curved& curved = (*curved_)[c];

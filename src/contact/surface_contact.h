@@ -30,13 +30,14 @@ struct ContactFigures {
 /// those that have moved too far from these, and so on. Pairs are sought again from where that ends.
 ///
 /// Friction is mu N s(|u|), with the slip u since the step's start, normal force N, normal and places of contact those
-/// of the step's start, and s smooth up to the slip of `slip_speed` in a step (SmoothSlip).
+/// of the step's start, and s smooth up to the slip of `slip_speed` in a step (SmoothSlip); see SlipTangent for its
+/// Hessian.
 class SurfaceContact : public Potential {
  public:
   /// The parts must outlive it. Its positions are those of JoinedLayout's whole, of a single part those of that.
   /// Collective.
   /// @param is_free whether all particles may move alike, as none is held
-  SurfaceContact(const std::vector<const Surface*>& parts, const ContactOptions& options, bool is_free);
+  SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options, bool is_free);
   SurfaceContact(const SurfaceContact&) = delete;  // Its mesh points to its surface.
   SurfaceContact& operator=(const SurfaceContact&) = delete;
 
@@ -53,8 +54,7 @@ class SurfaceContact : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return version_; }
-  /// It is that of where Newton's method was at the last `move_on`. The positive one leaves out how gaps
-  /// curve, and has friction as if it were in proportion to the slip.
+  /// It is that of where Newton's method was at the last `move_on`. The positive one leaves out how gaps curve.
   void update_hessian(const Field& x, Curvature curvature) override;
   void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
@@ -92,6 +92,7 @@ class SurfaceContact : public Potential {
     Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
     double force = 0;       ///< friction's at most [N]
     bool counts = false;    ///< on this rank, of a sum over all ranks
+    SlipTangent tangent{};
   };
 
   Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
@@ -116,7 +117,7 @@ class SurfaceContact : public Potential {
   ContactSurface surface_;
   ContactOptions options_;
   bool is_free_;
-  double thickness_ = 0;  ///< [m]
+  double thickness_ = 0;  ///< the largest [m]
   ContactMesh mesh_;
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< of its points, wherever they were last asked for
@@ -147,7 +148,6 @@ class SurfaceContact : public Potential {
   };
   /// Where the blocks are, once it has been asked for.
   std::optional<std::vector<Curved>> curved_;
-  std::vector<Block> curved_slip_;  ///< likewise: what the change of friction along a slip adds
   double positive_share_ = 0;
   double kept_curvature_ = 0;  ///< share of what is curved in the second derivative
   PetscInt version_ = 0;

@@ -313,7 +313,7 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
     return result;
   }
   if (!limit_) {
-    minimise(positions, input, result);
+    settle(positions, input, result);
     return result;
   }
   constexpr std::array shares{0.5, 0.8, 0.95, 0.99};
@@ -323,7 +323,7 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
   for (; exact_to != shares.end(); ++exact_to) {
     springs_.continue_limit_beyond(*exact_to);
     lag_.forget();
-    minimise(positions, input, result);
+    settle(positions, input, result);
     if (!result.converged) {
       break;
     }
@@ -339,6 +339,19 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
     result.reason = beyond_limit(strain, limit_->largest) + ": " + solved;
   }
   return result;
+}
+
+void ElasticStep::settle(Field& positions, const ElasticInput& input, ElasticResult& result) {
+  bool goes_on = true;
+  while (goes_on) {
+    result.converged = true;
+    result.reason.clear();
+    minimise(positions, input, result);
+    goes_on = false;
+    for (Potential* potential : potentials_) {  // Also where it failed: another energy may have an end.
+      goes_on = potential->renew(positions) || goes_on;
+    }
+  }
 }
 
 void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {

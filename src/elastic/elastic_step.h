@@ -121,7 +121,9 @@ class ElasticStep : public StepPart {
   };
   RestTangent rest_tangent();  // collective
   void begin_step(const Field& positions, const ElasticInput& input);
-  /// Newton's method, from the positions given. Adds to the iterations of `result`. Collective.
+  /// Newton's method, from the positions given, until the potentials are content with where it ends. Adds to the
+  /// iterations of `result`. Collective.
+  void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
   /// See SpringPotential::largest_share; of all ranks. Collective.
   double largest_share(const Field& positions) const;

@@ -143,14 +143,18 @@ ImplicitResult ImplicitStep::advance(double h) {
   concave_iterations_ = 0;
   last_share_ = 0;
   choose_solver();
-  const NewtonResult newton = newton_->solve(unknowns_);
-
   ImplicitResult result;
-  result.newton_iterations = newton.iterations;
-  result.linear_iterations = newton.linear_iterations;
+  NewtonResult newton;
+  do {
+    newton = newton_->solve(unknowns_);
+    result.newton_iterations += newton.iterations;
+    result.linear_iterations += newton.linear_iterations;
+    result.converged =
+        newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
+    objective_.move_to(unknowns_);
+  } while (result.converged && objective_.renew());
   result.concave_iterations = concave_iterations_;
   result.is_factorised = is_factorised_;
-  result.converged = newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
   if (result.converged) {
     judge(newton, result);
   } else {

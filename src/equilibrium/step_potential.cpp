@@ -48,6 +48,9 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
+  if (model_.bodies != nullptr) {
+    potentials_.push_back(model_.bodies);
+  }
 
   // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
   // small stretch, since not every material can go that far.
@@ -123,11 +126,21 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   } else if (inverted(start_, position_) > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
     start_from(0);
   }
-  for (Potential* potential : potentials_) {  // Nothing may have passed through anything.
-    potential->start_from(start_, position_, h_);
-  }
+  keep_clear();
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   multiplier_ = pressure(prescribed_);
+}
+
+/// Where Newton's method begins nothing has passed through anything. Collective.
+void StepPotential::keep_clear() {
+  const Eigen::Matrix3Xd before = position_.values();
+  for (Potential* potential : potentials_) {
+    potential->start_from(start_, position_, h_);
+  }
+  for (PetscInt i = 0; i < before.cols(); ++i) {  // As far as vertices may go there.
+    const Eigen::Vector3d moved = position_.vector(i) - before.col(i);
+    position_.vector(i) = before.col(i) + model_.constraints.projectors()[static_cast<std::size_t>(i)] * moved;
+  }
 }
 
 bool StepPotential::leaves_held_behind() {
@@ -145,7 +158,18 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
   start_.values() = position.values();
   wall_.set_thickness(start.thickness_ratio);
-  model_.loads.begin_step(start_, time_, share > 0 ? share * h_ : h_);
+  model_.loads.set_time(time_);
+  if (model_.bodies != nullptr) {
+    model_.bodies->begin_step(start_, time_, share > 0 ? share * h_ : h_);
+  }
+}
+
+/// What acts by arc length, at the loads' present time.
+void StepPotential::set_load_time() {
+  model_.loads.set_time(time_);
+  if (model_.bodies != nullptr) {
+    model_.bodies->set_time(time_, h_);
+  }
 }
 
 /// Puts held vertices to where they are when forces are in balance: on their way straight to the end of the step.
@@ -164,7 +188,10 @@ void StepPotential::begin_path(const StepStart& start) {
   time_end_ = start.time;
   time_ = start.time;
   position_.values() = start_.values();
-  model_.loads.begin_step(start_, time_, h_);
+  set_load_time();
+  if (model_.bodies != nullptr) {
+    model_.bodies->begin_step(start_, time_, h_);
+  }
   direction_.values() = start.direction->values();
   if (sum_over_ranks(comm(), direction_.values().squaredNorm()) > 0) {
     return;
@@ -215,7 +242,7 @@ Eigen::VectorXd StepPotential::load_rate() {
   const auto set_time = [this](double at) {
     time_ = at;
     time_end_ = at;
-    model_.loads.begin_step(start_, time_, h_);
+    set_load_time();
     lead_held();
   };
   set_time(time + step);
@@ -258,7 +285,7 @@ void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
   if (integrator_.arc_length()) {
     time_ = own[0];
     time_end_ = time_;
-    model_.loads.begin_step(start_, time_, h_);
+    set_load_time();
     lead_held();
   } else {
     multiplier_ = own.cwiseProduct(pressure_scales());

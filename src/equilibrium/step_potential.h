@@ -7,6 +7,7 @@
 #include "constraints/constraints.h"
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
+#include "contact/body_contact.h"
 #include "equilibrium/time_scheme.h"
 #include "gas/chambers.h"
 #include "prism/damping_potential.h"
@@ -29,6 +30,7 @@ struct BalloonModel {
   Eigen::Vector3d gravity;          ///< [m/s^2]
   GasTangent gas_tangent;
   std::vector<Potential*> others{};  ///< of its vertices' positions; what else acts on them
+  BodyContact* bodies = nullptr;     ///< that press on it; null: there are none
 };
 
 /// What an implicit step starts from.
@@ -57,8 +59,8 @@ struct StepStart {
 /// 23 divided by h^2 is the gradient for implicit Euler. Of a chamber with a hole, whose pressure is given, W is minus
 /// the work on what is left of the wall, straight from x^n to x; a follower load has no potential.
 ///
-/// It is a sum of potentials: wall, inertia, damping, weight, loads and the model's others. The gas stands beside them,
-/// since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
+/// It is a sum of potentials: wall, inertia, damping, weight, loads, bodies and the model's others. The gas stands
+/// beside them, since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
 ///
 /// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of what a
 /// wall's stiffness is like. By arc length the loads' time t is an unknown, too: the row of the residual is a
@@ -145,6 +147,8 @@ class StepPotential : public StepPart {
   void add_vertex_potentials();
   void set_step(const Field& position, const StepStart& start, double share);
   void lead_held();
+  void set_load_time();
+  void keep_clear();
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;

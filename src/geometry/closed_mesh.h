@@ -26,6 +26,9 @@ class ClosedMesh {
   /// The sign is that of the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
   SignedDistance signed_distance(const Eigen::Vector3d& point) const;
 
+  const std::vector<Eigen::Vector3d>& points() const { return points_; }
+  const Triangles& triangles() const { return triangles_; }
+
  private:
   struct Node {
     Eigen::AlignedBox3d box;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pellicle {
 inline namespace geometry {
@@ -81,6 +82,19 @@ SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point)
   SignedDistance gap = std::visit([&own](const auto& shape) { return signed_distance(shape, own); }, solid.shape);
   gap.normal = solid.pose.turn * gap.normal;
   return gap;
+}
+
+double depth_of(const Shape& shape) {
+  struct Depth {
+    double operator()(const Sphere& sphere) const { return sphere.radius; }
+    double operator()(const HalfSpace&) const { return std::numeric_limits<double>::infinity(); }
+    double operator()(const Box& box) const { return box.half.minCoeff(); }
+    double operator()(const Capsule& capsule) const { return capsule.radius; }
+    double operator()(const Cylinder& cylinder) const { return std::min(cylinder.radius, cylinder.half); }
+    double operator()(const Ring& ring) const { return ring.tube; }
+    double operator()(const std::shared_ptr<const ClosedMesh>&) const { return 0; }
+  };
+  return std::visit(Depth{}, shape);
 }
 
 }  // namespace geometry

@@ -55,9 +55,18 @@ SignedDistance signed_distance(const std::shared_ptr<const ClosedMesh>& mesh, co
 struct Solid {
   Shape shape;
   Pose pose;
+
+  /// Whether every straight line between two of its points is inside it: all but rings and meshes.
+  bool is_convex() const {
+    return !std::holds_alternative<Ring>(shape) && !std::holds_alternative<std::shared_ptr<const ClosedMesh>>(shape);
+  }
 };
 
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point);
+
+/// How deep the inside of a shape is: a point on its way through the thinnest part of it is as deep at most, about.
+/// Infinite of a half space [m].
+double depth_of(const Shape& shape);
 
 }  // namespace geometry
 }  // namespace pellicle

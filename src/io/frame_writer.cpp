@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "io/solid_drawing.h"
 
 namespace pellicle {
 inline namespace io {
@@ -36,11 +37,14 @@ std::vector<std::string> field_names(const Frame& frame) {
   return names;
 }
 
-FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects)
+FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects,
+                         std::vector<std::string> bodies)
     : folder_(folder),
       options_(std::move(options)),
       surface_series_(folder, options_.name, objects),
-      spring_series_(folder, options_.name + "_springs", objects) {}
+      spring_series_(folder, options_.name + "_springs", objects),
+      body_series_(folder, options_.name + "_bodies", bodies),
+      has_bodies_(!bodies.empty()) {}
 
 FrameWriter FrameWriter::of_failed_state(std::vector<std::string> objects) const {
   OutputOptions options = options_;
@@ -68,12 +72,18 @@ std::optional<double> FrameWriter::next_time(double time) const {
 void FrameWriter::save(Hdf5File& checkpoint) const {
   surface_series_.save(checkpoint);
   spring_series_.save(checkpoint);
+  if (has_bodies_) {
+    body_series_.save(checkpoint);
+  }
   checkpoint.write_once<int>(last_step_table, {last_step_});
 }
 
 void FrameWriter::resume(const Hdf5File& checkpoint) {
   surface_series_.resume(checkpoint);
   spring_series_.resume(checkpoint);
+  if (has_bodies_) {
+    body_series_.resume(checkpoint);
+  }
   last_time_ = surface_series_.last_time();
   last_step_ = checkpoint.read_all<int>(last_step_table).front();
   folder_.start();
@@ -81,7 +91,7 @@ void FrameWriter::resume(const Hdf5File& checkpoint) {
 }
 
 void FrameWriter::write_lists() {
-  for (FrameSeries* series : {&surface_series_, &spring_series_}) {
+  for (FrameSeries* series : {&surface_series_, &spring_series_, &body_series_}) {
     if (!series->empty()) {
       series->write_list();
     }
@@ -90,16 +100,33 @@ void FrameWriter::write_lists() {
 
 void FrameWriter::write(std::size_t object, const Frame& frame) {
   folder_.start();
-  surface_series_.write(
-      object, drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields)),
-      frame.time);
+  const vtkSmartPointer<vtkPolyData> surface =
+      drawn(*frame.surface, frame.positions, chosen(frame.particle_fields), chosen(frame.cell_fields));
+  if (surface->GetNumberOfPoints() > 0) {
+    const double* b = surface->GetBounds();
+    bounds_.extend(Eigen::AlignedBox3d(Eigen::Vector3d(b[0], b[2], b[4]), Eigen::Vector3d(b[1], b[3], b[5])));
+  }
+  surface_series_.write(object, surface, frame.time);
   if (frame.springs != nullptr) {
     spring_series_.write(object, drawn(*frame.springs, frame.positions, chosen(frame.spring_ends), frame.spring_fields),
                          frame.time);
   }
 }
 
+void FrameWriter::write_body(std::size_t body, const Solid& solid, double time) {
+  Eigen::AlignedBox3d bounds = bounds_;
+  MPI_Allreduce(MPI_IN_PLACE, bounds.min().data(), 3, MPI_DOUBLE, MPI_MIN, folder_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, bounds.max().data(), 3, MPI_DOUBLE, MPI_MAX, folder_.comm());
+  int rank = 0;
+  MPI_Comm_rank(folder_.comm(), &rank);
+  // A plane is drawn as large from frame to frame, while what moves keeps its size within a factor of 2.
+  const double half =
+      std::exp2(std::ceil(std::log2(bounds.isEmpty() ? 1 : std::max(bounds.diagonal().norm(), 1e-9)))) / 2;
+  body_series_.write(body, rank == 0 ? drawing_of_solid(solid, half) : vtkSmartPointer<vtkPolyData>::New(), time);
+}
+
 void FrameWriter::complete(double time, int step) {
+  bounds_.setEmpty();
   write_lists();
   last_time_ = time;
   last_step_ = step;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "geometry/solids.h"
 #include "io/drawing.h"
 #include "io/frame_series.h"
 #include "io/output_options.h"
@@ -32,13 +34,16 @@ std::vector<std::string> field_names(const Frame& frame);
 /// Writes the frames of a run as DIRECTORY/NAME.pvd (see FrameSeries): the surface of each of its objects with the
 /// chosen fields. Ranks may have nothing to draw, or all of them.
 ///
+/// NAME_bodies.pvd has the surfaces of bodies and of balls of heat, where there are any.
+///
 /// NAME_springs.pvd has the springs of sheets as lines, with the chosen fields of their ends and the frame's spring
 /// fields.
 class FrameWriter {
  public:
   /// Touches no file. The folder must outlive it. Collective.
-  /// @param objects their names; of a run of one object it may be empty
-  FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects = {""});
+  /// @param objects their names; of a run of one object it may be empty @param bodies likewise
+  FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects = {""},
+              std::vector<std::string> bodies = {});
 
   /// Writes the state in which a step failed, NAME_failed.pvd beside the others. Collective.
   FrameWriter of_failed_state(std::vector<std::string> objects) const;
@@ -68,6 +73,9 @@ class FrameWriter {
   /// Writes a frame of an object. The first call starts the folder. Collective. @throws Error, on all ranks, when a
   /// file cannot be written.
   void write(std::size_t object, const Frame& frame);
+  /// Adds a body to the frame of which all objects have been written. Rank 0 writes it. Collective. @throws Error, on
+  /// all ranks
+  void write_body(std::size_t body, const Solid& solid, double time);
   /// All objects of a frame have been written. Collective. @throws Error, on all ranks
   void complete(double time, int step);
 
@@ -79,7 +87,10 @@ class FrameWriter {
   OutputOptions options_;
   FrameSeries surface_series_;
   FrameSeries spring_series_;
-  double last_time_ = 0;  ///< of the last frame [s]
+  FrameSeries body_series_;
+  bool has_bodies_;
+  Eigen::AlignedBox3d bounds_;  ///< of what this rank has drawn of the objects in the frame so far
+  double last_time_ = 0;        ///< of the last frame [s]
   int last_step_ = 0;
 };
 

@@ -21,6 +21,7 @@ class PartPotential : public Potential {
   void update_hessian(const Field& x, Curvature curvature) override { potential_.update_hessian(taken(x), curvature); }
   void set_positive_share(double share) override { potential_.set_positive_share(share); }
   void add_hessian(const HessianBlocks& blocks) const override { potential_.add_hessian(blocks); }
+  bool renew(const Field& x) override { return potential_.renew(taken(x)); }
   void move_on(const Field& x) override { potential_.move_on(taken(x)); }
   bool limits() const override { return potential_.limits(); }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override {

@@ -72,9 +72,12 @@ class Potential {
   /// Adds its blocks. Not collective.
   virtual void add_hessian(const HessianBlocks& blocks) const = 0;
 
-  /// Told where a step of length h [s] starts, and where Newton's method would begin, which it may bring nearer to the
-  /// start. Collective.
+  /// Told where a step of length h [s] starts, and where Newton's method would begin, which it may move, ghosts too.
+  /// Collective.
   virtual void start_from(const Field& /*start*/, Field& /*x*/, double /*h*/) {}
+  /// Told where Newton's method has ended. @returns whether the energy has become another one, on any rank, so that it
+  /// has to go on from there. Collective.
+  virtual bool renew(const Field& /*x*/) { return false; }
   /// Told where Newton's method is, before the pattern and the Hessian there are asked for. May change the pattern, but
   /// not the energy. Collective.
   virtual void move_on(const Field& /*x*/) {}

@@ -234,6 +234,14 @@ void StepObjective::limit(Vec residual, Vec descent) const {
   check(VecRestoreArrayRead(residual, &gradient));
 }
 
+bool StepObjective::renew() {
+  bool goes_on = false;
+  for (Potential* potential : potentials_) {
+    goes_on = potential->renew(position_) || goes_on;
+  }
+  return goes_on;
+}
+
 int StepObjective::columns() const {
   int sum = 0;
   for (const StepPart* part : parts_) {

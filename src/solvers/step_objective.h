@@ -59,6 +59,8 @@ class StepObjective {
   double inverted(const Field& from, const Field& to) const;
   /// See limit_step; changes the descent x - y of Newton's step from x, of the unknowns. Collective.
   void limit(Vec residual, Vec descent) const;
+  /// See Potential::renew, of all of them. Collective.
+  bool renew();
   /// See Tangent::move_on.
   bool move_on() { return tangent_->move_on(position_); }
 

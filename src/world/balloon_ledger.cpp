@@ -45,6 +45,12 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
   if (chain.goes_by_arc_length()) {
     columns.push_back({"load_time", "s"});
   }
+  std::vector<std::string> names;
+  for (const Body& body : chain.bodies()) {
+    names.push_back(body.name);
+  }
+  const std::vector<History::Column> of_bodies = body_columns(names);
+  columns.insert(columns.end(), of_bodies.begin(), of_bodies.end());
   return columns;
 }
 
@@ -131,6 +137,8 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
   if (state.load_time != nullptr) {
     own.push_back(*state.load_time);
   }
+  const std::vector<double> of_bodies = body_values(chain.bodies().size(), step.loads);
+  own.insert(own.end(), of_bodies.begin(), of_bodies.end());
   ledger_.add({membrane, state, chain.mass().data(), state.burning ? &*state.burning : nullptr, chain.heat_capacity(),
                h, retries},
               own);

@@ -18,6 +18,8 @@ inline namespace world {
 
 namespace {
 
+const std::map<std::string, BodyOptions> no_bodies;
+
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
   std::array<std::vector<double>, 4> result;
@@ -58,10 +60,12 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(std::move(pins)),
-      bodies_(sheet.comm(), options.bodies),
+      bodies_(sheet.comm(), options.dynamics == Dynamics::elastic ? no_bodies : options.bodies),
       chambers_(sheet, options.gas, options.chambers),
       start_(sheet.particles, 3),
-      clear_(sheet.particles, 3) {
+      clear_(sheet.particles, 3),
+      start_velocity_(sheet.particles, 3),
+      contact_reach_(contact_thickness(sheet, options.contact)) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
@@ -70,7 +74,8 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins p
   } else if (options.contact.self) {
     const std::vector<bool>& pinned = pins_.pinned();
     const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
-    contact_.emplace(std::vector<const Surface*>{&sheet}, options.contact, !on_any_rank(sheet.comm(), !is_free));
+    contact_.emplace(std::vector<ContactSurface::Part>{{&sheet, options.contact.thickness}}, options.contact,
+                     !on_any_rank(sheet.comm(), !is_free));
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
@@ -105,12 +110,23 @@ void Burn::make_elastic() {
   ElasticOptions elastic = options_.elastic;
   elastic.strain_limit = options_.project.strain_limit;
   elastic.usual_h = options_.time.step;
+  std::vector<Potential*> others;
+  if (!options_.bodies.empty()) {
+    constexpr double strain = 0.05;  // as much as a sheet may bear
+    body_contact_ =
+        std::make_unique<BodyContact>(sheet_, options_.bodies, options_.contact,
+                                      usual_stiffness_of_bodies(sheet_, strain * stiffness_of(material).tensile[0],
+                                                                options_.sheet.areal_density, options_.time.step));
+    others.push_back(body_contact_.get());
+  }
+  if (contact_) {
+    others.push_back(&*contact_);
+  }
   elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                            factors("sheet.shear_texture", material.shear_texture),
                                                            factors("sheet.bending_texture", material.bending_texture)},
-                                           pins_.pinned(), pins_.clamped(), elastic,
-                                           contact_ ? std::vector<Potential*>{&*contact_} : std::vector<Potential*>());
+                                           pins_.pinned(), pins_.clamped(), elastic, others);
 }
 
 State Burn::initial_state() const {
@@ -155,6 +171,7 @@ BurnStep Burn::advance(State& state, double h) {
   step.newton_iterations = moved.newton_iterations;
   step.force_residual = moved.force_residual;
   step.contacts = moved.contacts;
+  step.loads = moved.loads;
   step.take(moved);
   if (step.converged) {
     step.cracked = tear(state);
@@ -181,7 +198,8 @@ BurnStep Burn::begin(State& state, double h) {
   if (step.converged) {
     together_.emplace(move_freely(state, h));
     const auto timer = clock_.time("projection");
-    elastic_->begin(state.position, elastic_input(state, mass_, h));
+    begin_bodies(state, h);
+    elastic_->begin(state.position, elastic_input(state, h));
   }
   return step;
 }
@@ -190,6 +208,14 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
   step.newton_iterations = balance.newton_iterations;
   step.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
   state.position.values() = elastic_->position().values();
+  if (body_contact_ != nullptr) {
+    step.contacts = body_contact_->contacts(state.position);
+    step.reason = body_contact_->fault(state.position);
+    step.converged = step.reason.empty();
+    if (!step.converged) {
+      return;
+    }
+  }
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
       state.position.vector(i) = start_.vector(i);
@@ -198,9 +224,8 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
-  step.contacts = bodies_.correct_positions(state.position, *together_);
   step.constraint_error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
-  find_velocities(state, *together_);
+  find_velocities(state, *together_, step.loads);
   step.cracked = tear(state);
   step.take(end_step(state, together_->h));
 }
@@ -266,63 +291,29 @@ NetStrain Burn::net_strain(const State& state) const {
                              elastic_->bearing_springs(state.living));
 }
 
-/// Whether an elastic sheet keeps its limit. Collective.
-StageResult Burn::limit_strain(const State& state) const {
-  StageResult result;
-  const std::optional<double> limit = options_.project.strain_limit;
-  if (elastic_ != nullptr && limit) {
-    const NetStrain strain = net_strain(state);
-    result.converged = strain.largest <= *limit;
-    if (!result.converged) {
-      result.reason = beyond_limit(strain, *limit);
-    }
+ElasticInput Burn::elastic_input(const State& state, double h) const {
+  return {state.target_length, volume_ratio_, stiffness_factor_, mass_, held_, state.living, start_, h};
+}
+
+/// What bodies may press on in the step to come. Collective.
+void Burn::begin_bodies(const State& state, double h) {
+  if (body_contact_ != nullptr) {
+    body_contact_->set_surface(held_, &state.living.triangles);
+    body_contact_->begin_step(start_, state.time + h, h);
   }
-  return result;
 }
 
-ElasticInput Burn::elastic_input(const State& state, const std::vector<double>& mass, double h) const {
-  return {state.target_length, volume_ratio_, stiffness_factor_, mass, held_, state.living, start_, h};
-}
-
-DynamicsResult Burn::advance_elastic(State& state, const std::vector<double>& mass, double h) {
-  const ElasticResult moved = elastic_->advance(state.position, elastic_input(state, mass, h));
+DynamicsResult Burn::advance_elastic(State& state, double h) {
+  begin_bodies(state, h);
+  const ElasticResult moved = elastic_->advance(state.position, elastic_input(state, h));
+  DynamicsResult result{moved, 0, moved.newton_iterations, moved.error, {}};
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
-  return {moved, 0, moved.newton_iterations, moved.error};
-}
-
-/// Springs, then bodies. Where these leave springs beyond the strain limit, what they have moved stays where it is, and
-/// the others give way.
-DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::function<void(Field&)>& correct, double h) {
-  inertia_ = mass_;
-  DynamicsResult result;
-  constexpr int tries = 3;
-  for (int n = 0; n < tries; ++n) {
-    const DynamicsResult before = result;
-    result = advance_elastic(state, inertia_, h);
-    result.iterations += before.iterations;
-    result.newton_iterations += before.newton_iterations;
-    if (!result.converged) {
-      return result;
-    }
-    balanced_ = state.position.values();
-    correct(state.position);
-    const StageResult limited = limit_strain(state);
-    result.converged = limited.converged;
-    result.reason = limited.reason;
-    if (limited.converged || n + 1 == tries) {
-      return result;
-    }
-    const Eigen::MatrixXd corrected = state.position.values();
-    state.position.values() = unconstrained_;
-    for (Eigen::Index i = 0; i < corrected.cols(); ++i) {
-      if (corrected.col(i) != balanced_.col(i)) {
-        constexpr double held = 1e6;
-        inertia_[static_cast<std::size_t>(i)] = held * mass_[static_cast<std::size_t>(i)];
-        state.position.vector(i) = corrected.col(i);
-      }
-    }
+  if (body_contact_ != nullptr && result.converged) {
+    result.contacts = body_contact_->contacts(state.position);
+    result.reason = body_contact_->fault(state.position);
+    result.converged = result.reason.empty();
   }
   return result;
 }
@@ -330,33 +321,47 @@ DynamicsResult Burn::advance_elastic_with_bodies(State& state, const std::functi
 /// Moves the positions so that springs and bodies are content with them.
 DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   const auto timer = clock_.time("projection");  // eq. 12
-  PetscInt contacts = 0;
-  const auto correct = [&](Field& positions) {
-    contacts = bodies_.correct_positions(positions, contact);
-    if (contact_ && elastic_ == nullptr) {
-      contact_->correct(clear_, positions, mass_, held_);
-    }
-  };
-  const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
-                              tearing_ ? &force_ : nullptr};
   DynamicsResult result;
-  if (options_.dynamics == Dynamics::projection) {
-    result = {projection_->advance(state.position, input)};
-    if (tearing_) {
-      to_forces(force_, sheet_, input, contact.h);
-    }
+  if (elastic_ != nullptr) {
+    result = advance_elastic(state, contact.h);
   } else {
-    if (elastic_ != nullptr) {
-      result = advance_elastic_with_bodies(state, input.after_step, contact.h);
+    PetscInt contacts = 0;
+    bodies_.begin_step();
+    const auto correct = [&](Field& positions) {
+      contacts = bodies_.correct_positions(positions, contact);
+      if (contact_) {
+        contact_->correct(clear_, positions, mass_, held_);
+      }
+    };
+    const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
+                                tearing_ ? &force_ : nullptr};
+    if (projection_ != nullptr) {
+      static_cast<StageResult&>(result) = projection_->advance(state.position, input);
+      if (tearing_) {
+        to_forces(force_, sheet_, input, contact.h);
+      }
     } else {
-      result = {
-          springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h})};
-      input.after_step(state.position);
+      static_cast<StageResult&>(result) =
+          springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h});
+      correct(state.position);
     }
+    result.contacts = contacts;
+  }
+  if (projection_ == nullptr) {
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   }
-  result.contacts = contacts;
   return result;
+}
+
+/// Velocities at bodies, and what bodies have felt.
+void Burn::leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads) {
+  if (body_contact_ != nullptr) {
+    loads = body_contact_->loads(state.position);
+    body_contact_->rebound(state.position, start_velocity_, mass_, state.velocity, loads);
+  } else if (!bodies_.empty()) {
+    bodies_.correct_velocities(state.velocity, state.position, contact);
+    loads = bodies_.loads(state.position, contact, contact_reach_);
+  }
 }
 
 /// To where velocities lead without springs, bodies and gas (eq. 8 and 9). Collective.
@@ -364,6 +369,7 @@ ContactStep Burn::move_freely(State& state, double h) {
   Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
   start_.values() = x;
+  start_velocity_.values() = v;
   held_ = pins_.pinned();
   if (sheet_.layers == 1) {
     mass_ = corner_masses(sheet_, state.mass);
@@ -394,7 +400,7 @@ ContactStep Burn::move_freely(State& state, double h) {
     pins_.impose(state.position, state.time + h);
   }
   unconstrained_ = x;
-  return {sheet_.particles, start_, held_, state.time + h, h};
+  return {sheet_.particles, start_, held_, state.time + h, h, mass_, &start_velocity_};
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {
@@ -437,12 +443,12 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     result.converged = false;
     result.reason = gas->disagreement();
   }
-  find_velocities(state, contact);
+  find_velocities(state, contact, result.loads);
   return result;
 }
 
-/// From where the sheet is (eq. 13 and 15). Collective.
-void Burn::find_velocities(State& state, const ContactStep& contact) {
+/// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.
+void Burn::find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads) {
   const auto timer = clock_.time("velocity");
   const Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
@@ -452,7 +458,7 @@ void Burn::find_velocities(State& state, const ContactStep& contact) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / contact.h;
     }
   }
-  bodies_.correct_velocities(state.velocity, state.position, contact);
+  leave_bodies(state, contact, loads);
   if (sheet_.layers == 1) {
     follow_corners(sheet_, state.position);
     follow_corners(sheet_, state.velocity);

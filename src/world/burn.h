@@ -13,6 +13,7 @@
 #include "base/stage_result.h"
 #include "constraints/pins.h"
 #include "contact/bodies.h"
+#include "contact/body_contact.h"
 #include "contact/surface_contact.h"
 #include "elastic/elastic_step.h"
 #include "equilibrium/implicit_step.h"
@@ -38,6 +39,7 @@ struct BurnStep {
   int newton_iterations = 0;    ///< of an elastic sheet
   double force_residual = 0;    ///< likewise, see ElasticStep
   PetscInt contacts = 0;        ///< particles of this rank held by a body at the end
+  std::vector<BodyLoad> loads;  ///< of the bodies, in the order of their names
   bool died = false;            ///< whether a part of the sheet burnt away, on any rank
   bool cracked = false;         ///< whether a side of its cells cracked, on any rank
 
@@ -51,7 +53,8 @@ struct BurnStep {
 struct DynamicsResult : StageResult {
   PetscInt contacts = 0;  ///< particles of this rank held by a body at the end
   int newton_iterations = 0;
-  double force_residual = 0;  ///< see BurnStep
+  double force_residual = 0;    ///< see BurnStep
+  std::vector<BodyLoad> loads;  ///< likewise
 };
 
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
@@ -134,15 +137,15 @@ class Burn {
   void make_elastic();
   void set_stiffness_factors(const Field& mass);
   void set_lengths(State& state);
-  StageResult limit_strain(const State& state) const;
+  DynamicsResult advance_elastic(State& state, double h);
   void require_going_together() const;
   BurnStep begin_burning(State& state, double h);
   ContactStep move_freely(State& state, double h);
-  void find_velocities(State& state, const ContactStep& contact);
-  ElasticInput elastic_input(const State& state, const std::vector<double>& mass, double h) const;
-  DynamicsResult advance_elastic(State& state, const std::vector<double>& mass, double h);
-  DynamicsResult advance_elastic_with_bodies(State& state, const std::function<void(Field&)>& correct, double h);
+  void begin_bodies(const State& state, double h);
+  void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
+  ElasticInput elastic_input(const State& state, double h) const;
   DynamicsResult hold_together(State& state, const ContactStep& contact);
+  void leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
 
   const Sheet& sheet_;
   const Options& options_;
@@ -150,9 +153,10 @@ class Burn {
   Textures textures_;
   Burning burning_;
   Pins pins_;
-  Bodies bodies_;
-  std::optional<SurfaceContact> contact_;  ///< if it touches itself
-  std::optional<AirDrag> air_;             ///< if there is air
+  Bodies bodies_;                              ///< of a sheet that is not elastic
+  std::unique_ptr<BodyContact> body_contact_;  ///< of an elastic sheet, if there are bodies
+  std::optional<SurfaceContact> contact_;      ///< if it touches itself
+  std::optional<AirDrag> air_;                 ///< if there is air
   Chambers chambers_;
   std::optional<Tearing> tearing_;
   std::optional<ContactStep> together_;       ///< of a step that is begun and ended
@@ -165,11 +169,11 @@ class Burn {
   // Of the local particles in the present step.
   Field start_;                           ///< positions at the beginning
   Field clear_;                           ///< where the projected sheet last had not passed through itself
+  Field start_velocity_;                  ///< velocities then [m/s]
   Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
   std::vector<bool> held_;                ///< those that are pinned or have left
   std::vector<double> mass_;              ///< that moves with them [kg]
-  std::vector<double> inertia_;           ///< the same for an elastic sheet, more where a body holds it [kg]
-  Eigen::MatrixXd balanced_;              ///< positions of an elastic sheet before bodies correct them
+  double contact_reach_ = 0;              ///< gap up to which bodies note how near the sheet is [m]
   std::vector<double> volume_ratio_;      ///< see set_volume_ratios
   std::vector<double> stiffness_factor_;  ///< see set_stiffness_factors
 };

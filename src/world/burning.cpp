@@ -5,6 +5,8 @@
 
 #include "base/units.h"
 #include "combustion/combustion.h"
+#include "contact/body_contact.h"
+#include "contact/body_heat.h"
 #include "heat/heat_balance.h"
 #include "heat/heat_source.h"
 
@@ -33,6 +35,10 @@ Burning::Burning(const Surface& surface, const Options& options, StageClock& clo
     validate(name, source);
     source_texture_[name] = textures.values(surface.uv, "heat.sources." + name + ".file", source.file);
   }
+  if (exchange_heat(options.bodies)) {
+    bodies_ = make_bodies(surface.comm(), options.bodies);
+    contact_reach_ = contact_thickness(surface, options.contact);
+  }
 }
 
 void Burning::begin(BurningFields& fields) const {
@@ -55,6 +61,14 @@ StageResult Burning::heat(BurningFields& fields, const ObjectState& state, doubl
       exchange_with_surroundings(fields.temperature, surface_, state.position, fields.mass, fields.living, h, heat);
   fields.heat_in += exchange.gained;
   fields.heat_out += exchange.lost;
+  if (!bodies_.empty()) {
+    const Eigen::VectorXd area = particle_areas(surface_, state.position, fields.living);
+    const BodyHeat of_bodies = exchange_with_bodies(
+        fields.temperature, bodies_,
+        {surface_.particles, state.position, fields.mass, area, state.time, h, heat.capacity, contact_reach_});
+    fields.heat_in += of_bodies.gained;
+    fields.heat_out += of_bodies.lost;
+  }
   rise_.values() = -fields.temperature.values();
   const StageResult result = conduction_.advance(fields.temperature, {state.position, fields.mass, fields.living, h});
   rise_.values() += fields.temperature.values();

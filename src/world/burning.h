@@ -8,6 +8,7 @@
 #include "ablation/ablation.h"
 #include "base/stage_clock.h"
 #include "base/stage_result.h"
+#include "contact/bodies.h"
 #include "heat/conduction.h"
 #include "world/burning_fields.h"
 #include "world/object_state.h"
@@ -53,6 +54,8 @@ class Burning {
   StageClock& clock_;
   std::vector<double> mass_loss_factor_;                       ///< of the local particles, or empty
   std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
+  std::vector<Body> bodies_;                                   ///< if any of them exchanges heat
+  double contact_reach_ = 0;                                   ///< gap up to which they do [m]
   Conduction conduction_;
   Ablation ablation_;
   Field rise_;                 ///< of the temperatures by conduction [K]

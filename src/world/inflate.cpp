@@ -1,6 +1,7 @@
 #include "world/inflate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -18,6 +19,20 @@ namespace {
 Wall wall_of(const Membrane& membrane, const Options& options, Textures& textures) {
   return make_wall(membrane, options.wall,
                    textures.values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
+}
+
+/// Of the bodies of a balloon, with the wall's means. Collective.
+double stiffness_of_bodies(const Membrane& membrane, const Wall& wall, const Options& options) {
+  std::array<double, 3> sums{};  // of area, of mass, of 6 mu h, the tension of rubber that is drawn out far
+  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    const double area = wall.rest[e].area;
+    sums[0] += area;
+    sums[1] += area * wall.thickness[e] * wall.density[e];
+    sums[2] += area * wall.thickness[e] * 6 * small_strain_moduli(wall.material_of(e)).shear;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  const bool is_static = options.time.scheme == TimeScheme::statics || !options.prism.inertia;
+  return usual_stiffness_of_bodies(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
 }
 
 /// @throws Error on what generalized alpha and the arc length do not go with
@@ -130,9 +145,11 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                     ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
                                constraints_.has_planes(), constraints_.projectors())
                     : Chambers(membrane, options.gas, options.chambers, constraints_.origin(), state->chamber)),
-      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces, options.bodies, options.contact,
+      loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
-      start_(membrane.particles, 3) {
+      bodies_(membrane, options.bodies, options.contact, stiffness_of_bodies(membrane, wall_, options)),
+      start_(membrane.particles, 3),
+      start_velocity_(membrane.particles, 3) {
   if (balloon_burns(options)) {
     burning_.emplace(membrane, options, clock, textures_);
     const AblationOptions& ablation = options.ablation;
@@ -171,7 +188,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
     require_contact_possible(options);
   }
   if (options.contact.self && !options.contact.together) {
-    contact_.emplace(std::vector<const Surface*>{&membrane}, options.contact,
+    contact_.emplace(std::vector<ContactSurface::Part>{{&membrane, options.contact.thickness}}, options.contact,
                      can_move_alike(membrane.comm(), constraints_.projectors()));
   }
   make_solvers();
@@ -193,6 +210,9 @@ void Inflate::make_solvers() {
   }
   if (drag_ != nullptr) {
     model.others.push_back(drag_.get());
+  }
+  if (!bodies_.empty()) {
+    model.bodies = &bodies_;
   }
   implicit_.reset();
   implicit_.emplace(model, options_.prism, integrator_, !options_.contact.together);
@@ -247,6 +267,7 @@ InflateStep Inflate::begin(BalloonState& state, double h) {
     }
   }
   start_.values() = state.position.values();
+  start_velocity_.values() = state.velocity.values();
   h_ = h;
   const auto timer = clock_.time("implicit step");
   if (contact_ && burning_) {
@@ -255,6 +276,7 @@ InflateStep Inflate::begin(BalloonState& state, double h) {
   if (bending_) {
     bending_->begin_step(state.position, state.thickness_ratio);
   }
+  begin_contact(state);
   begin_acceleration(state);
   set_drag(state, integrator_.share());
   implicit_->begin(state.position, state.pressure, start_of_step(state));
@@ -266,6 +288,11 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     const auto timer = clock_.time("implicit step");
     static_cast<ImplicitResult&>(step) = balance;
     implicit_->end(state.position, state.pressure, step);
+    if (step.converged) {
+      step.reason = bodies_.fault(implicit_->potential().position());
+      step.converged = step.reason.empty();
+      step.loads = bodies_.loads(implicit_->potential().position());
+    }
     if (!step.converged) {
       return;
     }
@@ -301,7 +328,19 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     step.inverted = elements_.inverted(start_, state.position);
     MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
   }
+  if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
+    bodies_.rebound(state.position, start_velocity_, mass_, state.velocity, step.loads);
+  }
   step.has_cracked = crack(state);
+}
+
+/// What bodies may press on in the step to come.
+void Inflate::begin_contact(const BalloonState& state) {
+  std::vector<bool> held = pins_.pinned();
+  for (std::size_t i = 0; burning_ && i < held.size(); ++i) {
+    held[i] = held[i] || state.burning->mass.data()[i] == 0;
+  }
+  bodies_.set_surface(held, burning_ ? &state.burning->living.triangles : nullptr);
 }
 
 StepStart Inflate::start_of_step(const BalloonState& state) const {

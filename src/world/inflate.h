@@ -22,10 +22,11 @@ inline namespace world {
 /// How a step of the balloon went.
 struct InflateStep : ImplicitResult {
   int heat_iterations = 0;
-  double step_error = 0;     ///< TimeIntegrator::error at most, over the square root of the wall's area
-  PetscInt inverted = 0;     ///< elements that have turned over (PrismElements::inverted), on all ranks
-  bool has_burnt = false;    ///< whether an element burnt away, on any rank
-  bool has_cracked = false;  ///< whether a side of its elements cracked, on any rank
+  std::vector<BodyLoad> loads;  ///< of the bodies, in the order of their names
+  double step_error = 0;        ///< TimeIntegrator::error at most, over the square root of the wall's area
+  PetscInt inverted = 0;        ///< elements that have turned over (PrismElements::inverted), on all ranks
+  bool has_burnt = false;       ///< whether an element burnt away, on any rank
+  bool has_cracked = false;     ///< whether a side of its elements cracked, on any rank
 };
 
 /// Gives the membrane of a balloon that burns what that takes (set_burnable): the masses of its wall. Leaves others as
@@ -82,6 +83,7 @@ class Inflate {
   /// Makes what follows from the other fields of a state that `advance` has not left so. Collective.
   void follow(BalloonState& state);
 
+  const std::vector<Body>& bodies() const { return bodies_.bodies(); }
   bool goes_by_arc_length() const { return integrator_.arc_length().has_value(); }
   /// Which linear solver the implicit step has; empty if its balance is found elsewhere.
   std::string solver_words() const { return implicit_->solver_words(); }
@@ -111,6 +113,7 @@ class Inflate {
   void make_solvers();
   StageResult burn(BalloonState& state, double h, bool& has_burnt);
   bool crack(BalloonState& state);
+  void begin_contact(const BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);
   void set_drag(const BalloonState& state, double share);
@@ -132,6 +135,7 @@ class Inflate {
   Constraints constraints_;
   Chambers chambers_;
   PointLoads loads_;
+  BodyContact bodies_;
   std::optional<SurfaceContact> contact_;  ///< if it touches itself
   std::optional<WallBending> bending_;     ///< unless the wall has none
   std::optional<BalloonStep> implicit_;
@@ -143,6 +147,7 @@ class Inflate {
   std::unique_ptr<Potential> drag_;                          ///< likewise: of its drag
   double h_ = 0;                                             ///< length of the step [s]
   Field start_;                                              ///< positions at the beginning of the step
+  Field start_velocity_;                                     ///< likewise
 };
 
 }  // namespace world

@@ -61,6 +61,25 @@ std::string crack_line(const std::array<double, 2>& cracks) {
   return text;
 }
 
+std::vector<History::Column> body_columns(const std::vector<std::string>& names) {
+  std::vector<History::Column> columns;
+  for (const std::string& name : names) {
+    for (const char* axis : {"_x", "_y", "_z"}) {
+      columns.push_back({"force_" + name + axis, "N"});
+    }
+    columns.push_back({"gap_" + name, "m"});
+  }
+  return columns;
+}
+
+std::vector<double> body_values(std::size_t bodies, const std::vector<BodyLoad>& loads) {
+  std::vector<double> values(4 * bodies, 0);
+  for (std::size_t b = 0; b < loads.size(); ++b) {
+    Eigen::Map<Eigen::Vector4d>(values.data() + 4 * b) << loads[b].force, loads[b].gap;
+  }
+  return values;
+}
+
 Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed)
     : clock_(output.clock) {
   std::vector<History::Column> columns{{"time", "s"}, {"step", ""}, {"time_step", "s"}, {"retries", ""}};

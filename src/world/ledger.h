@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/stage_clock.h"
+#include "contact/bodies.h"
 #include "io/history.h"
 #include "surface/surface.h"
 #include "world/burning_fields.h"
@@ -13,6 +14,11 @@
 
 namespace pellicle {
 inline namespace world {
+
+/// The columns of a body's load: force_NAME_x, _y and _z, gap_NAME.
+std::vector<History::Column> body_columns(const std::vector<std::string>& names);
+/// Their values; of the initial state, which has no loads, zeros.
+std::vector<double> body_values(std::size_t bodies, const std::vector<BodyLoad>& loads);
 
 /// What a row of the history tells of any object.
 struct LedgerRow {

@@ -4,6 +4,7 @@
 
 #include "base/object_tables.h"
 #include "base/options.h"
+#include "contact/body_heat.h"
 
 namespace pellicle {
 inline namespace world {
@@ -80,7 +81,7 @@ bool balloon_burns(const Options& options) {
   const HeatOptions& heat = options.heat;
   return options.chain == ChainKind::inflate &&
          (!heat.sources.empty() || heat.convection > 0 || heat.emissivity > 0 || options.ablation.strength ||
-          heat.initial_temperature > options.combustion.ignition_temperature);
+          exchange_heat(options.bodies) || heat.initial_temperature > options.combustion.ignition_temperature);
 }
 
 namespace {
@@ -176,16 +177,15 @@ void describe(OptionTable& table, Options& options) {
     describe(table, options.time);
   });
   table.add_under(burns, [&] { describe_sheet(table, options); });
-  table.add_under(
-      {"chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, or "
-       "heat.initial_temperature above combustion.ignition_temperature",
-       [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }},
-      [&] { describe_burning(table, options); });
+  table.add_under({"chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, "
+                   "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
+                   [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }},
+                  [&] { describe_burning(table, options); });
   table.add_of_run([&] { describe(table, options.force); });
   describe_gas(table, options);
   table.add_under(inflates, [&] { describe_balloon(table, options); });
   const auto has_bodies = [&options](bool rub) {
-    return options.chain == ChainKind::inflate &&
+    return (options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic) &&
            std::any_of(options.bodies.begin(), options.bodies.end(),
                        [rub](const auto& body) { return !rub || body.second.friction > 0; });
   };
@@ -193,7 +193,7 @@ void describe(OptionTable& table, Options& options) {
            {"", [has_bodies] { return has_bodies(true); }});
   table.add_objects("pins", options.pins, "particles that are held, or led along a path");
   table.add_of_run([&] {
-    table.add_objects("bodies", options.bodies, "solids that the sheet cannot enter");
+    table.add_objects("bodies", options.bodies, "solids that sheets and balloons cannot enter");
     describe(table, options.output);
     describe(table, options.checkpoint);
     table.add("restart", options.restart)

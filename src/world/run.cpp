@@ -125,7 +125,11 @@ class Run {
                                      : object_from(*checkpoint, object.options, output);
       });
     }
-    return {folder, options_.output, std::move(members), together_};
+    std::vector<const ObjectOptions*> objects;
+    for (const ObjectOptions& object : objects_) {
+      objects.push_back(&object);
+    }
+    return {folder, options_.output, std::move(members), drawings_of_bodies(comm_, objects), together_};
   }
 
   /// The checkpoint from which the run goes on, if it does.

@@ -29,8 +29,15 @@ namespace {
 // Of a checkpoint, in the group of the object: the largest strain so far, its place and time.
 const char* const record_table = "/largest_strain";
 
-/// @param tears whether the sheet can crack
-std::vector<History::Column> columns_of_sheet(const Chambers& chambers, bool tears, const ContactOptions& contact) {
+std::vector<std::string> names_of_bodies(const Options& options) {
+  std::vector<std::string> names;
+  for (const auto& body : options.bodies) {
+    names.push_back(body.first);
+  }
+  return names;
+}
+
+std::vector<History::Column> columns_of_sheet(const Chambers& chambers, const Options& options) {
   std::vector<History::Column> columns{
       {"constraint_error", "m"}, {"contacts", ""}, {"heat_iterations", ""}, {"projection_iterations", ""}};
   for (const char* colour : colour_names) {
@@ -46,16 +53,18 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers, bool tea
   columns.push_back({"mean_strain", ""});
   columns.push_back({"newton_iterations", ""});
   columns.push_back({"force_residual", ""});
-  if (tears) {
+  if (options.ablation.strength) {
     columns.push_back({"cracked_sides", ""});
     columns.push_back({"crack_length", "m"});
   }
-  const std::vector<History::Column> of_contact = contact_columns(contact);
+  const std::vector<History::Column> of_contact = contact_columns(options.contact);
   columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chambers.count() > 0) {
     const std::vector<History::Column> of_gas = gas_columns(chambers);
     columns.insert(columns.end(), of_gas.begin(), of_gas.end());
   }
+  const std::vector<History::Column> of_bodies = body_columns(names_of_bodies(options));
+  columns.insert(columns.end(), of_bodies.begin(), of_bodies.end());
   return columns;
 }
 
@@ -65,8 +74,7 @@ SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, con
                          const Hdf5File* resumed)
     : options_(options),
       group_(output.group("sheet")),
-      ledger_(output, true, columns_of_sheet(chambers, options.ablation.strength.has_value(), options.contact),
-              resumed) {
+      ledger_(output, true, columns_of_sheet(chambers, options), resumed) {
   if (resumed != nullptr) {
     const std::vector<double> record = resumed->read_all<double>(group_ + record_table);
     record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
@@ -124,6 +132,8 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
     const std::vector<double> of_gas = gas_values(burn.chambers(), state, state.pressure.data(), state.time);
     own.insert(own.end(), of_gas.begin(), of_gas.end());
   }
+  const std::vector<double> of_bodies = body_values(options_.bodies.size(), step.loads);
+  own.insert(own.end(), of_bodies.begin(), of_bodies.end());
   ledger_.add({sheet, state, state.mass.data(), &state, options_.heat.capacity, h, retries}, own);
 }
 

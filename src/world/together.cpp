@@ -27,7 +27,7 @@ void require_alike(const ObjectOptions& first, const ObjectOptions& other) {
   };
   const ContactOptions& a = first.options.contact;
   const ContactOptions& b = other.options.contact;
-  require("contact.stiffness", a.stiffness, b.stiffness);
+  require("contact.stiffness", a.surface_stiffness(), b.surface_stiffness());
   require("contact.friction", a.friction, b.friction);
   require("contact.slip_speed", a.slip_speed, b.slip_speed);
 }
@@ -68,21 +68,19 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
     if (options.chain == ChainKind::burn && together.step.ksp_rtol == PrismOptions().ksp_rtol) {
       together.step.ksp_rtol = rtol_of_sheets;
     }
-    if (options.contact.thickness) {
-      const double thickness = *options.contact.thickness;
-      together.contact.thickness = std::min(thickness, together.contact.thickness.value_or(thickness));
-    }
+    together.thickness.push_back(options.contact.thickness);
   }
   return together;
 }
 
-Together::Step::Step(const std::vector<StepPart*>& parts, const std::vector<const Surface*>& surfaces,
+Together::Step::Step(const std::vector<StepPart*>& parts, const std::vector<ContactSurface::Part>& surfaces,
                      const TogetherOptions& options)
     : parts(parts),
       contact(surfaces, options.contact,
-              std::all_of(
-                  parts.begin(), parts.end(),
-                  [&](const StepPart* part) { return can_move_alike(surfaces.front()->comm(), part->projectors()); })),
+              std::all_of(parts.begin(), parts.end(),
+                          [&](const StepPart* part) {
+                            return can_move_alike(surfaces.front().surface->comm(), part->projectors());
+                          })),
       objective(parts, {&contact}, options.step.mat_type, options.step.solver_prefix),
       solver(objective, options.step) {}
 
@@ -107,10 +105,12 @@ std::vector<TouchingObject*> Together::present() const {
 /// Made anew whenever an object has been numbered anew or is gone.
 Together::Step& Together::common() {
   std::vector<StepPart*> parts;
-  std::vector<const Surface*> surfaces;
-  for (TouchingObject* object : present()) {
-    parts.push_back(&object->part());
-    surfaces.push_back(&object->surface());
+  std::vector<ContactSurface::Part> surfaces;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (!objects_[i]->is_gone()) {
+      parts.push_back(&objects_[i]->part());
+      surfaces.push_back({&objects_[i]->surface(), options_.thickness[i]});
+    }
   }
   if (step_ == nullptr || step_->parts != parts) {
     step_ = std::make_unique<Step>(parts, surfaces, options_);

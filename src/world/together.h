@@ -19,8 +19,9 @@ inline namespace world {
 
 /// How the objects that touch each other do so, and how their common step is solved.
 struct TogetherOptions {
-  std::vector<std::size_t> objects;  ///< which, by their places in the run
-  std::vector<std::string> names;    ///< of them
+  std::vector<std::size_t> objects;              ///< which, by their places in the run
+  std::vector<std::string> names;                ///< of them
+  std::vector<std::optional<double>> thickness;  ///< of their contact [m]
   ContactOptions contact;
   PrismOptions step;
 };
@@ -58,7 +59,7 @@ class Together {
  private:
   /// The step of some surfaces, until their numbering changes.
   struct Step {
-    Step(const std::vector<StepPart*>& parts, const std::vector<const Surface*>& surfaces,
+    Step(const std::vector<StepPart*>& parts, const std::vector<ContactSurface::Part>& surfaces,
          const TogetherOptions& options);
 
     std::vector<StepPart*> parts;

@@ -16,11 +16,24 @@ std::vector<std::string> names_of(const std::vector<World::Member>& members) {
   return names;
 }
 
+namespace {
+
+std::vector<std::string> names_of(const std::vector<BodyDrawing>& bodies) {
+  std::vector<std::string> names;
+  for (const BodyDrawing& body : bodies) {
+    names.push_back(body.name);
+  }
+  return names;
+}
+
+}  // namespace
+
 World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-             const std::optional<TogetherOptions>& together)
+             std::vector<BodyDrawing> bodies, const std::optional<TogetherOptions>& together)
     : comm_(folder.comm()),
       members_(std::move(members)),
-      writer_(folder, options, names_of(members_)),
+      bodies_(std::move(bodies)),
+      writer_(folder, options, pellicle::names_of(members_), names_of(bodies_)),
       fields_are_to_be_checked_(!options.fields.empty()) {
   if (together) {
     std::vector<Object*> objects;
@@ -167,10 +180,20 @@ void World::draw() {
       members_[i].object->draw([&](const Frame& frame) {
         writer_.write(i, frame);
         if (--missing == 0) {  // What the object adds to its tables may fail: the frame is there by then.
+          draw_bodies(time());
           writer_.complete(time(), step());
         }
         return true;
       });
+    }
+  }
+}
+
+void World::draw_bodies(double time) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const BodyDrawing& body = bodies_[i];
+    if (body.from <= time && time < body.to) {
+      writer_.write_body(i, {body.shape, body.motion.at(time)}, time);
     }
   }
 }

@@ -7,6 +7,7 @@
 
 #include "base/stage_clock.h"
 #include "io/frame_writer.h"
+#include "world/body_drawings.h"
 #include "world/object.h"
 #include "world/step_control.h"
 #include "world/together.h"
@@ -25,9 +26,9 @@ class World : public Chain {
   };
 
   /// The folder must outlive it. Collective. @param members at least one
-  /// @param together which of them touch each other, if any
+  /// @param bodies that frames show beside them @param together which of the members touch each other, if any
   World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-        const std::optional<TogetherOptions>& together = {});
+        std::vector<BodyDrawing> bodies = {}, const std::optional<TogetherOptions>& together = {});
 
   const std::vector<Member>& members() const { return members_; }
   /// Of all stages, with the names of the objects whose they are.
@@ -56,6 +57,7 @@ class World : public Chain {
  private:
   /// Refuses names in `output.fields` that no object has a field of.
   void check_chosen_fields();
+  void draw_bodies(double time);
   /// Lines of all objects, with their headings.
   std::vector<std::string> gather(std::vector<std::string> (Object::*lines)() const) const;
   /// Whether the object took part in the last step: one of which nothing is left stays where it was.
@@ -63,6 +65,7 @@ class World : public Chain {
 
   MPI_Comm comm_;
   std::vector<Member> members_;
+  std::vector<BodyDrawing> bodies_;
   std::unique_ptr<Together> together_;  ///< what touches each other, if anything does
   FrameWriter writer_;
   bool fields_are_to_be_checked_;

@@ -18,7 +18,8 @@ constexpr double g = 9.81;
 /// Free particles, as many on every rank, that bodies act on without a sheet between them.
 class BodiesTest : public ::testing::Test {
  protected:
-  explicit BodiesTest(PetscInt count = 3) : pinned(static_cast<std::size_t>(count), false) {
+  explicit BodiesTest(PetscInt count = 3)
+      : pinned(static_cast<std::size_t>(count), false), mass(static_cast<std::size_t>(count), 0.1) {
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
     particles.comm = PETSC_COMM_WORLD;
     particles.owned = count;
@@ -30,12 +31,12 @@ class BodiesTest : public ::testing::Test {
   }
 
   /// One step of section 7 for particles without springs.
-  void advance(const Bodies& bodies, double h, const Eigen::Vector3d& gravity = {0, 0, -g}) {
+  void advance(Bodies& bodies, double h, const Eigen::Vector3d& gravity = {0, 0, -g}) {
     start.values() = positions.values();
     velocities.values().colwise() += h * gravity;
     positions.values() += h * velocities.values();
     time += h;
-    const ContactStep step{particles, start, pinned, time, h};
+    const ContactStep step{particles, start, pinned, time, h, mass};
     bodies.correct_positions(positions, step);
     velocities.values() = (positions.values() - start.values()) / h;
     bodies.correct_velocities(velocities, positions, step);
@@ -56,6 +57,7 @@ class BodiesTest : public ::testing::Test {
   Field positions;
   Field velocities;
   std::vector<bool> pinned;
+  std::vector<double> mass;
   double time = 0;
 };
 
@@ -68,7 +70,7 @@ TEST_F(BodiesTest, sphere_pushes_out_to_its_radius_and_margin) {
   positions.vector(0) = ball.centre + 0.2 * direction;
   positions.vector(1) = ball.centre + 0.505 * direction;
   positions.vector(2) = ball.centre + 0.52 * direction;
-  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1}), 2);
+  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1, mass}), 2);
   EXPECT_LT((positions.vector(0) - ball.centre - 0.51 * direction).norm(), 1e-12);
   EXPECT_LT((positions.vector(1) - ball.centre - 0.51 * direction).norm(), 1e-12);
   EXPECT_EQ(positions.vector(2), ball.centre + 0.52 * direction) << "left alone";
@@ -83,7 +85,7 @@ TEST_F(BodiesTest, friction_on_a_sphere_leaves_points_on_it) {
     positions.vector(i) = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 0.45);
   }
   const Eigen::Matrix3Xd before = positions.values();
-  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1}), 3);
+  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1, mass}), 3);
   for (PetscInt i = 0; i < 3; ++i) {
     const Eigen::Vector3d normal = before.col(i).normalized();
     const Eigen::Vector3d pushed = 0.5 * normal;
@@ -96,7 +98,7 @@ TEST_F(BodiesTest, friction_on_a_sphere_leaves_points_on_it) {
 }
 
 TEST_F(BodiesTest, block_on_a_slope_sticks_below_the_angle_of_friction) {
-  const Bodies slope = one(plane({0.5, 0, 1}, 0.51));  // tan = 0.5
+  Bodies slope = one(plane({0.5, 0, 1}, 0.51));  // tan = 0.5
   for (int n = 0; n < 200; ++n) {
     advance(slope, 0.01);
   }
@@ -110,7 +112,7 @@ TEST_F(BodiesTest, block_on_a_slope_slides_with_gravity_less_friction) {
   for (const double friction : {0.0, 0.3}) {
     positions.values().setZero();
     velocities.values().setZero();
-    const Bodies slope = one(plane({0.5, 0, 1}, friction));
+    Bodies slope = one(plane({0.5, 0, 1}, friction));
     for (int n = 0; n < 200; ++n) {
       advance(slope, 0.01);
     }
@@ -122,7 +124,7 @@ TEST_F(BodiesTest, block_on_a_slope_slides_with_gravity_less_friction) {
 }
 
 TEST_F(BodiesTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
-  const Bodies floor = one(plane({0, 0, 1}, 0.2));
+  Bodies floor = one(plane({0, 0, 1}, 0.2));
   positions.vector(0) = Eigen::Vector3d(0, 0, 0.004);
   velocities.vector(0) = Eigen::Vector3d(1, 0, -2);  // slides on: 1 - 0.2 * 2
   positions.vector(1) = Eigen::Vector3d(0, 0, 0.004);
@@ -139,7 +141,7 @@ TEST_F(BodiesTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
 TEST_F(BodiesTest, moving_floor_carries_points_along) {
   BodyOptions options = plane({0, 0, 1}, 0.5);
   options.velocity = {1, 0, 0};
-  const Bodies floor = one(options);
+  Bodies floor = one(options);
   const double time_to_stick = 1 / (0.5 * g);
   for (int n = 0; n < 10; ++n) {
     advance(floor, 0.01);
@@ -157,7 +159,7 @@ TEST_F(BodiesTest, moving_floor_carries_points_along) {
 TEST_F(BodiesTest, body_follows_its_key_points) {
   BodyOptions options = plane({0, 0, 1}, 0);
   options.path = {{0, 0, 0, -1}, {1, 0, 0, 0.5}, {2, 0, 0, 0.5}};
-  const Bodies lift = one(options);
+  Bodies lift = one(options);
   positions.values().setZero();
   for (int n = 0; n < 150; ++n) {
     advance(lift, 0.01, Eigen::Vector3d::Zero());
@@ -180,7 +182,7 @@ TEST_F(BodiesTest, turning_drum_carries_points_round) {
   drum.radius = 0.5;
   drum.angular_velocity = {0, 2, 0};
   drum.friction = 200;  // enough to take them along at once
-  const Bodies bodies = one(drum);
+  Bodies bodies = one(drum);
   positions.values().row(2).setConstant(0.5);
   advance(bodies, 1e-3);
   for (PetscInt i = 0; i < 3; ++i) {
@@ -188,12 +190,46 @@ TEST_F(BodiesTest, turning_drum_carries_points_round) {
   }
 }
 
+TEST_F(BodiesTest, force_at_rest_is_the_weight) {
+  Bodies floor = one(plane({0, 0, 1}, 0.5));
+  for (int n = 0; n < 3; ++n) {
+    floor.begin_step();
+    advance(floor, 0.01);
+    const std::vector<BodyLoad> loads = floor.loads(positions, {particles, start, pinned, time, 0.01, mass}, 0.002);
+    const double weight = 0.1 * g * static_cast<double>(particles.global);
+    EXPECT_LT((loads[0].force - Eigen::Vector3d(0, 0, -weight)).norm(), 1e-9 * weight);
+    EXPECT_NEAR(loads[0].gap, 0, 1e-15);
+  }
+}
+
+TEST_F(BodiesTest, particles_rebound_with_the_restitution) {
+  BodyOptions options = plane({0, 0, 1}, 0);
+  options.restitution = 0.6;
+  Bodies floor = one(options);
+  positions.values().row(2).setConstant(0.004);
+  velocities.values().row(2).setConstant(-2);
+  const Field before = [this] {
+    Field copy(particles, 3);
+    copy.values() = velocities.values();
+    return copy;
+  }();
+  start.values() = positions.values();
+  positions.values() += 0.01 * velocities.values();
+  const ContactStep step{particles, start, pinned, 0.01, 0.01, mass, &before};
+  floor.correct_positions(positions, step);
+  velocities.values() = (positions.values() - start.values()) / 0.01;
+  floor.correct_velocities(velocities, positions, step);
+  EXPECT_NEAR(velocities.vector(0).z(), 1.2, 1e-12);
+  const double impulse = 0.01 * floor.loads(positions, step, 0.002)[0].force.z();
+  EXPECT_NEAR(impulse, -0.1 * 3.2 * static_cast<double>(particles.global), 1e-9) << "what the momentum has changed by";
+}
+
 TEST_F(BodiesTest, pinned_particles_are_left_alone) {
   pinned[1] = true;
   positions.values().row(2).setConstant(-0.1);
   velocities.values().row(2).setConstant(-1);
-  const ContactStep step{particles, start, pinned, 1, 1};
-  const Bodies floor = one(plane({0, 0, 1}, 0.5));
+  const ContactStep step{particles, start, pinned, 1, 1, mass};
+  Bodies floor = one(plane({0, 0, 1}, 0.5));
   EXPECT_EQ(floor.correct_positions(positions, step), 2);
   EXPECT_EQ(positions.vector(0).z(), 0);
   EXPECT_EQ(positions.vector(1).z(), -0.1);

@@ -42,7 +42,6 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
       membrane_ = std::make_unique<Membrane>(
           make_membrane(PETSC_COMM_WORLD, rank_ == 0 ? triangulated(mesh) : mesh, SheetOptions()));
     }
-    options_.thickness = thickness;
     options_.stiffness = 1e6;
   }
 
@@ -105,7 +104,7 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
 };
 
 TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
-  SurfaceContact contact({&surface()}, options_, true);
+  SurfaceContact contact({{&surface(), thickness}}, options_, true);
   Field start(surface().particles, 3);
   start.values() = surface().rest;
   Field x(surface().particles, 3);
@@ -118,7 +117,7 @@ TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
 TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
-  SurfaceContact contact({&surface()}, options_, true);
+  SurfaceContact contact({{&surface(), thickness}}, options_, true);
   const Field x = press(contact);
   const Field w = direction();
   EXPECT_GT(sum(contact.value(x)), 0);
@@ -145,7 +144,7 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   }
   // Friction acts at the places where the step started.
   options_.friction = 0;
-  SurfaceContact smooth({&surface()}, options_, true);
+  SurfaceContact smooth({{&surface(), thickness}}, options_, true);
   Field y = roll(0.6 * thickness);
   smooth.start_from(roll(0.6 * thickness), y, 1e-3);
   const Eigen::Matrix3Xd pushing = gradient(smooth, y);
@@ -162,13 +161,14 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
 TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
-  SurfaceContact contact({&surface()}, options_, true);
+  SurfaceContact contact({{&surface(), thickness}}, options_, true);
   Field x = press(contact);
   const Field w = direction();
   const std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(surface().particles.local()),
                                                 Eigen::Matrix3d::Identity());
   Tangent tangent(surface().particles, {&contact}, projectors, TangentMatrix::baij, "contact_test_");
   tangent.move_on(x);
+  tangent.move_on(x);  // The direction of friction follows an iteration behind.
   tangent.update(x, Curvature::exact);
   VecHandle in;
   VecHandle out;
@@ -205,7 +205,7 @@ TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
       membrane = std::make_unique<Membrane>(make_membrane(comm, rank == 0 ? triangulated(mesh) : mesh, SheetOptions()));
     }
     const Surface& surface = sheet != nullptr ? static_cast<const Surface&>(*sheet) : *membrane;
-    SurfaceContact contact({&surface}, options_, true);
+    SurfaceContact contact({{&surface, thickness}}, options_, true);
     Field start(surface.particles, 3);
     for (PetscInt i = 0; i < surface.particles.local(); ++i) {
       start.vector(i) = rolled(surface.rest.col(i), 0.6 * thickness);
@@ -233,7 +233,7 @@ TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
 }
 
 TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
-  SurfaceContact contact({&surface()}, options_, true);
+  SurfaceContact contact({{&surface(), thickness}}, options_, true);
   Field start = roll(1.5 * thickness);
   ASSERT_EQ(crossings(start), 0);
   Field through = roll(1.5 * thickness);

@@ -152,7 +152,7 @@ struct SpringBalloon {
         pins(membrane, {{"top", top()}}),
         constraints(membrane, {}, pins),
         chambers(membrane, {}, {{"air", air()}}, constraints.origin(), false, constraints.projectors()),
-        loads(membrane, std::vector<double>(membrane.persistent_id.size(), 0.0), {}, {}, {}, {}),
+        loads(membrane, std::vector<double>(membrane.persistent_id.size(), 0.0), {}, {}),
         springs(membrane),
         x(membrane.particles, 3),
         velocity(membrane.particles, 3),

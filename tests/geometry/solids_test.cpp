@@ -6,12 +6,14 @@
 #include <random>
 #include <vector>
 
+#include "geometry/deepest_point.h"
 #include "geometry/solid_distance.h"
 
 namespace pellicle {
 namespace {
 
 using Point = Eigen::Vector3d;
+using Corners = std::array<Point, 3>;
 
 class RandomPoints {
  public:
@@ -96,6 +98,60 @@ TEST(ClosedMeshes, say_what_is_wrong_with_them) {
             "the side between points 0 and 2 has a face on one side alone");
   EXPECT_EQ(fault_of_closed_mesh(points, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {0, 2, 3}}), "its normals point inward");
   EXPECT_EQ(fault_of_closed_mesh(points, {}), "it has no faces");
+}
+
+/// Subdivided finely, no point of a triangle is deeper than the deepest.
+TEST(DeepestPoints, are_the_deepest) {
+  RandomPoints points;
+  constexpr double tolerance = 1e-4;
+  for (const Shape& shape : all_shapes()) {
+    const Solid solid{shape, {rotation_matrix({0.3, -1, 0.5}), {0.1, 0.2, -0.1}}};
+    for (int n = 0; n < 60; ++n) {
+      const Point middle = points.next(0.8);
+      const Corners corners{middle + points.next(0.2), middle + points.next(0.2), middle + points.next(0.2)};
+      const auto found = deepest_point(solid, corners, 10, tolerance);
+      ASSERT_TRUE(found);
+      EXPECT_NEAR(found->weights.sum(), 1, 1e-12);
+      EXPECT_GE(found->weights.minCoeff(), 0);
+      constexpr int parts = 100;
+      double least = 10;
+      for (int i = 0; i <= parts; ++i) {
+        for (int j = 0; j <= parts - i; ++j) {
+          const Point p = (i * corners[0] + j * corners[1] + (parts - i - j) * corners[2]) / parts;
+          least = std::min(least, signed_distance(solid, p).distance);
+        }
+      }
+      EXPECT_LE(found->gap.distance, least + tolerance) << "shape " << shape.index() << " case " << n;
+      EXPECT_FALSE(deepest_point(solid, corners, found->gap.distance - 0.01, tolerance)) << shape.index();
+    }
+  }
+}
+
+TEST(DeepestPoints, of_triangles_without_area_are_those_of_lines_and_points) {
+  for (const Shape& shape : all_shapes()) {
+    const Solid solid{shape, {}};
+    const Point point(0.1, 0.2, 0.7);
+    const auto of_point = deepest_point(solid, {point, point, point}, 1, 1e-5);
+    ASSERT_TRUE(of_point);
+    EXPECT_EQ(of_point->gap.distance, signed_distance(solid, point).distance);
+    const Point end(0.3, -0.6, -0.5);
+    const auto of_line = deepest_point(solid, {point, (point + end) / 2, end}, 1, 1e-5);
+    ASSERT_TRUE(of_line);
+    double least = 1;
+    for (int i = 0; i <= 1000; ++i) {
+      least = std::min(least, signed_distance(solid, point + i / 1000.0 * (end - point)).distance);
+    }
+    EXPECT_NEAR(of_line->gap.distance, least, 2e-4) << shape.index();
+  }
+}
+
+TEST(DeepestPoints, find_an_edge_between_the_corners) {
+  // The edge of a box, from below, in the middle of a triangle above it.
+  const Solid box{Box{{0.5, 0.5, 0.5}}, {rotation_matrix({0, std::acos(-1) / 4, 0}), {0, 0, -std::sqrt(0.5)}}};
+  const auto found =
+      deepest_point(box, {Point(-0.3, -0.2, 1e-3), Point(0.4, -0.2, 1e-3), Point(0, 0.4, -1e-3)}, 1, 1e-6);
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->gap.distance, -0.9e-3 * std::sqrt(0.5));
 }
 
 }  // namespace

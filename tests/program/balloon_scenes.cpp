@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "tests/support/frames.h"
 #include "tests/support/program.h"
@@ -168,13 +169,13 @@ class Pinched : public BalloonScenes {
     return {sum[0] / count, sum[1] / count, sum[2] / count};
   }
 
-  /// The largest depth of a vertex in a ball [m].
-  static double depth(const DrawnFrame& frame, double x, double radius) {
-    double depth = 0;
+  /// The smallest gap of a vertex from a ball [m].
+  static double gap(const DrawnFrame& frame, double x, double radius) {
+    double gap = std::numeric_limits<double>::infinity();
     for (const auto& [id, place] : frame.points.at("position")) {
-      depth = std::max(depth, radius - std::hypot(place[0] - x, place[1], place[2]));
+      gap = std::min(gap, std::hypot(place[0] - x, place[1], place[2]) - radius);
     }
-    return depth;
+    return gap;
   }
 };
 
@@ -208,13 +209,12 @@ TEST_F(Pinched, PressureRisesBodiesKeepOutAndEverythingComesBack) {
   for (const DrawnFrame& frame : {start, blown_up, squeezed, dragged}) {
     EXPECT_NEAR(frame.integrals.at("thickness"), rubber, 1e-6 * rubber) << "what is drawn is all the rubber";
   }
-  // Contact stiffness times depth is the pressure of the contact: that of the gas and of the wall drawn round the ball.
-  const double bound = 0.01 * 0.04;
+  const double thickness = 1.2e-3;  // contact.thickness is a tenth of a side: 1.1 mm
   for (const DrawnFrame& frame : {squeezed, dragged, frame_at(3)}) {
     for (const double side : {-1.0, 1.0}) {
-      const double deepest = depth(frame, side * 0.05, 0.04);
-      EXPECT_GT(deepest, 0);
-      EXPECT_LT(deepest, bound);
+      const double smallest = gap(frame, side * 0.05, 0.04);
+      EXPECT_GT(smallest, -0.1 * thickness);
+      EXPECT_LT(smallest, thickness);
     }
   }
   // The ends follow their paths, held by springs.
@@ -242,6 +242,29 @@ TEST_F(Pinched, PinsFollowTheirPathsExactly) {
   EXPECT_NEAR(finger[0], 0, 1e-8);  // frames are in single precision
   EXPECT_NEAR(finger[1], -0.015, 1e-8);
   EXPECT_NEAR(finger[2], 0.005, 1e-8);
+}
+
+class LongBoxed : public BalloonScenes {};
+
+// Its edges are round with the radius T/p, by the tension T of rubber that is twice as long both ways.
+TEST_F(LongBoxed, ABalloonFillsItsBoxAndPressesWithItsGas) {
+  const Columns history = run("balloon_in_box", "box", {});
+  const auto end = [&history](const std::string& column) { return history.at(column).back(); };
+  const double pressure = end("gas_pressure");
+  EXPECT_NEAR(end("gas_absolute_pressure") * end("gas_volume"),
+              7.5 * history.at("gas_absolute_pressure").front() * history.at("gas_volume").front(), 1e-6);
+  const double tension = 0.3e-3 * 0.4e6 * (1 - std::pow(2.0, -6));
+  const double radius = tension / pressure;
+  const double pi = std::acos(-1);
+  for (const char* name : {"top_z", "bottom_z", "left_x", "right_x", "front_y", "back_y"}) {
+    const std::string side = name;
+    const double gap = end("gap_" + side.substr(0, side.size() - 2));
+    EXPECT_GT(gap, 0) << side;
+    const double flat = 0.15 - 2 * gap - 2 * radius;
+    EXPECT_NEAR(std::abs(end("force_" + side)), pressure * flat * flat, 0.02 * pressure * flat * flat) << side;
+    const double volume = flat * flat * flat + 6 * flat * flat * radius + 3 * pi * flat * radius * radius;
+    EXPECT_NEAR(end("gas_volume"), volume, 0.02 * volume);
+  }
 }
 
 }  // namespace

@@ -51,7 +51,8 @@ class Touching {
     SheetMaterial material;
     material.tensile_stiffness = {500};
     material.damping = 0;
-    this->contact = std::make_unique<SurfaceContact>(std::vector<const Surface*>{&sheet}, contact, !is_pinned);
+    this->contact = std::make_unique<SurfaceContact>(std::vector<ContactSurface::Part>{{&sheet, contact.thickness}},
+                                                     contact, !is_pinned);
     step_ = std::make_unique<ElasticStep>(sheet, material, 0.01, MaterialFactors(), pinned_, pinned_, options,
                                           std::vector<Potential*>{this->contact.get()});
   }

@@ -109,8 +109,25 @@ class Tables : public ::testing::Test {
                     static_cast<double>(strains.size()));
     }
     add_strains(row, now);
+    add_floor(row, now, step);
     add_seconds(row, written);
     return row;
+  }
+
+  /// The floor, which has no friction, and how near it is to what there is: no more than a tenth of an edge.
+  void add_floor(TableRow& row, const Whole& now, const BurnStep& step) const {
+    row["force_floor_x"] = row["force_floor_y"] = 0;
+    row["force_floor_z"] = step.loads.empty() ? 0 : step.loads[0].force.z();
+    if (state_.step > 0 && on_floor(now) > 0) {
+      EXPECT_LT(row["force_floor_z"], 0) << "step " << state_.step;
+    }
+    double gap = 0.1 * edge;
+    for (Eigen::Index i = 1; i < now.x.cols(); ++i) {  // The first one is pinned.
+      if (now.mass[i] > 0) {
+        gap = std::min(gap, now.x(2, i) - (0.6 * state_.time - 0.0065));
+      }
+    }
+    row["gap_floor"] = state_.step > 0 ? gap : 0;
   }
 
   /// The largest strain of green and blue springs, where it is, and the mean of all.

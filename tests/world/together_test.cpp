@@ -63,7 +63,7 @@ struct Scene {
       : objects(std::move(of_objects)),
         together(find_together(objects)),
         folder(objects.front().options.output),
-        world(folder.output, objects.front().options.output, members(meshes), together) {
+        world(folder.output, objects.front().options.output, members(meshes), {}, together) {
     world.draw();
     world.record(0, 0);
   }
@@ -221,6 +221,32 @@ TEST(Together, ASheetStaysAboveItsBody) {
       EXPECT_GT(x.vector(i).z(), -1e-6);
     }
   }
+}
+
+// They come to rest where they begin to press, in the middle between their own thicknesses.
+TEST(Together, UnlikeThicknessesCountByTheirMean) {
+  const TestFolder folder;
+  std::deque<ObjectOptions> objects;
+  for (const char* name : {"lower", "upper"}) {
+    Options& options = objects.emplace_back(name).options;
+    make_touching(options, folder / "out");
+    options.contact.thickness = name == std::string("upper") ? 2e-3 : 6e-3;
+  }
+  SurfaceMesh lower = grid_mesh(4, 4, 0.02);
+  SurfaceMesh upper = grid_mesh(5, 5, 0.0173);
+  for (Eigen::Vector3d& point : upper.points) {
+    point.z() += 0.03;
+  }
+  Scene scene(std::move(objects), {lower, upper});
+  scene.throw_all(1, {0, 0, -0.5});
+  double first = 0;  // gap at the first contact
+  for (int n = 0; n < 100 && first == 0; ++n) {
+    scene.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    first = scene.last("contacts") > 0 ? scene.last("smallest_gap") : 0;
+  }
+  EXPECT_LT(first, 4e-3);
+  EXPECT_GT(first, 3.4e-3) << "a step is half a millimetre";
 }
 
 TEST(Together, WhatCannotGoTogetherIsRefused) {

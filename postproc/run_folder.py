@@ -1,0 +1,14 @@
+"""What scripts beside this one know of the folder of a run, without VTK or ParaView."""
+
+import glob
+import os
+
+
+def series(folder):
+    """The .pvd files of a run. @returns {end: path}; the end is that of a file's name behind the run's: "" for its surfaces,
+    "_springs", "_bodies", "_failed". Without a run in the folder, or with several, there are none"""
+    paths = sorted(glob.glob(os.path.join(glob.escape(folder), "*.pvd")), key=len)
+    stems = [path[:-len(".pvd")] for path in paths]
+    if any(not stem.startswith(stems[0] + "_") for stem in stems[1:]):
+        return {}
+    return {stem[len(stems[0]):]: path for stem, path in zip(stems, paths)}

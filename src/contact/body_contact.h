@@ -1,0 +1,179 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "contact/barrier.h"
+#include "contact/bodies.h"
+#include "contact/contact_options.h"
+#include "contact/slip.h"
+#include "geometry/deepest_point.h"
+#include "solvers/potential.h"
+#include "solvers/vertex_potential.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace contact {
+
+/// Bodies that press on an elastic sheet or a balloon: a LinearBarrier of the gap between a body's surface, with its
+/// margin, and
+///
+/// - each particle, which has its share of the undeformed area;
+/// - samples of each element, the middles of its sides and of a quad, where the body is so round that these come nearer
+///   than the particles by a tenth of the thickness;
+/// - each drawn triangle, in the points where its face and its sides are deepest, if these are nearer than
+///   all that. They are found at the start of a step and where Newton's method begins, and again where it
+///   has ended, if a triangle is in a body by a twentieth of the thickness there; then it goes on (`renew`), as where a
+///   point is that deep, and becomes stiffer.
+///
+/// What is nearer to a body than the thickness at first, undeformed, presses from there on.
+///
+/// So no drawn triangle ends deeper in a body than `tolerance` of the thickness; a step of which one does has failed
+/// (`fault`). The positive Hessian leaves out the curvature of the body.
+///
+/// Friction is mu N s(|u|) at these points, with the slip u along the surface relative to the body over the step. As in
+/// incremental potential contact (Li et al. 2020, section 5) normal force N and surface are those of the step's start,
+/// and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). What friction could hold creeps at less than
+/// slip_speed. See SlipTangent for its Hessian.
+///
+/// Nothing passes through a body: where Newton's method begins, triangles on their way from the start are stopped at
+/// the surface, relative to the moving body, and its steps are shortened where they could lead beyond the middle of a
+/// body.
+class BodyContact : public Potential {
+ public:
+  static constexpr double tolerance = 0.1;
+
+  /// Collective. Surface must outlive it. @throws Error as make_bodies does
+  /// @param usual_stiffness [Pa/m], unless the options give one
+  BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, const ContactOptions& options,
+              double usual_stiffness);
+
+  /// What of the surface bodies act on in the steps to come; all at first. Not collective.
+  /// @param held local particles that do not move, pinned or not there
+  /// @param living drawn triangles of the local elements that are there; null: all
+  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living);
+  /// To be called before all else. Collective.
+  /// @param start positions at the beginning of the step [m], ghosts up to date
+  /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
+  void begin_step(const Field& start, double time_end, double h);
+  /// Moves the bodies in the step that has begun. Not collective.
+  void set_time(double time_end, double h);
+
+  bool empty() const { return bodies_.empty(); }
+  const std::vector<Body>& bodies() const { return bodies_; }
+  double thickness() const { return thickness_; }  ///< gap from which on bodies press [m]
+
+  double value(const Field& x) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override;
+  PetscInt pattern_version() const override { return version_; }
+  void update_hessian(const Field& x, Curvature curvature) override;
+  void set_positive_share(double share) override { positive_share_ = share; }
+  void add_hessian(const HessianBlocks& blocks) const override;
+  void start_from(const Field& start, Field& x, double h) override;
+  bool renew(const Field& x) override;
+  bool limits() const override { return !bodies_.empty(); }
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override;
+
+  /// In words, that something is too deep in a body; empty: nothing is. Collective.
+  std::string fault(const Field& x) const;
+  /// Lets what has come to touch a body in the step rebound from it, if anything does.
+  /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
+  /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
+  void rebound(const Field& x, const Field& before, const std::vector<double>& mass, Field& velocity,
+               std::vector<BodyLoad>& loads) const;
+  bool rebounds() const { return any_rebounds(bodies_); }
+  /// At the end of a step. Collective.
+  std::vector<BodyLoad> loads(const Field& x) const;
+  /// How many of this rank's particles bodies press on. Not collective.
+  PetscInt contacts(const Field& x) const;
+
+ private:
+  /// Friction of a point on a body.
+  struct Friction {
+    double force = 0;  ///< mu N [N]
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    SlipTangent tangent{};
+  };
+  /// A point of a drawn element that a body presses on.
+  struct ElementPoint {
+    std::size_t body = 0;
+    PetscInt element = 0;
+    std::array<PetscInt, 4> particles{};
+    std::array<double, 4> weights{};  ///< 0 for particles that do not count
+    double stiffness = 0;             ///< [N/m]
+    double nearer = 0;                ///< see `nearer`
+    Friction friction;
+    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+  };
+  /// A body in the step, and the particles near it.
+  struct Moved {
+    Solid before;
+    Solid after;
+    std::vector<double> start_gap;   ///< of the local particles at the start [m]
+    std::vector<double> stiffer;     ///< by which the owned particles' stiffness is multiplied
+    std::vector<Friction> friction;  ///< of the owned particles
+  };
+
+  double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;
+  bool may_touch(const Moved& moved, PetscInt particle, const Eigen::Vector3d& x) const;
+  double nearer(std::size_t body, const Eigen::Vector3d& rest) const;
+  PointPotential press(std::size_t body, double stiffness, double nearer, const Friction& friction,
+                       const Eigen::Vector3d& start, const Eigen::Vector3d& x) const;
+  PointPotential press(const ElementPoint& point, const Field& x) const;
+  void add_friction(const Friction& friction, const Eigen::Vector3d& displacement, PointPotential& sum) const;
+  template <class Take>
+  void for_each_vertex(const Field& x, const Take& take) const;
+  Eigen::Vector3d place(const ElementPoint& point, const Field& x) const;
+  Eigen::Vector3d rest_place(const ElementPoint& point) const;
+  Eigen::Vector3d carried_place(std::size_t body, PetscInt particle) const;
+  Eigen::Vector3d carried_place(const ElementPoint& point) const;
+  bool counts(PetscInt element) const { return element < surface_.elements.owned; }
+  template <class Take>
+  void visit_near_triangles(const Field& x, bool at_start, double below, const Take& take) const;
+  std::vector<std::array<double, 4>> samples() const;
+  ElementPoint point_of(std::size_t body, std::size_t triangle) const;
+  std::vector<ElementPoint> find_points(const Field& x, bool at_start) const;
+  std::vector<ElementPoint> find_deep_points(const Field& x) const;
+  void add_deepest(bool at_start, double below, std::size_t triangle, const std::array<Eigen::Vector3d, 3>& at,
+                   const DeepestPoint& face, ElementPoint point, std::vector<ElementPoint>& points) const;
+  bool add_points(const std::vector<ElementPoint>& found);
+  std::vector<double> safe_shares(std::size_t body, const Field& from, const Field& to, bool from_start) const;
+  bool shorten(const Field& from, Field& to, bool from_start, StepLimit how) const;
+
+  const Surface& surface_;
+  double slip_speed_;  ///< [m/s]
+  double thickness_;   ///< [m]
+  double stiffness_;   ///< [Pa/m]
+  std::vector<Body> bodies_;
+  std::vector<std::vector<double>> nearer_;  ///< of each body the local particles, see `nearer` [m]
+  std::vector<bool> is_sampled_;             ///< each body: so round that samples come nearer than particles
+  std::vector<double> area_;                 ///< undeformed, round the local particles [m^2]
+  std::vector<double> element_area_;         ///< of the local elements [m^2]
+
+  // The step.
+  Field start_;
+  std::vector<bool> held_;
+  std::vector<bool> living_;  ///< empty: all drawn triangles are there
+  double h_ = 0;              ///< [s]
+  SmoothSlip slip_;           ///< of the step
+  std::vector<Moved> moved_;
+  std::vector<ElementPoint> points_;
+  std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned particles [N/m]
+  PetscInt version_ = 0;
+  int rounds_ = 0;                  ///< of Newton's method
+  double positive_share_ = 0;       ///< see set_positive_share
+  double gap_curvature_share_ = 0;  ///< of the bodies' curvature, which is negative where they are convex
+};
+
+/// Gap at which surfaces begin to press, as given or else a tenth of the mean side of the mesh [m]. Collective.
+double contact_thickness(const Surface& surface, const ContactOptions& options);
+
+/// With which bodies press on a surface: 20 T/s^2 + 4 m/h^2, which at half of a gap of s/10 bears a tension T that is
+/// bent round a side s, and stops what meets a body within a step [Pa/m]. Collective.
+/// @param tension T, the largest [N/m] @param areal_mass m, 0 without inertia [kg/m^2] @param h of most steps [s]
+double usual_stiffness_of_bodies(const Surface& surface, double tension, double areal_mass, double h);
+
+}  // namespace contact
+}  // namespace pellicle

@@ -1,0 +1,141 @@
+#include "geometry/deepest_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "geometry/nearest_points.h"
+
+namespace pellicle {
+inline namespace geometry {
+
+namespace {
+
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+/// A part of the triangle, as weights of its corners.
+struct Part {
+  Corners weights;
+  double bound = 0;  ///< the distance in it is no less [m]
+
+  bool operator<(const Part& other) const { return bound > other.bound; }  // for a heap with the least bound in front
+};
+
+std::array<Part, 4> quarters(const Corners& w) {
+  const Corners middle{(w[0] + w[1]) / 2, (w[1] + w[2]) / 2, (w[2] + w[0]) / 2};
+  return {Part{{w[0], middle[0], middle[2]}}, Part{{middle[0], w[1], middle[1]}}, Part{{middle[2], middle[1], w[2]}},
+          Part{{middle[0], middle[1], middle[2]}}};
+}
+
+class Search {
+ public:
+  Search(const Solid& solid, const Corners& corners) : solid_(solid), corners_(corners), convex_(solid.is_convex()) {}
+
+  Eigen::Vector3d at(const Eigen::Vector3d& weights) const {
+    return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
+  }
+
+  /// Looks at a point. @returns the distance there
+  SignedDistance look(const Eigen::Vector3d& weights) {
+    const SignedDistance gap = signed_distance(solid_, at(weights));
+    if (!is_begun_ || gap.distance < best_.gap.distance) {
+      is_begun_ = true;
+      best_ = {weights, gap};
+    }
+    return gap;
+  }
+
+  /// Looks at the middle of a part and sets its bound.
+  void look_at(Part& part) {
+    const Eigen::Vector3d middle = (part.weights[0] + part.weights[1] + part.weights[2]) / 3;
+    const SignedDistance gap = look(middle);
+    const Eigen::Vector3d place = at(middle);
+    double radius = 0;
+    double rise = 0;  // the least along the gradient
+    for (const Eigen::Vector3d& corner : part.weights) {
+      const Eigen::Vector3d arm = at(corner) - place;
+      radius = std::max(radius, arm.norm());
+      rise = std::min(rise, gap.normal.dot(arm));
+    }
+    part.bound = gap.distance + (convex_ ? rise : -radius);
+  }
+
+  const DeepestPoint& best() const { return best_; }
+
+ private:
+  const Solid& solid_;
+  const Corners& corners_;
+  bool convex_;
+  bool is_begun_ = false;
+  DeepestPoint best_;
+};
+
+/// Halves the way to every side until the distance no longer falls by more than the tolerance.
+void bracket(Search& search, double size, double tolerance) {
+  static const Corners directions{Eigen::Vector3d(1, -1, 0), Eigen::Vector3d(0, 1, -1), Eigen::Vector3d(-1, 0, 1)};
+  constexpr int most = 200;  // of looks, in case of a long valley
+  int looks = 0;
+  for (double step = 1.0 / 16; step * size > 0.25 * tolerance && looks < most;) {
+    const double before = search.best().gap.distance;
+    const Eigen::Vector3d centre = search.best().weights;
+    for (const Eigen::Vector3d& direction : directions) {
+      for (const double sign : {1.0, -1.0}) {
+        const Eigen::Vector3d weights = centre + sign * step * direction;
+        if (weights.minCoeff() >= 0) {
+          search.look(weights);
+          ++looks;
+        }
+      }
+    }
+    if (!(search.best().gap.distance < before)) {
+      step /= 2;
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<DeepestPoint> deepest_point(const Solid& solid, const Corners& corners, double reach, double tolerance) {
+  Search search(solid, corners);
+  Part whole{{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}};
+  search.look_at(whole);
+  if (whole.bound > reach) {
+    return std::nullopt;
+  }
+  for (const Eigen::Vector3d& corner : whole.weights) {
+    search.look(corner);
+  }
+  if (std::holds_alternative<Sphere>(solid.shape)) {
+    const NearestPoints nearest = nearest_of_point_and_triangle({solid.pose.place, corners[0], corners[1], corners[2]});
+    search.look(-Eigen::Map<const Eigen::Vector3d>(nearest.weights.data() + 1));
+  } else if (!std::holds_alternative<HalfSpace>(solid.shape)) {
+    const int most = solid.is_convex() ? 400 : 100;  // parts
+    std::vector<Part> heap{whole};
+    for (int parts = 0; parts < most && !heap.empty() && heap.front().bound < search.best().gap.distance - tolerance;) {
+      std::pop_heap(heap.begin(), heap.end());
+      const Part part = heap.back();
+      heap.pop_back();
+      for (Part quarter : quarters(part.weights)) {
+        search.look_at(quarter);
+        quarter.bound = std::max(quarter.bound, part.bound);
+        if (quarter.bound < std::min(reach, search.best().gap.distance - tolerance)) {
+          heap.push_back(quarter);
+          std::push_heap(heap.begin(), heap.end());
+        }
+        ++parts;
+      }
+    }
+    if (!heap.empty()) {
+      const double size = std::max(
+          {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
+      bracket(search, size, tolerance);
+    }
+  }
+  if (search.best().gap.distance > reach) {
+    return std::nullopt;
+  }
+  return search.best();
+}
+
+}  // namespace geometry
+}  // namespace pellicle

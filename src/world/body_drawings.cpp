@@ -1,0 +1,29 @@
+#include "world/body_drawings.h"
+
+namespace pellicle {
+inline namespace world {
+
+std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<const ObjectOptions*>& objects) {
+  std::vector<BodyDrawing> drawings;
+  for (const Body& body : make_bodies(comm, objects.front()->options.bodies)) {
+    drawings.push_back({body.name, body.shape, body.motion});
+  }
+  for (const ObjectOptions* object : objects) {
+    for (const auto& [name, source] : object->options.heat.sources) {
+      if (source.shape != SourceShape::ball) {
+        continue;
+      }
+      RigidMotion motion;
+      motion.start.place = source.centre;
+      motion.velocity = source.velocity;
+      motion.path = source.path;
+      drawings.push_back({"heat_" + (object->name.empty() ? "" : object->name + "_") + name, Sphere{source.radius},
+                          motion, source.start_time,
+                          source.end_time.value_or(std::numeric_limits<double>::infinity())});
+    }
+  }
+  return drawings;
+}
+
+}  // namespace world
+}  // namespace pellicle

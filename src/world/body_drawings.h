@@ -1,0 +1,29 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "geometry/solids.h"
+#include "world/options.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// A body or a ball of heat as frames show it.
+struct BodyDrawing {
+  std::string name;  ///< "ball", "heat_flame", of an object "heat_paper_flame"
+  Shape shape;
+  RigidMotion motion;
+  double from = 0;                                      ///< when it is there [s]
+  double to = std::numeric_limits<double>::infinity();  ///< [s]
+};
+
+/// The bodies of a run, and the balls of heat of all its objects. Collective. @throws Error as make_bodies does
+/// @param objects the first has the run's bodies
+std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<const ObjectOptions*>& objects);
+
+}  // namespace world
+}  // namespace pellicle

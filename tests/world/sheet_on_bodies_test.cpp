@@ -1,0 +1,282 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "contact/barrier.h"
+#include "geometry/deepest_point.h"
+#include "surface/drawn_places.h"
+#include "surface/shell.h"
+#include "tests/support/grid_mesh.h"
+#include "world/burn.h"
+
+namespace pellicle::sheet_on_bodies_test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double g = 9.81;
+constexpr double edge = 0.05;
+
+Options elastic_options() {
+  Options options;
+  options.dynamics = Dynamics::elastic;
+  options.sheet.areal_density = 0.5;
+  options.material.tensile_stiffness = 300;
+  options.material.shear_stiffness = 100;
+  options.material.bending_stiffness = 1e-3;
+  options.force.gravity = {0, 0, -g};
+  options.contact.stiffness = 1e6;
+  return options;
+}
+
+/// An elastic sheet of 8 x 6 cells, its chain and its state.
+struct MovingSheet {
+  explicit MovingSheet(Options given, double h = 2e-3, const SurfaceMesh& mesh = grid_mesh(8, 6, edge))
+      : options(std::move(given)),
+        h(h),
+        surface(make_sheet(PETSC_COMM_WORLD, mesh, shell_options(options))),
+        clock(Burn::stage_names()),
+        burn(surface, options, clock),
+        state(burn.initial_state()) {}
+
+  BurnStep step() {
+    const BurnStep result = burn.advance(state, h);
+    EXPECT_TRUE(result.converged) << state.step << ": " << result.reason;
+    return result;
+  }
+  /// Until a time. @returns the last step
+  BurnStep reach(double time) {
+    BurnStep last;
+    while (state.time < time - 1e-9 && !::testing::Test::HasFailure()) {
+      last = step();
+    }
+    return last;
+  }
+  double sum(const std::function<double(PetscInt)>& of) const {
+    double total = 0;
+    for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+      total += of(i);
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return total;
+  }
+  double mass() const {
+    return sum([this](PetscInt i) { return state.mass.data()[i]; });
+  }
+  Vector3d mean_velocity() const {
+    Vector3d mean;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      mean[k] = sum([&](PetscInt i) { return state.mass.data()[i] * state.velocity.vector(i)[k]; }) / mass();
+    }
+    return mean;
+  }
+  /// The least gap of a drawn triangle of this rank from a body.
+  double least_gap(const BodyOptions& body) const {
+    const Solid solid = make_bodies(PETSC_COMM_WORLD, {{"body", body}})[0].at(state.time);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      const auto corners = DrawnPlaces(surface, state.position.data(), t / 4)(surface.triangles[t]);
+      least = std::min(least, deepest_point(solid, corners, 100, 1e-5)->gap.distance);
+    }
+    return least;
+  }
+
+  Options options;
+  double h;
+  Sheet surface;
+  StageClock clock;
+  Burn burn;
+  State state;
+};
+
+BodyOptions plane(double friction, const Vector3d& normal = Vector3d::UnitZ()) {
+  BodyOptions body;
+  body.shape = "plane";
+  body.normal = normal;
+  body.friction = friction;
+  return body;
+}
+
+TEST(SheetOnBodies, AtRestTheForceOnABodyIsTheWeight) {
+  Options options = elastic_options();
+  options.bodies["floor"] = plane(0.3);
+  options.bodies["floor"].point = {0, 0, -0.005};
+  MovingSheet sheet(options);
+  const BurnStep last = sheet.reach(0.4);
+  ASSERT_EQ(last.loads.size(), 1U);
+  EXPECT_NEAR(last.loads[0].force.z(), -sheet.mass() * g, 0.01 * sheet.mass() * g);
+  EXPECT_LT(last.loads[0].force.head<2>().norm(), 0.01 * sheet.mass() * g);
+  EXPECT_GT(last.loads[0].gap, 0.9 * 0.1 * edge) << "the weight presses the contact by less than a tenth";
+}
+
+constexpr double slope = 0.5;
+const Vector3d downhill = Vector3d(1, 0, -slope).normalized();
+const Vector3d off_the_slope = Vector3d(slope, 0, 1).normalized();
+
+/// A sheet that is as stiff as a block on a slope, some time after it was laid there, and what it does then.
+struct OnASlope {
+  double acceleration = 0;  ///< downhill, its mean over the second half [m/s^2]
+  double speed = 0;         ///< at the end [m/s]
+  double strict = 0;        ///< of a block that slides, by Coulomb [m/s^2]
+};
+
+/// @param bodies on which it lies
+OnASlope slide(double friction, double time, const std::map<std::string, BodyOptions>& bodies) {
+  Options options = elastic_options();
+  options.material.bending_stiffness = 10;
+  options.bodies = bodies;
+  for (auto& [name, body] : options.bodies) {
+    body.friction = friction;
+  }
+  SurfaceMesh mesh = grid_mesh(8, 5, edge);
+  for (Vector3d& point : mesh.points) {
+    point = point.x() * downhill + point.y() * Vector3d::UnitY();
+  }
+  MovingSheet sheet(options, 2e-3, mesh);
+  sheet.reach(time / 2);
+  const Vector3d before = sheet.mean_velocity();
+  sheet.reach(time);
+  return {(sheet.mean_velocity() - before).dot(downhill) / (time / 2), sheet.mean_velocity().norm(),
+          g * (-downhill.z() - friction * off_the_slope.z())};
+}
+
+void expect_coulomb(double time, const std::map<std::string, BodyOptions>& bodies) {
+  for (const double friction : {0.55, 0.45, 0.2}) {
+    const OnASlope found = slide(friction, time, bodies);
+    if (friction > slope) {
+      EXPECT_LT(found.speed, elastic_options().contact.slip_speed) << friction;
+    } else {
+      EXPECT_NEAR(found.acceleration, found.strict, 0.02 * g * -downhill.z()) << friction;
+    }
+  }
+}
+
+TEST(SheetOnBodies, ABlockSticksBelowTheAngleOfFrictionAndSlidesAbove) {
+  // It begins where the barrier bears it.
+  const double thickness = 0.1 * edge;
+  const double onset = LinearBarrier::onset * thickness;
+  const double pressure = 0.5 * g * off_the_slope.z();
+  const double gap = thickness - std::sqrt(2 * onset * pressure / *elastic_options().contact.stiffness);
+  ASSERT_GT(gap, thickness - onset);
+  BodyOptions ground = plane(0, off_the_slope);
+  ground.point = -gap * off_the_slope;
+  expect_coulomb(0.2, {{"ground", ground}});
+}
+
+// They are round, and touch it between the rows of its particles.
+TEST(SheetOnBodies, OnRailsABlockSticksBelowTheAngleOfFrictionAndSlidesAbove) {
+  std::map<std::string, BodyOptions> rails;
+  for (const double y : {0.03, 0.22}) {
+    BodyOptions& rail = rails[y < 0.1 ? "left" : "right"];
+    rail.shape = "capsule";
+    rail.axis = downhill;
+    rail.length = 2;
+    rail.radius = 0.05;
+    rail.centre = 4 * edge * downhill + y * Vector3d::UnitY() - (rail.radius + 0.095 * edge) * off_the_slope;
+  }
+  expect_coulomb(0.6, rails);
+}
+
+TEST(SheetOnBodies, NoDrawnTriangleEntersABody) {
+  std::map<std::string, BodyOptions> bodies;
+  bodies["ball"].radius = 0.03;
+  bodies["rod"].shape = "capsule";
+  bodies["rod"].axis = {1, 0.4, 0};
+  bodies["rod"].radius = 0.01;
+  bodies["box"].shape = "box";
+  bodies["box"].size = {0.06, 0.06, 0.06};
+  bodies["box"].rotation = {{0, 0.6, 0.6, 0}};
+  bodies["ring"].shape = "ring";
+  bodies["ring"].radius = 0.06;
+  bodies["ring"].tube_radius = 0.012;
+  bodies["ring"].axis = {0, 0.5, 1};
+  bodies["drum"].shape = "cylinder";
+  bodies["drum"].radius = 0.04;
+  bodies["drum"].axis = {0.3, 1, 0.5};
+  for (auto& [name, body] : bodies) {
+    body.centre = {4.4 * edge, 2.6 * edge, -0.1};  // between corners
+    body.friction = 0.3;
+    Options options = elastic_options();
+    options.bodies[name] = body;
+    MovingSheet sheet(options);
+    double least = 1;
+    for (int n = 0; n < 100 && !::testing::Test::HasFailure(); ++n) {
+      sheet.step();
+      least = std::min(least, sheet.least_gap(body));
+    }
+    EXPECT_GE(least, -0.1 * 0.1 * edge) << name;
+    EXPECT_LT(least, 0.1 * edge) << name << " is not reached";
+  }
+}
+
+// The ball flies 80 mm, more than its diameter, in a step.
+TEST(SheetOnBodies, NothingFastTunnels) {
+  Options options = elastic_options();
+  options.force.gravity.setZero();
+  BodyOptions ball;
+  ball.radius = 0.03;
+  ball.centre = {4.4 * edge, 2.6 * edge, -0.2};
+  ball.velocity = {0, 0, 40};
+  options.bodies["ball"] = ball;
+  options.elastic.newton_iterations = 300;
+  MovingSheet sheet(options);
+  for (int n = 0; n < 8 && !::testing::Test::HasFailure(); ++n) {
+    sheet.step();
+    EXPECT_GE(sheet.least_gap(ball), -0.1 * 0.1 * edge) << n;
+  }
+  // The sheet has been taken along and lies over the ball.
+  const double highest = sheet.state.position.values().row(2).maxCoeff();
+  double of_all = highest;
+  MPI_Allreduce(MPI_IN_PLACE, &of_all, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  EXPECT_GT(of_all, -0.2 + 40 * sheet.state.time);
+}
+
+TEST(SheetOnBodies, ABouncingSheetGainsNoEnergy) {
+  Options options = elastic_options();
+  BodyOptions floor = plane(0.3);
+  floor.point = {0, 0, -0.1};
+  floor.restitution = 0.8;
+  options.bodies["floor"] = floor;
+  MovingSheet sheet(options);
+  const auto energy = [&sheet] {
+    return sheet.sum([&](PetscInt i) {
+      const double m = sheet.state.mass.data()[i];
+      return m * sheet.state.velocity.vector(i).squaredNorm() / 2 + m * g * sheet.state.position.vector(i).z();
+    });
+  };
+  const double scale = sheet.mass() * g * 0.1;
+  double before = energy();
+  double highest = -1;  // after the impact
+  for (int n = 0; n < 250 && !::testing::Test::HasFailure(); ++n) {
+    sheet.step();
+    const double now = energy();
+    EXPECT_LE(now, before + 1e-3 * scale) << n;
+    before = std::min(before, now);
+    if (sheet.state.time > 0.2) {
+      highest = std::max(highest, sheet.state.position.vector(0).z());
+    }
+  }
+  // A height of e^2 times that of the fall.
+  EXPECT_NEAR(highest + 0.1, 0.64 * 0.1, 0.015);
+}
+
+TEST(SheetOnBodies, ATurningDrumDragsTheSheet) {
+  Options options = elastic_options();
+  BodyOptions drum;
+  drum.shape = "cylinder";
+  drum.axis = {0, 1, 0};
+  drum.length = 1;
+  drum.radius = 0.5;
+  drum.centre = {4 * edge, 3 * edge, -0.506};
+  drum.angular_velocity = {0, 1, 0};
+  drum.friction = 0.5;
+  options.bodies["drum"] = drum;
+  MovingSheet sheet(options);
+  sheet.reach(0.3);
+  // It lies from 0.1 rad before the top to 0.7 rad behind it.
+  EXPECT_NEAR(sheet.mean_velocity().x(), 0.505 * (std::sin(0.7) + std::sin(0.1)) / 0.8, 0.02);
+}
+
+}  // namespace
+}  // namespace pellicle::sheet_on_bodies_test
