@@ -2,7 +2,7 @@
 
 Opens the .pvd of the folder and writes a few frames as PNG beside it, of all objects of the run: NAME_0000.png and so on,
 by number of the frame.
-Bodies and balls of heat are drawn where they were, from NAME_bodies.pvd; planes as squares.
+Bodies and balls of heat are drawn where they were, from NAME_bodies.pvd; planes as squares, from outside alone.
 """
 
 import argparse
@@ -202,6 +202,7 @@ def show_body(name, source, view):
     display.ColorArrayName = ["POINTS", ""]
     display.DiffuseColor = display.AmbientColor = (1.0, 0.55, 0.2) if name.startswith("heat_") else (0.62, 0.67, 0.73)
     display.Ambient, display.Diffuse, display.Specular = 0.4, 0.7, 0.1
+    display.BackfaceRepresentation = "Cull Backface"  # A plane seen from within its solid would hide what is before it.
     if name.startswith("heat_"):
         display.Opacity = 0.25
 
