@@ -200,8 +200,7 @@ void describe(OptionTable& table, BodyOptions& options) {
       .range(0, 1)
       .help(
           "speed with which what comes to touch the body leaves it, over that with which it came, both along the "
-          "normal "
-          "and relative to the body (of balloons by implicit Euler)");
+          "normal and relative to the body (of balloons by implicit Euler)");
   table.add("temperature", options.temperature)
       .unit("K")
       .at_least(0)

@@ -32,8 +32,7 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
       .help(
           "c of the pressure with which surfaces press whose gap g is less than contact.thickness d: 2 c (d - g)^2/d, "
           "1e8 Pa/m unless given; of bodies c (0.975 d - g) where g < 0.95 d, and less and less further out: unless "
-          "given "
-          "much stiffer than the mesh in the plane and its mass in a step")
+          "given much stiffer than the mesh in the plane and its mass in a step")
       .source("README: parameters");
   table.add("contact.slip_speed", options.slip_speed)
       .unit("m/s")
