@@ -172,9 +172,10 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   check(VecNorm(residual_, NORM_2, &result.residual));
   result.relative_residual = result.residual / largest;
   result.over_tolerance = result.relative_residual / options_.snes_rtol;
-  result.is_above_tolerance = result.residual > rounding_ && result.relative_residual > options_.residual_tolerance;
+  const double rounding = std::max(rounding_, objective_.rounding());
+  result.is_above_tolerance = result.residual > rounding && result.relative_residual > options_.residual_tolerance;
   char text[200] = "";
-  if (!(result.residual <= std::max(newton.start_residual, rounding_))) {
+  if (!(result.residual <= std::max(newton.start_residual, rounding))) {
     std::snprintf(text, sizeof text, "Newton's iterations made the residual grow, from %.2e N to %.2e N",
                   newton.start_residual, result.residual);
   } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && options_.newton == NewtonEnd::converged &&

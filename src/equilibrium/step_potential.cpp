@@ -1,6 +1,8 @@
 #include "equilibrium/step_potential.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -312,9 +314,7 @@ double StepPotential::inverted(const Field& from, const Field& to) const {
 
 void StepPotential::evaluate_gas() {
   volumes_ = model_.chambers.volumes(position_);
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    gas_[static_cast<std::size_t>(chamber)] = model_.chambers.state(chamber, volumes_[chamber], time_);
-  }
+  gas_ = model_.chambers.end_states(volumes_, time_);
   for (std::size_t c = 0; c < prescribed_.size(); ++c) {
     gas_[static_cast<std::size_t>(prescribed_[c])].pressure = multiplier_[static_cast<Eigen::Index>(c)];
   }
@@ -338,10 +338,16 @@ Eigen::Matrix3Xd StepPotential::gradient() {
     add(std::move(gradient));
   }
   Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, owned());
+  double absolute = 0;  // squares of the forces of the absolute pressures
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    gas -= gas_[static_cast<std::size_t>(chamber)].pressure * model_.chambers.volume_gradient(chamber, position_);
+    const GasState& state = gas_[static_cast<std::size_t>(chamber)];
+    const Eigen::Matrix3Xd gradient = model_.chambers.volume_gradient(chamber, position_);
+    gas -= state.pressure * gradient;
+    absolute += std::pow(state.absolute_pressure, 2) * gradient.squaredNorm();
   }
   add(std::move(gas));
+  constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
+  gas_rounding_ = share * std::sqrt(sum_over_ranks(comm(), absolute));
   return sum;
 }
 
@@ -355,6 +361,8 @@ Eigen::VectorXd StepPotential::own_rows() {
 void StepPotential::begin_tangent(Curvature curvature, double positive_share, Eigen::Ref<Eigen::MatrixXd> columns,
                                   Eigen::Ref<Eigen::VectorXd> coefficients) {
   evaluate_gas();
+  volumes_of_tangent_ = volumes_;
+  position_of_tangent_ = position_.values();
   for (Potential* potential : potentials_) {
     potential->set_positive_share(positive_share);
   }
@@ -368,7 +376,8 @@ void StepPotential::begin_tangent(Curvature curvature, double positive_share, Ei
       load_pressure[e] = is_loaded ? gas_[static_cast<std::size_t>(chamber)].pressure : 0;
     }
   }
-  wall_.set_load(std::move(load_pressure), model_.constraints.origin());
+  wall_.set_load(std::move(load_pressure), model_.chambers.rims().sides());
+  const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
     Eigen::Matrix3Xd gradient = model_.chambers.volume_gradient(chamber, position_);
     for (PetscInt i = 0; i < owned(); ++i) {
@@ -379,9 +388,9 @@ void StepPotential::begin_tangent(Curvature curvature, double positive_share, Ei
     const double stiffness = model_.chambers.prescribes_volume(chamber)
                                  ? bordering_stiffness(chamber)
                                  : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
-    const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
     coefficients[chamber] = std::max(stiffness, left * stiffness);
   }
+  turn_joined_columns(left, columns, coefficients);
   if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
     double scale = force_scale_ / length_scale_;
     for (const GasState& gas : gas_) {
@@ -392,6 +401,24 @@ void StepPotential::begin_tangent(Curvature curvature, double positive_share, Ei
       columns.rightCols(1).col(0).segment<3>(3 * i) =
           model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction_.vector(i);
     }
+  }
+}
+
+/// The volumes of joined chambers change each other's pressures: their columns become those along which the symmetric
+/// part of this stiffness is diagonal. (It is symmetric where all their pressures are the same.)
+void StepPotential::turn_joined_columns(double left, Eigen::Ref<Eigen::MatrixXd> columns,
+                                        Eigen::Ref<Eigen::VectorXd> coefficients) const {
+  if (!model_.chambers.has_network()) {
+    return;
+  }
+  const std::vector<int>& joined = model_.chambers.joined();
+  const Eigen::MatrixXd slopes = model_.chambers.joined_slopes(volumes_, time_);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> principal(-(slopes + slopes.transpose()) / 2);
+  const Eigen::MatrixXd gradients = columns(Eigen::all, joined);
+  columns(Eigen::all, joined) = gradients * principal.eigenvectors();
+  for (std::size_t k = 0; k < joined.size(); ++k) {
+    const double stiffness = rank_one_share(model_.gas_tangent) * principal.eigenvalues()[static_cast<Eigen::Index>(k)];
+    coefficients[joined[k]] = std::max(stiffness, left * stiffness);
   }
 }
 
@@ -413,6 +440,24 @@ double StepPotential::work_on_rest(int chamber) {
          mean.cwiseProduct((position_.values() - start_.values()).leftCols(owned())).sum();
 }
 
+/// Work of joined chambers on walls with holes, straight from where the tangent was last taken to x. Collective.
+double StepPotential::joined_work_on_rest() {
+  // Gauss's rule with three points: places in (0, 1) and weights.
+  const std::array<double, 3> places{0.1127016653792583, 0.5, 0.8872983346207417};
+  const std::array<double, 3> weights{5.0 / 18, 8.0 / 18, 5.0 / 18};
+  const Eigen::Matrix3Xd moved = position_.values() - position_of_tangent_;
+  double work = 0;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    between_.values() = position_of_tangent_ + places[k] * moved;
+    const std::vector<GasState> states = model_.chambers.end_states(model_.chambers.volumes(between_), time_);
+    for (const int chamber : model_.chambers.joined()) {
+      work += weights[k] * states[static_cast<std::size_t>(chamber)].pressure *
+              model_.chambers.volume_gradient(chamber, between_).cwiseProduct(moved.leftCols(owned())).sum();
+    }
+  }
+  return sum_over_ranks(comm(), work);
+}
+
 double StepPotential::value() {
   evaluate_gas();
   double sum = 0;
@@ -426,9 +471,14 @@ double StepPotential::value() {
   }
   sum = sum_over_ranks(comm(), sum);
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    if (!model_.chambers.prescribes_volume(chamber) && !model_.chambers.has_hole(chamber)) {
+    if (!model_.chambers.prescribes_volume(chamber) && !model_.chambers.has_hole(chamber) &&
+        !model_.chambers.is_joined(chamber)) {
       sum += gas_[static_cast<std::size_t>(chamber)].potential;
     }
+  }
+  if (model_.chambers.has_network() && volumes_of_tangent_.size() > 0) {
+    sum -= model_.chambers.rims().empty() ? model_.chambers.joined_work(volumes_of_tangent_, volumes_, time_)
+                                          : joined_work_on_rest();
   }
   return sum;
 }

@@ -67,6 +67,9 @@ struct StepStart {
 /// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
 /// and w the vertices' shares of the mass. Of c and of lengths count the motions that are free.
 ///
+/// Gas that links or heat join to something else has no potential either: its W is minus its work from where the
+/// tangent was last taken, which is all that a search along a step of Newton's method asks for.
+///
 /// A chamber of prescribed volume has no W: its pressure p is the multiplier of V(x) = V*, an unknown beside x, as p
 /// over its pressure scale, and the row of the residual is that scale times V* - V(x).
 class StepPotential : public StepPart {
@@ -142,6 +145,7 @@ class StepPotential : public StepPart {
   double length_scale() const override { return length_scale_; }
   /// The elastic energy at a strain of 0.5, if linear, over that length: what the wall's forces are like [N].
   double force_scale() const override { return force_scale_; }
+  double rounding() const override { return gas_rounding_; }
 
  private:
   void add_vertex_potentials();
@@ -153,7 +157,10 @@ class StepPotential : public StepPart {
   double along_path() const;
   void set_unit_length(Field& direction) const;
   void evaluate_gas();
+  void turn_joined_columns(double left, Eigen::Ref<Eigen::MatrixXd> columns,
+                           Eigen::Ref<Eigen::VectorXd> coefficients) const;
   double work_on_rest(int chamber);
+  double joined_work_on_rest();
   double bordering_stiffness(int chamber) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
   MPI_Comm comm() const { return model_.elements.membrane().comm(); }
@@ -172,19 +179,22 @@ class StepPotential : public StepPart {
 
   // The step in progress.
   double h_ = 0;
-  double time_end_ = 0;                 ///< t^{n+1} [s]
-  double time_ = 0;                     ///< of balance [s]
-  Field start_;                         ///< x^n
-  Field position_;                      ///< x
-  Field between_;                       ///< on the way from x^n to x
-  Eigen::Matrix3Xd unaccelerated_;      ///< x_a of the local vertices
-  Eigen::Matrix3Xd still_;              ///< x_v of the local vertices
-  Eigen::VectorXd volumes_;             ///< of the chambers at `position_`
-  std::vector<GasState> gas_;           ///< likewise; of a prescribed chamber the pressure is the unknown
-  Eigen::VectorXd multiplier_;          ///< pressures of the prescribed chambers [Pa]
-  Field direction_;                     ///< c, if by arc length
-  double path_length_ = 0;              ///< s [m]
-  std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
+  double time_end_ = 0;                   ///< t^{n+1} [s]
+  double time_ = 0;                       ///< of balance [s]
+  Field start_;                           ///< x^n
+  Field position_;                        ///< x
+  Field between_;                         ///< on the way from x^n to x
+  Eigen::Matrix3Xd unaccelerated_;        ///< x_a of the local vertices
+  Eigen::Matrix3Xd still_;                ///< x_v of the local vertices
+  Eigen::VectorXd volumes_;               ///< of the chambers at `position_`
+  Eigen::Matrix3Xd position_of_tangent_;  ///< of all local vertices, where the tangent was last taken
+  Eigen::VectorXd volumes_of_tangent_;    ///< where the tangent was last taken
+  std::vector<GasState> gas_;             ///< at `volumes_`; of a prescribed chamber the pressure is the unknown
+  Eigen::VectorXd multiplier_;            ///< pressures of the prescribed chambers [Pa]
+  Field direction_;                       ///< c, if by arc length
+  double path_length_ = 0;                ///< s [m]
+  double gas_rounding_ = 0;               ///< of differences of absolute pressures, in the last residual [N]
+  std::vector<double> squared_forces_;    ///< this rank's part, in the last residual [N^2]
 };
 
 }  // namespace equilibrium

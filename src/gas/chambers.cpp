@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -10,14 +11,14 @@
 #include "base/units.h"
 #include "geometry/key_points.h"
 #include "geometry/pressure_load.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace gas {
 
 namespace {
 
-constexpr double gas_constant = 8.31446261815324;  ///< R [J/(mol K)], exact
-constexpr double default_temperature = 293.15;     // [K]
+constexpr double default_temperature = 293.15;  // [K]
 constexpr double default_gamma = 1.4;
 
 /// Key points of a chamber: which, what their values may be, which laws use them.
@@ -160,7 +161,11 @@ NamedPieces name_pieces(const Surface& surface, const std::map<std::string, Cham
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
                    const Eigen::Vector3d& origin, bool has_symmetry_planes,
                    const std::vector<Eigen::Matrix3d>& projectors)
-    : surface_(&surface), ambient_pressure_(gas.ambient_pressure), origin_(origin) {
+    : surface_(&surface),
+      ambient_pressure_(gas.ambient_pressure),
+      ambient_temperature_(gas.ambient_temperature),
+      molar_mass_(gas.molar_mass),
+      origin_(origin) {
   for (const auto& [name, given] : options) {
     require_valid("chambers." + name, given);
   }
@@ -177,11 +182,14 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   rest.values() = surface.rest;
   for (std::size_t piece = 0; piece < named.chamber_of_piece.size(); ++piece) {
     const int number = named.chamber_of_piece[piece];
-    if (number < 0 || !needs_closed_wall(number)) {
+    if (number < 0 || !needs_volume(number)) {
       continue;
     }
     const Chamber& chamber = of(number);
-    if (!surface.piece_is_closed[piece]) {
+    if (vents(number) && has_symmetry_planes) {
+      throw Error("chambers." + chamber.name + ".hole_discharge: does not go with symmetry planes, expected none");
+    }
+    if (!surface.piece_is_closed[piece] && !vents(number)) {
       if (!has_symmetry_planes) {
         throw Error("chambers." + chamber.name + ".law: " + chamber.options.law.name() +
                     " needs a volume, but the piece is open, expected a closed piece" +
@@ -195,11 +203,17 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     }
   }
   set_amounts();
+  join(gas);
 }
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
                    const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers)
-    : surface_(&surface), ambient_pressure_(gas.ambient_pressure), origin_(origin), chamber_of_element_(numbers) {
+    : surface_(&surface),
+      ambient_pressure_(gas.ambient_pressure),
+      ambient_temperature_(gas.ambient_temperature),
+      molar_mass_(gas.molar_mass),
+      origin_(origin),
+      chamber_of_element_(numbers) {
   PetscInt last = -1;
   for (const PetscInt number : numbers) {
     last = std::max(last, number);
@@ -216,6 +230,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   }
   begin();
   set_amounts();
+  join(gas);
 }
 
 void Chambers::add(const std::string& name, const ChamberOptions& options) {
@@ -243,6 +258,7 @@ void Chambers::set_amounts() {
       continue;
     }
     ChamberOptions& given = chamber.options;
+    chamber.gamma = given.gamma.value_or(default_gamma);
     if (given.temperature.empty()) {
       given.temperature = {{0, default_temperature}};
     }
@@ -256,6 +272,69 @@ void Chambers::set_amounts() {
           ambient_pressure_ * chamber.initial_volume / (gas_constant * value_on_key_points(given.temperature, 0));
     }
   }
+}
+
+/// The network of what links and heat join.
+void Chambers::join(const GasOptions& gas) {
+  exchange_ = GasExchange(count(), static_cast<int>(gas.links.size()));
+  vessel_of_.assign(chambers_.size(), -1);
+  std::vector<GasNetwork::Vessel> vessels;
+  const auto vessel_of = [&](std::size_t chamber, const std::string& key) {
+    int& number = vessel_of_[chamber];
+    if (number >= 0) {
+      return number;
+    }
+    const Chamber& self = chambers_[chamber];
+    if (self.law != GasLaw::isothermal && self.law != GasLaw::adiabatic) {
+      throw Error(key + ": chamber " + self.name + " has the law " + self.options.law.name() +
+                  ", expected isothermal or adiabatic, by which it has an amount of gas");
+    }
+    if (self.options.amount.size() > 1) {
+      throw Error(key + ": the amount in chamber " + self.name + " is given in " +
+                  std::to_string(self.options.amount.size()) +
+                  " key points, expected one, the amount at first: links change it");
+    }
+    if (!(self.options.amount.front()[1] > 0)) {
+      throw Error(key + ": there is no gas in chamber " + self.name + " at first, expected an amount above 0");
+    }
+    number = static_cast<int>(vessels.size());
+    joined_.push_back(static_cast<int>(chamber));
+    vessels.push_back({self.name, self.law == GasLaw::isothermal, self.gamma, self.initial_volume});
+    return number;
+  };
+  const auto end_of = [&](const std::string& name, const std::string& key) {
+    if (name.empty() || name == "ambient") {
+      return GasNetwork::ambient;
+    }
+    const auto found =
+        std::find_if(chambers_.begin(), chambers_.end(), [&](const Chamber& chamber) { return chamber.name == name; });
+    if (found == chambers_.end()) {
+      std::string names;
+      for (const Chamber& chamber : chambers_) {
+        names += (names.empty() ? "" : ", ") + chamber.name;
+      }
+      throw Error(key + ": there is no chamber " + name + ", expected " + (names.empty() ? "chambers" : names) +
+                  " or ambient");
+    }
+    return vessel_of(static_cast<std::size_t>(found - chambers_.begin()), key);
+  };
+  std::vector<GasNetwork::Link> links;
+  for (const auto& [name, options] : gas.links) {
+    const std::string key = "gas_network.links." + name;
+    links.push_back({name, end_of(options.from, key + ".from"), end_of(options.to, key + ".to"), options});
+  }
+  for (std::size_t chamber = 0; chamber < chambers_.size(); ++chamber) {
+    const ChamberOptions& options = chambers_[chamber].options;
+    const std::string key = "chambers." + chambers_[chamber].name;
+    if (options.heat_transfer > 0) {
+      vessel_of(chamber, key + ".heat_transfer");
+    } else if (options.permeability > 0) {
+      vessel_of(chamber, key + ".permeability");
+    } else if (options.hole_discharge) {
+      vessel_of(chamber, key + ".hole_discharge");
+    }
+  }
+  network_ = GasNetwork(std::move(vessels), std::move(links), gas);
 }
 
 void Chambers::require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const {
@@ -295,19 +374,37 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
   }
 }
 
-void Chambers::set_living(const Living& living) {
-  chamber_of_triangle_.assign(living.triangles.size(), -1);
-  has_hole_.assign(chambers_.size(), 0);
+void Chambers::set_living(const Living& living, const std::vector<PetscInt>& piece) {
+  // The oldest piece of each chamber's wall, of which a triangle has its first corner.
+  std::vector<PetscInt> oldest(chambers_.size(), std::numeric_limits<PetscInt>::max());
   const auto per_element = static_cast<std::size_t>(surface_->triangles_per_element);
+  const auto piece_of = [&](std::size_t triangle) {
+    return piece.empty() ? 0 : piece[static_cast<std::size_t>(surface_->triangles[triangle].front())];
+  };
+  for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
+    const PetscInt chamber = chamber_of_element_[triangle / per_element];
+    if (chamber >= 0 && living.triangles[triangle] && piece_of(triangle) >= 0) {
+      PetscInt& least = oldest[static_cast<std::size_t>(chamber)];
+      least = std::min(least, piece_of(triangle));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, oldest.data(), count(), MPIU_INT, MPI_MIN, surface_->comm());
+
+  const std::vector<int> before = std::exchange(chamber_of_triangle_, std::vector<int>(living.triangles.size(), -1));
+  std::vector<int> venting(living.triangles.size(), -1);
+  has_hole_.assign(chambers_.size(), 0);
   const auto open = [this](PetscInt chamber) {
-    if (chamber >= 0 && !needs_closed_wall(static_cast<int>(chamber))) {
+    if (chamber >= 0 && !needs_volume(static_cast<int>(chamber))) {
       has_hole_[static_cast<std::size_t>(chamber)] = 1;
     }
   };
   for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
-    const PetscInt chamber = chamber_of_element_[triangle / per_element];
-    if (living.triangles[triangle] || (chamber >= 0 && needs_closed_wall(static_cast<int>(chamber)))) {
-      chamber_of_triangle_[triangle] = static_cast<int>(chamber);
+    const auto chamber = static_cast<int>(chamber_of_element_[triangle / per_element]);
+    const bool is_there = living.triangles[triangle] && chamber >= 0 &&
+                          (!vents(chamber) || piece_of(triangle) == oldest[static_cast<std::size_t>(chamber)]);
+    if (is_there || (chamber >= 0 && needs_closed_wall(chamber))) {
+      chamber_of_triangle_[triangle] = chamber;
+      venting[triangle] = vents(chamber) ? chamber : -1;
     } else {
       open(chamber);
     }
@@ -318,11 +415,16 @@ void Chambers::set_living(const Living& living) {
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, surface_->comm());
+  const bool can_vent = std::any_of(chambers_.begin(), chambers_.end(),
+                                    [](const Chamber& chamber) { return chamber.options.hole_discharge.has_value(); });
+  if (can_vent && on_any_rank(surface_->comm(), before != chamber_of_triangle_)) {
+    rims_ = Rims(*surface_, venting);
+  }
 }
 
 Eigen::VectorXd Chambers::volumes(const Field& positions) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
-  for (PetscInt triangle = 0; triangle < surface_->triangles_per_element * surface_->elements.owned; ++triangle) {
+  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
     if (const int chamber = of_triangle(triangle); chamber >= 0) {
       const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
       sum[chamber] += enclosed_volume(positions.vector(corners[0]) - origin_, positions.vector(corners[1]) - origin_,
@@ -330,7 +432,109 @@ Eigen::VectorXd Chambers::volumes(const Field& positions) const {
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, sum.data(), count(), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  rims_.add_volumes(positions, origin_, sum);
   return sum;
+}
+
+ChamberWalls Chambers::walls(const Field& positions, const Eigen::Vector3d& gravity, double time) const {
+  const Eigen::VectorXd area = areas(positions);
+  Eigen::VectorXd hole_area = Eigen::VectorXd::Zero(count());
+  const std::vector<Rims::Hole> holes = rims_.holes(positions);
+  for (const Rims::Hole& hole : holes) {
+    hole_area[hole.chamber] += hole.area;
+  }
+  ChamberWalls result{area, hole_area, {}, Eigen::VectorXd(count()), Eigen::VectorXd(count())};
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    const ChamberOptions& options = of(chamber).options;
+    if (options.permeability > 0) {
+      result.leaks.push_back({chamber, options.permeability * area[chamber], 0});
+    }
+    result.conductance[chamber] = options.heat_transfer * area[chamber];
+    result.temperature[chamber] = options.wall_temperature;
+  }
+  if (!holes.empty()) {
+    const std::vector<UnevenPressure> uneven = uneven_pressures(positions, gravity, time);
+    for (const Rims::Hole& hole : holes) {
+      result.leaks.push_back({hole.chamber, of(hole.chamber).options.hole_discharge.value_or(0) * hole.area,
+                              uneven[static_cast<std::size_t>(hole.chamber)].at(hole.middle)});
+    }
+  }
+  return result;
+}
+
+/// Of the walls of all chambers, summed over the ranks [m^2]. Collective.
+Eigen::VectorXd Chambers::areas(const Field& positions) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
+  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
+    if (const int chamber = of_triangle(triangle); chamber >= 0) {
+      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+      sum[chamber] +=
+          area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])).norm();
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count(), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  return sum;
+}
+
+/// Of each chamber. Collective.
+std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const Field& positions, const Eigen::Vector3d& gravity,
+                                                                 double time) const {
+  const Eigen::VectorXd volume = volumes(positions);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(4, count());  // area, area times place
+  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
+    if (const int chamber = of_triangle(triangle); chamber >= 0) {
+      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+      const Eigen::Vector3d x[3] = {positions.vector(corners[0]), positions.vector(corners[1]),
+                                    positions.vector(corners[2])};
+      const double area = area_vector(x[0], x[1], x[2]).norm();
+      sums(0, chamber) += area;
+      sums.col(chamber).tail<3>() += area / 3 * (x[0] + x[1] + x[2]);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  const double outside = ambient_pressure_ * molar_mass_ / (gas_constant * ambient_temperature_);
+  std::vector<UnevenPressure> result;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    const GasState gas = state(chamber, volume[chamber], time);
+    const bool has_amount = gas.amount > 0 && volume[chamber] > 0 && !is_open(chamber);
+    const double density = has_amount ? gas.amount * molar_mass_ / volume[chamber] : outside;
+    result.push_back({(density - outside) * gravity, sums.col(chamber).tail<3>() / sums(0, chamber)});
+  }
+  return result;
+}
+
+Eigen::Matrix3Xd Chambers::uneven_forces(const Field& positions, const Eigen::Vector3d& gravity, double time) const {
+  const std::vector<UnevenPressure> uneven = uneven_pressures(positions, gravity, time);
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, surface_->particles.owned);
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+    const int chamber = chamber_of_triangle_[triangle];
+    if (chamber < 0) {
+      continue;
+    }
+    const auto& corners = surface_->triangles[triangle];
+    const Eigen::Vector3d x[3] = {positions.vector(corners[0]), positions.vector(corners[1]),
+                                  positions.vector(corners[2])};
+    const Eigen::Vector3d area = area_vector(x[0], x[1], x[2]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (corners[k] < surface_->particles.owned) {  // a linear pressure times the corner's share
+        const Eigen::Vector3d place = (x[0] + x[1] + x[2] + x[k]) / 4;
+        force.col(corners[k]) += uneven[static_cast<std::size_t>(chamber)].at(place) / 3 * area;
+      }
+    }
+  }
+  const Eigen::VectorXd volume = volumes(positions);
+  Eigen::VectorXd thrust = Eigen::VectorXd::Zero(count());
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    if (vents(chamber)) {
+      // But for what the missing wall does not bear.
+      const double pressure = state(chamber, volume[chamber], time).absolute_pressure;
+      thrust[chamber] =
+          of(chamber).options.hole_discharge.value_or(0) * jet_thrust(pressure, ambient_pressure_, of(chamber).gamma) -
+          (pressure - ambient_pressure_);
+    }
+  }
+  rims_.add_thrust(thrust, positions, force);
+  return force;
 }
 
 Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
@@ -366,6 +570,16 @@ GasState Chambers::state(int chamber, double volume, double time) const {
     return gas;
   }
 
+  if (is_joined(chamber) && is_open(chamber)) {
+    const double amount = self.unit_amount * given.amount.front()[1];
+    gas.amount = amount + exchange_.amount[chamber];
+    gas.temperature = self.law == GasLaw::isothermal
+                          ? value_on_key_points(given.temperature, time)
+                          : (amount * given.temperature.front()[1] + exchange_.heat[chamber]) / gas.amount;
+    gas.absolute_pressure = ambient_pressure_;
+    return gas;
+  }
+
   // Inside: absolute pressure q = (e/V0) (V0/V)^k with its potential, -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1).
   const double initial_volume = self.initial_volume;
   const double strain = volume > 0 ? std::log(volume / initial_volume) : std::numeric_limits<double>::quiet_NaN();
@@ -379,9 +593,15 @@ GasState Chambers::state(int chamber, double volume, double time) const {
     const bool adiabatic = self.law == GasLaw::adiabatic;
     const double temperature = value_on_key_points(given.temperature, time);
     exponent = adiabatic ? given.gamma.value_or(default_gamma) : 1;
-    gas.amount = self.unit_amount * value_on_key_points(given.amount, time);
-    gas.temperature = temperature * std::exp((1 - exponent) * strain);
-    energy = gas.amount * gas_constant * temperature;
+    const double amount = self.unit_amount * value_on_key_points(given.amount, time);
+    double heat = amount * temperature;  // see VesselGas
+    gas.amount = amount;
+    if (is_joined(chamber)) {
+      gas.amount += exchange_.amount[chamber];
+      heat = adiabatic ? heat + exchange_.heat[chamber] : gas.amount * temperature;
+    }
+    gas.temperature = heat / gas.amount * std::exp((1 - exponent) * strain);
+    energy = heat * gas_constant;
   }
   const double compression = std::expm1((1 - exponent) * strain);  // (V0/V)^(k-1) - 1
   gas.absolute_pressure = energy * (1 + compression) / volume;
@@ -392,6 +612,178 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   return gas;
 }
 
+void Chambers::begin_step(const GasExchange& exchange, double h, const ChamberWalls& walls) {
+  exchange_ = exchange;
+  walls_ = walls;
+  h_ = h;
+}
+
+GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& volumes, double time) const {
+  GasNetwork::Step step;
+  step.volume = volumes(joined_);
+  step.temperature.resize(network_.count());
+  step.time = time;
+  step.h = h_;
+  for (const int chamber : joined_) {
+    const Chamber& self = of(chamber);
+    const double temperature = value_on_key_points(self.options.temperature, time);
+    const double amount = self.unit_amount * self.options.amount.front()[1];
+    step.temperature[static_cast<Eigen::Index>(step.gas.size())] = temperature;
+    step.gas.push_back({amount + exchange_.amount[chamber], amount * temperature + exchange_.heat[chamber]});
+    if (self.law == GasLaw::isothermal) {
+      step.gas.back().heat = step.gas.back().amount * temperature;
+    }
+  }
+  for (const GasNetwork::Leak& leak : walls_.leaks) {
+    step.leaks.push_back({vessel_of_[static_cast<std::size_t>(leak.vessel)], leak.area, leak.rise});
+  }
+  if (walls_.conductance.size() > 0) {
+    step.conductance = walls_.conductance(joined_);
+    step.wall_temperature = walls_.temperature(joined_);
+  }
+  constexpr double wide = 1;  // [m^2]
+  for (int vessel = 0; vessel < network_.count(); ++vessel) {
+    const int chamber = joined_[static_cast<std::size_t>(vessel)];
+    if (is_open(chamber)) {
+      step.volume[vessel] = of(chamber).initial_volume;
+      step.leaks.push_back({vessel, wide, 0});
+    }
+  }
+  return step;
+}
+
+std::vector<GasState> Chambers::end_states(const Eigen::VectorXd& volumes, double time) const {
+  std::vector<GasState> states;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    states.push_back(state(chamber, volumes[chamber], time));
+  }
+  if (!has_network() || !(volumes(joined_).minCoeff() > 0)) {
+    return states;
+  }
+  const GasNetwork::End end = network_.solve(network_step(volumes, time));
+  for (int vessel = 0; vessel < network_.count(); ++vessel) {
+    GasState& gas = states[static_cast<std::size_t>(joined_[static_cast<std::size_t>(vessel)])];
+    gas.absolute_pressure = end.pressure[vessel];
+    gas.pressure = is_open(joined_[static_cast<std::size_t>(vessel)]) ? 0 : end.pressure[vessel] - ambient_pressure_;
+    gas.amount = end.gas[static_cast<std::size_t>(vessel)].amount;
+    gas.temperature = end.temperature[vessel];
+  }
+  return states;
+}
+
+Eigen::MatrixXd Chambers::joined_slopes(const Eigen::VectorXd& volumes, double time) const {
+  const GasNetwork::Step step = network_step(volumes, time);
+  Eigen::MatrixXd slopes = network_.slopes(step, network_.solve(step));
+  for (int vessel = 0; vessel < network_.count(); ++vessel) {
+    if (is_open(joined_[static_cast<std::size_t>(vessel)])) {
+      slopes.row(vessel).setZero();
+      slopes.col(vessel).setZero();
+    }
+  }
+  return slopes;
+}
+
+double Chambers::joined_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double time) const {
+  // Gauss's rule with four points: places in (0, 1) and weights.
+  static const std::array<double, 4> places{0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
+                                            0.9305681557970262};
+  static const std::array<double, 4> weights{0.17392742256872692, 0.32607257743127307, 0.32607257743127307,
+                                             0.17392742256872692};
+  double work = 0;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const std::vector<GasState> states = end_states(from + places[k] * (to - from), time);
+    for (const int chamber : joined_) {
+      work += weights[k] * states[static_cast<std::size_t>(chamber)].pressure * (to[chamber] - from[chamber]);
+    }
+  }
+  return work;
+}
+
+GasExchange Chambers::end_step(const Eigen::VectorXd& start, const Eigen::VectorXd& end, double time) const {
+  constexpr double large_hole = 0.1;
+  constexpr double level = 1e-5;
+  GasExchange exchange = exchange_;
+  const GasNetwork::Step step = network_step(end, time);
+  const GasNetwork::End ended = network_.solve(step);
+  Eigen::VectorXd energy = ended.wall_heat - ended.leak_enthalpy;  // into each vessel [J]
+  for (std::size_t l = 0; l < network_.links().size(); ++l) {
+    const GasNetwork::Link& link = network_.links()[l];
+    const auto row = static_cast<Eigen::Index>(l);
+    exchange.link_amount[row] += ended.flow[row];
+    exchange.link_enthalpy[row] += ended.enthalpy[row];
+    for (const auto& [vessel, sign] : {std::pair(link.from, -1.0), std::pair(link.to, 1.0)}) {
+      if (vessel != GasNetwork::ambient) {
+        exchange.amount[joined_[static_cast<std::size_t>(vessel)]] += sign * ended.flow[row];
+        energy[vessel] += sign * ended.enthalpy[row];
+      }
+    }
+  }
+  for (int vessel = 0; vessel < network_.count(); ++vessel) {
+    const int chamber = joined_[static_cast<std::size_t>(vessel)];
+    const Chamber& self = of(chamber);
+    const double capacity = network_.heat_capacity(vessel);
+    const double heat = step.gas[static_cast<std::size_t>(vessel)].heat;
+    exchange.amount[chamber] -= ended.leak[vessel];
+    exchange.leak_amount[chamber] += ended.leak[vessel];
+    exchange.leak_enthalpy[chamber] += ended.leak_enthalpy[vessel];
+    exchange.wall_heat[chamber] += ended.wall_heat[vessel];
+    const bool was_open = is_open(chamber);
+    const bool is_level = std::abs(ended.pressure[vessel] - ambient_pressure_) <= level * ambient_pressure_;
+    if (vents(chamber) && walls_.hole_area[chamber] > (is_level ? large_hole : 1) * walls_.area[chamber]) {
+      exchange.open[chamber] = 1;
+    }
+    if (was_open) {
+      exchange.heat[chamber] += energy[vessel] / capacity;
+      continue;
+    }
+    if (self.law == GasLaw::isothermal) {
+      exchange.work[chamber] += heat * gas_constant * std::log(end[chamber] / start[chamber]);
+      continue;
+    }
+    const auto colder = [&](double volume) { return std::pow(volume / self.initial_volume, 1 - self.gamma); };
+    exchange.heat[chamber] += energy[vessel] / (capacity * colder(end[chamber]));
+    exchange.work[chamber] += capacity * heat * (colder(start[chamber]) - colder(end[chamber]));
+  }
+  return exchange;
+}
+
+std::vector<GasState> Chambers::moved_states(const Eigen::VectorXd& volumes, const Eigen::VectorXd& compliance,
+                                             double time) const {
+  std::vector<GasState> states;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    states.push_back(moved_state(chamber, volumes[chamber], compliance[chamber], time));
+  }
+  if (!has_network()) {
+    return states;
+  }
+  // The same for the joined ones together, from where they would be without their links.
+  Eigen::VectorXd at(count());
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    at[chamber] = states[static_cast<std::size_t>(chamber)].volume;
+  }
+  constexpr int most_iterations = 50;
+  constexpr double tolerance = 1e-12;
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    const std::vector<GasState> joined = end_states(at, time);
+    Eigen::VectorXd excess(network_.count());
+    for (int vessel = 0; vessel < network_.count(); ++vessel) {
+      const int chamber = joined_[static_cast<std::size_t>(vessel)];
+      states[static_cast<std::size_t>(chamber)] = joined[static_cast<std::size_t>(chamber)];
+      excess[vessel] =
+          at[chamber] - volumes[chamber] - compliance[chamber] * joined[static_cast<std::size_t>(chamber)].pressure;
+    }
+    if (!(excess.cwiseQuotient(at(joined_)).cwiseAbs().maxCoeff() > tolerance)) {
+      break;
+    }
+    const Eigen::MatrixXd slopes = joined_slopes(at, time);
+    const Eigen::MatrixXd derivative =
+        Eigen::MatrixXd::Identity(network_.count(), network_.count()) - compliance(joined_).asDiagonal() * slopes;
+    const Eigen::VectorXd step = derivative.partialPivLu().solve(excess);
+    at(joined_) = (at(joined_) - step).cwiseMax(at(joined_) / 2).eval();
+  }
+  return states;
+}
+
 GasState Chambers::moved_state(int chamber, double volume, double compliance, double time) const {
   if (prescribes_volume(chamber)) {
     GasState gas;
@@ -399,7 +791,7 @@ GasState Chambers::moved_state(int chamber, double volume, double compliance, do
     gas.pressure = compliance > 0 ? (gas.volume - volume) / compliance : 0;
     return gas;
   }
-  if (!needs_closed_wall(chamber)) {
+  if (!needs_volume(chamber)) {
     return state(chamber, volume, time);
   }
   // V - volume - compliance p(V) rises and is concave: Newton's method goes up to its zero, once it is below.

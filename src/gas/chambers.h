@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "gas/gas_network.h"
 #include "gas/gas_options.h"
+#include "gas/rims.h"
 #include "parallel/field.h"
 #include "surface/living.h"
 
@@ -22,6 +24,40 @@ struct GasState {
   double amount = 0;             ///< n [mol]
   double temperature = 0;        ///< T [K]
   double potential = 0;          ///< W with dW/dV = -p: what the gas and the surroundings can still do [J]
+};
+
+/// What links and walls have brought into the chambers of an object, since time 0.
+struct GasExchange {
+  /// Nothing yet.
+  GasExchange(int chambers, int links)
+      : amount(Eigen::VectorXd::Zero(chambers)),
+        heat(Eigen::VectorXd::Zero(chambers)),
+        open(Eigen::VectorXd::Zero(chambers)),
+        leak_amount(Eigen::VectorXd::Zero(chambers)),
+        leak_enthalpy(Eigen::VectorXd::Zero(chambers)),
+        wall_heat(Eigen::VectorXd::Zero(chambers)),
+        work(Eigen::VectorXd::Zero(chambers)),
+        link_amount(Eigen::VectorXd::Zero(links)),
+        link_enthalpy(Eigen::VectorXd::Zero(links)) {}
+
+  Eigen::VectorXd amount;         ///< into each chamber [mol]
+  Eigen::VectorXd heat;           ///< likewise, see VesselGas [mol K]
+  Eigen::VectorXd open;           ///< 1: for good, its pressure is that outside; 0: not
+  Eigen::VectorXd leak_amount;    ///< out through each wall [mol]
+  Eigen::VectorXd leak_enthalpy;  ///< that it carried [J]
+  Eigen::VectorXd wall_heat;      ///< that each wall has given to its gas [J]
+  Eigen::VectorXd work;           ///< of the gas of each chamber that links or heat join to anything [J]
+  Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
+  Eigen::VectorXd link_enthalpy;  ///< that it carried [J]
+};
+
+/// What the walls of the chambers are to their gas in a step.
+struct ChamberWalls {
+  Eigen::VectorXd area;                 ///< [m^2]
+  Eigen::VectorXd hole_area;            ///< of the caps [m^2]
+  std::vector<GasNetwork::Leak> leaks;  ///< through which gas gets out and in; the vessel is the chamber
+  Eigen::VectorXd conductance;          ///< for heat [W/K]
+  Eigen::VectorXd temperature;          ///< [K]
 };
 
 /// The chambers of a balloon or of a sheet: volumes enclosed by closed pieces of the surface (balloon paper, section
@@ -55,13 +91,20 @@ class Chambers {
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
   int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[static_cast<std::size_t>(triangle)]; }
 
-  /// Whether its law asks for the volume, which a wall with a hole does not enclose.
-  bool needs_closed_wall(int chamber) const { return of(chamber).law != GasLaw::pressure; }
+  /// Whether its law asks for the volume.
+  bool needs_volume(int chamber) const { return of(chamber).law != GasLaw::pressure; }
+  /// Whether gas flows through holes of its wall, which caps close for its volume (Rims).
+  bool vents(int chamber) const { return of(chamber).options.hole_discharge.has_value(); }
+  /// Whether it can have no hole.
+  bool needs_closed_wall(int chamber) const { return needs_volume(chamber) && !vents(chamber); }
+  /// The rims of chambers that vent.
+  const Rims& rims() const { return rims_; }
   /// Says which triangles of the local elements there are: the pressure of a chamber that needs no closed wall acts on
   /// no others. Collective.
-  void set_living(const Living& living);
-  /// Whether triangles are missing on which the pressure of a chamber would act, or its wall has cracked. Then V is no
-  /// volume, and dV/dx, by which the pressure acts, is not its gradient.
+  /// @param piece of each local particle (Pieces): only the oldest piece of what a chamber had bounds it still
+  void set_living(const Living& living, const std::vector<PetscInt>& piece = {});
+  /// Whether triangles are missing on which the given pressure of a chamber would act, or its wall has cracked. Then V
+  /// is no volume, and dV/dx, by which the pressure acts, is not its gradient.
   bool has_hole(int chamber) const { return has_hole_[static_cast<std::size_t>(chamber)] != 0; }
 
   /// V0, from the undeformed positions, the same on every rank [m^3].
@@ -69,17 +112,57 @@ class Chambers {
   /// V of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
   Eigen::VectorXd volumes(const Field& positions) const;
+  /// What the weights of gas and air, and jets through holes, do to walls beside pressures that are even. The pressure
+  /// at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall, which sums up to minus the lift,
+  /// (rho - rho_outside) V g; jets push the rims (jet_thrust), but for what the pressure on a wall with holes sums up
+  /// to already. Of the owned particles (3 x owned) [N]. Collective.
+  /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
+  Eigen::Matrix3Xd uneven_forces(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
   /// dV/dx = A n / 3 (eq. 15 without p) of the owned particles for one chamber, zero elsewhere, (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
-  /// The gas by its law at a volume [m^3] and time [s]. Not finite where the law needs a volume above 0 and there is
-  /// none.
+  /// The gas by its law at a volume [m^3] and time [s], with what has come in by the beginning of the step. Not finite
+  /// where the law needs a volume above 0 and there is none.
   GasState state(int chamber, double volume, double time) const;
-  /// The gas at the end of a step in which its pressure p moves what encloses it: V is `volume` + `compliance` p.
-  /// @param volume to which the step leads without this pressure [m^3]
+
+  /// Whether links or heat of the wall change a chamber's gas in a step. Its law is then isothermal or adiabatic.
+  bool is_joined(int chamber) const { return vessel_of_[static_cast<std::size_t>(chamber)] >= 0; }
+  bool has_network() const { return network_.count() > 0; }
+  const GasNetwork& network() const { return network_; }
+  /// The chambers of the network's vessels.
+  const std::vector<int>& joined() const { return joined_; }
+  /// c_v of a mole of a joined chamber's gas [J/(mol K)].
+  double heat_capacity(int chamber) const {
+    return network_.heat_capacity(vessel_of_[static_cast<std::size_t>(chamber)]);
+  }
+  /// From here on gas is that of a step that begins with what has come in so far; h = 0: of the moment between steps.
+  /// @param h length of the step [s]
+  /// @param walls then
+  void begin_step(const GasExchange& exchange, double h, const ChamberWalls& walls = {});
+  /// The walls at positions, with the temperatures that the options give. Collective.
+  /// @param gravity as of uneven_forces: the pressure at a hole is that at its height
+  ChamberWalls walls(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
+  double heat_transfer(int chamber) const { return of(chamber).options.heat_transfer; }  ///< [W/(m^2 K)]
+  /// The gas of all chambers at the end of the step, with what links and walls bring until then. Not finite where a
+  /// volume is not above 0, or no amounts are found.
+  /// @param volumes of all chambers [m^3] @param time at the end of the step [s]
+  std::vector<GasState> end_states(const Eigen::VectorXd& volumes, double time) const;
+  /// dp_i/dV_j at the end of the step, of joined chambers, the vessels of the network [Pa/m^3].
+  Eigen::MatrixXd joined_slopes(const Eigen::VectorXd& volumes, double time) const;
+  /// Work of the gas of joined chambers from one volume to another, each pressure that at the end of a step to there:
+  /// along a straight line from all volumes to all others [J].
+  double joined_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double time) const;
+  /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
+  /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
+  /// larger than it. @param start volumes at its beginning @param end likewise [m^3]
+  GasExchange end_step(const Eigen::VectorXd& start, const Eigen::VectorXd& end, double time) const;
+
+  /// The gas at the end of a step in which the pressures p move what encloses it: V is `volumes` + `compliance` p.
+  /// @param volumes to which the step leads without the pressures [m^3]
   /// @param compliance h^2 g.W g, g = dV/dx and W the inverse masses: by how much p moves the volume [m^3/Pa]
   /// @param time at the end of the step [s]
-  GasState moved_state(int chamber, double volume, double compliance, double time) const;
+  std::vector<GasState> moved_states(const Eigen::VectorXd& volumes, const Eigen::VectorXd& compliance,
+                                     double time) const;
   /// Whether the volume is given and the pressure is what keeps it.
   bool prescribes_volume(int chamber) const { return of(chamber).law == GasLaw::volume; }
   /// Only where prescribes_volume. [m^3]
@@ -92,21 +175,46 @@ class Chambers {
     ChamberOptions options;     ///< what the law needs is not empty
     double initial_volume = 0;  ///< V0 [m^3]
     double unit_amount = 1;     ///< what a value of the key points `amount` stands for [mol]
+    double gamma = 1;           ///< of the laws isothermal and adiabatic
   };
 
   void add(const std::string& name, const ChamberOptions& options);
   void begin();
   void set_amounts();
+  void join(const GasOptions& gas);
+  /// A pressure that changes with the place, beside the mean on a chamber's wall.
+  struct UnevenPressure {
+    Eigen::Vector3d slope;   ///< [Pa/m]
+    Eigen::Vector3d middle;  ///< where it is 0 [m]
+
+    double at(const Eigen::Vector3d& place) const { return slope.dot(place - middle); }
+  };
+  std::vector<UnevenPressure> uneven_pressures(const Field& positions, const Eigen::Vector3d& gravity,
+                                               double time) const;
+  Eigen::VectorXd areas(const Field& positions) const;
+  bool is_open(int chamber) const { return exchange_.open[chamber] != 0; }
+  GasNetwork::Step network_step(const Eigen::VectorXd& volumes, double time) const;
+  GasState moved_state(int chamber, double volume, double compliance, double time) const;
+  PetscInt owned_triangles() const { return surface_->triangles_per_element * surface_->elements.owned; }
   const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
   void require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const;
 
   const Surface* surface_;
-  double ambient_pressure_;  ///< [Pa]
+  double ambient_pressure_;     ///< [Pa]
+  double ambient_temperature_;  ///< [K]
+  double molar_mass_;           ///< [kg/mol]
   Eigen::Vector3d origin_;
   std::vector<Chamber> chambers_;
   std::vector<PetscInt> chamber_of_element_;  ///< of each local element, -1: none
   std::vector<int> chamber_of_triangle_;      ///< of what is left of their triangles, -1: none
+  Rims rims_;                                 ///< of chambers that vent
   std::vector<int> has_hole_;                 ///< of each chamber
+  GasNetwork network_;                        ///< of the joined chambers
+  std::vector<int> joined_;                   ///< chamber of each vessel
+  std::vector<int> vessel_of_;                ///< of each chamber, -1: it is not joined
+  GasExchange exchange_{0, 0};                ///< by the beginning of the step
+  ChamberWalls walls_;                        ///< then
+  double h_ = 0;                              ///< of the step [s]
 };
 
 }  // namespace gas

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 
@@ -7,6 +8,8 @@
 
 namespace pellicle {
 inline namespace gas {
+
+inline constexpr double gas_constant = 8.31446261815324;  ///< R [J/(mol K)], exact
 
 /// Derivative of the pressure force (GasOptions::tangent).
 enum class GasTangent { paper, rank1, exact };
@@ -21,10 +24,28 @@ inline const std::vector<std::string>& names_of(GasLaw) {
   return names;
 }
 
-/// The gas of all chambers.
+/// What gas flows through between two chambers, or a chamber and the ambient air: a hole, a tube, a valve or a pump.
+struct LinkOptions {
+  std::string from;                   ///< name of a chamber; empty: the ambient air
+  std::string to;                     ///< likewise
+  std::optional<double> area;         ///< of the narrowest place [m^2]
+  double discharge = 1;               ///< coefficient of the flow, of a sharp edge 0.6
+  Rows opens;                         ///< key points (time [s], share of the area that is open); empty: all of it
+  bool one_way = false;               ///< nothing flows back from `to`
+  Rows flow;                          ///< of a pump, in place of an area: key points (time [s], flow [mol/s])
+  std::optional<double> temperature;  ///< of what a pump brings from outside; that of the ambient air unless given [K]
+};
+
+void describe(OptionTable& table, LinkOptions& options);
+
+/// The gas of all chambers, and what joins them.
 struct GasOptions {
   Choice<GasTangent> tangent = GasTangent::exact;
-  double ambient_pressure = 101325;  ///< outside, absolute [Pa]
+  double ambient_pressure = 101325;     ///< outside, absolute [Pa]
+  double ambient_temperature = 293.15;  ///< of what flows in from outside [K]
+  bool buoyancy = false;                ///< gas lighter than the air lifts
+  double molar_mass = 0.0289647;        ///< M of the gas [kg/mol]
+  std::map<std::string, LinkOptions> links;
 };
 
 void describe(OptionTable& table, GasOptions& options);
@@ -41,8 +62,12 @@ struct ChamberOptions {
   Rows amount_ratio;            ///< n over what fills V0 at ambient pressure and the temperature at time 0
   Rows temperature;             ///< T(t); adiabatic: one row, T0 [K]
   std::optional<double> gamma;  ///< adiabatic exponent, 1.4 unless given
-  Rows volume_ratio;            ///< V/V0
-  Rows volume;                  ///< V [m^3]
+  std::optional<double> hole_discharge;  ///< of what flows through holes of the wall; none: it must be closed
+  double permeability = 0;               ///< share of the wall's area through which gas seeps as through holes
+  double heat_transfer = 0;              ///< adiabatic: coefficient between wall and gas [W/(m^2 K)]
+  double wall_temperature = 293.15;      ///< of a wall that has no temperature of its own [K]
+  Rows volume_ratio;                     ///< V/V0
+  Rows volume;                           ///< V [m^3]
 };
 
 void describe(OptionTable& table, ChamberOptions& options);

@@ -15,11 +15,17 @@ Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2
 
 void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], const Eigen::Vector3d w[3],
                                    Eigen::Vector3d result[3]) {
-  // Of f_1 = (p/6) x2 x x3 and the others in turn.
-  const double factor = pressure / 6;
-  result[0] += factor * (x[2].cross(w[1]) - x[1].cross(w[2]));
-  result[1] += factor * (x[0].cross(w[2]) - x[2].cross(w[0]));
-  result[2] += factor * (x[1].cross(w[0]) - x[0].cross(w[1]));
+  const Eigen::Vector3d product = pressure / 6 * ((x[2] - x[0]).cross(w[1] - w[0]) - (x[1] - x[0]).cross(w[2] - w[0]));
+  for (int corner = 0; corner < 3; ++corner) {
+    result[corner] += product;
+  }
+}
+
+Eigen::Matrix3d rim_stiffness(double pressure, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d side = -pressure / 12 * (to - from);
+  Eigen::Matrix3d block;
+  block << 0, -side[2], side[1], side[2], 0, -side[0], -side[1], side[0], 0;
+  return block;
 }
 
 }  // namespace geometry

@@ -18,7 +18,7 @@ void DampingPotential::begin_step(const Field& at, const std::vector<double>& th
   still_ = still;
   rate_ = rate;
   if (multiplies()) {
-    stiffness_.update(at, thickness_ratio, {{}, Eigen::Vector3d::Zero()});
+    stiffness_.update(at, thickness_ratio, {});
   }
 }
 

@@ -8,12 +8,6 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The pressure whose load stiffness counts.
-struct LoadInput {
-  const std::vector<double>& pressure;  ///< of the local elements [Pa], or empty for none
-  Eigen::Vector3d origin;               ///< a point of all planes that close the surface [m]
-};
-
 /// The stiffness K = d2U/dx2 of the local elements at some positions and that of the pressure load on them, in one of
 /// several ways. Nothing here communicates.
 class ElementStiffness {
@@ -21,7 +15,9 @@ class ElementStiffness {
   virtual ~ElementStiffness() = default;
 
   /// Takes the values at these positions, ghosts up to date.
-  virtual void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) = 0;
+  /// @param pressure of the local elements, whose load stiffness counts [Pa], or empty for none
+  virtual void update(const Field& positions, const std::vector<double>& thickness_ratio,
+                      const std::vector<double>& pressure) = 0;
 
   /// Adds factor K w to `result`, both (3 x local); what ghosts get is a part of the whole only.
   virtual void add_product(double factor, const double* w, double* result) const = 0;

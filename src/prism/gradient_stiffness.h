@@ -17,7 +17,8 @@ class GradientStiffness : public ElementStiffness {
   /// Elements must outlive it.
   GradientStiffness(const PrismElements& elements, Director director);
 
-  void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) override;
+  void update(const Field& positions, const std::vector<double>& thickness_ratio,
+              const std::vector<double>& pressure) override;
   void add_product(double factor, const double* w, double* result) const override;
   void add_blocks(double factor, const HessianBlocks& blocks) const override;
 
@@ -28,7 +29,7 @@ class GradientStiffness : public ElementStiffness {
   const PrismElements* elements_;
   Director director_;
   std::vector<GradientElement> linearised_;  ///< of the local elements
-  Eigen::Matrix3Xd positions_;               ///< of the local vertices, relative to the load's origin [m]
+  Eigen::Matrix3Xd positions_;               ///< of the local vertices [m]
   std::vector<double> pressure_;             ///< of the local elements [Pa], or empty
 };
 

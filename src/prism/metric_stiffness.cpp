@@ -149,7 +149,7 @@ MetricStiffness::MetricStiffness(const PrismElements& elements, bool positive)
 }
 
 void MetricStiffness::update(const Field& positions, const std::vector<double>& thickness_ratio,
-                             const LoadInput& load) {
+                             const std::vector<double>& pressure) {
   const auto& triangles = elements_->membrane().triangles;
   static const PetscLogEvent event = log_event("PrismStiffness");
   // Scaled entries, and the tests of positive_part; what it does where there is something to leave out is not counted.
@@ -178,7 +178,7 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
         batch.coupling[k++][lane] = scale[i] * scale[j] * tangent.hessian(i, j);
       }
     }
-    batch.load[lane] = load.pressure.empty() ? 0 : load.pressure[e] / 6;
+    batch.load[lane] = pressure.empty() ? 0 : pressure[e] / 6;
   }
 }
 

@@ -28,8 +28,7 @@ struct alignas(64) StiffnessBatch {
 ///     y2 = 2 U_1 w12 +   U_2 w13 + 2 q1 e12 + q2 e13      q_k = sum_l U_kl s_l
 ///     y3 =   U_2 w12 + 2 U_3 w13 + q2 e12 + 2 q3 e13      s = (2 e12.w12, e12.w13 + e13.w12, 2 e13.w13)
 ///
-/// and the load's -(p/6) (w12 x e13 + e12 x w13) for each corner, from (p/3) A n of eq. 15 (balloon paper). Summed over
-/// the surface that is what add_pressure_stiffness_action gives.
+/// and the load's -(p/6) (w12 x e13 + e12 x w13) for each corner (add_pressure_stiffness_action).
 class MetricStiffness : public ElementStiffness {
  public:
   /// Elements must outlive it. @param positive leaves out what would give an element negative eigenvalues, see
@@ -39,7 +38,8 @@ class MetricStiffness : public ElementStiffness {
   /// From the next update on this share of what would give an element negative eigenvalues is left out, 0 to 1.
   void leave_out(double share) { left_out_ = share; }
 
-  void update(const Field& positions, const std::vector<double>& thickness_ratio, const LoadInput& load) override;
+  void update(const Field& positions, const std::vector<double>& thickness_ratio,
+              const std::vector<double>& pressure) override;
   void add_product(double factor, const double* w, double* result) const override;
   void add_blocks(double factor, const HessianBlocks& blocks) const override;
 

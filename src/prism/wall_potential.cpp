@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "geometry/pressure_load.h"
 #include "prism/gradient_stiffness.h"
 
 namespace pellicle {
@@ -43,9 +44,9 @@ WallPotential::WallPotential(const PrismElements& elements, const PrismOptions& 
       in_use_(exact_.get()),
       thickness_ratio_(elements.membrane().triangles.size(), 1.0) {}
 
-void WallPotential::set_load(std::vector<double> pressure, const Eigen::Vector3d& origin) {
+void WallPotential::set_load(std::vector<double> pressure, std::vector<PetscInt> rims) {
   pressure_ = std::move(pressure);
-  origin_ = origin;
+  rims_ = std::move(rims);
 }
 
 void WallPotential::set_positive_share(double share) {
@@ -63,15 +64,50 @@ void WallPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) con
 
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {
   if (curvature == Curvature::positive) {
-    positive_.update(x, thickness_ratio_, {{}, origin_});
+    positive_.update(x, thickness_ratio_, {});
     in_use_ = &positive_;
+    at_rims_.clear();
   } else {
     std::vector<double> pressure = pressure_;
     for (double& p : pressure) {
       p *= 1 - positive_share_;
     }
-    exact_->update(x, thickness_ratio_, {pressure, origin_});
+    exact_->update(x, thickness_ratio_, pressure);
     in_use_ = exact_.get();
+    at_rims_.clear();
+    for (const PetscInt side : pressure.empty() ? std::vector<PetscInt>() : rims_) {
+      const auto element = static_cast<std::size_t>(side / 3);
+      const auto& corners = elements_.membrane().triangles[element];
+      const auto k = static_cast<std::size_t>(side % 3);
+      at_rims_.push_back(rim_stiffness(pressure[element], x.vector(corners[k]), x.vector(corners[(k + 1) % 3])));
+    }
+  }
+}
+
+void WallPotential::add_hessian(const HessianBlocks& blocks) const {
+  in_use_->add_blocks(1, blocks);
+  for (std::size_t rim = 0; rim < at_rims_.size(); ++rim) {
+    const auto first = static_cast<std::size_t>(9 * (rims_[rim] / 3));
+    const auto from = static_cast<std::size_t>(rims_[rim] % 3);
+    const std::size_t to = (from + 1) % 3;
+    blocks.add(first + 3 * from + to, at_rims_[rim]);
+    blocks.add(first + 3 * to + from, at_rims_[rim]);
+    blocks.add(first + 4 * from, 2 * at_rims_[rim]);
+    blocks.add(first + 4 * to, 2 * at_rims_[rim]);
+  }
+}
+
+void WallPotential::add_product(const double* w, double* result) const {
+  in_use_->add_product(1, w, result);
+  for (std::size_t rim = 0; rim < at_rims_.size(); ++rim) {
+    const auto& corners = elements_.membrane().triangles[static_cast<std::size_t>(rims_[rim] / 3)];
+    const auto k = static_cast<std::size_t>(rims_[rim] % 3);
+    const PetscInt ends[2] = {3 * corners[k], 3 * corners[(k + 1) % 3]};
+    const Eigen::Vector3d of_ends[2] = {Eigen::Map<const Eigen::Vector3d>(w + ends[0]),
+                                        Eigen::Map<const Eigen::Vector3d>(w + ends[1])};
+    for (std::size_t end = 0; end < 2; ++end) {
+      Eigen::Map<Eigen::Vector3d>(result + ends[end]) += at_rims_[rim] * (2 * of_ends[end] + of_ends[1 - end]);
+    }
   }
 }
 

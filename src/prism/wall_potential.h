@@ -25,8 +25,9 @@ class WallPotential : public Potential {
   /// From here on the thickness starts from these ratios (PrismElements::energy).
   void set_thickness(const std::vector<double>& ratio) { thickness_ratio_ = ratio; }
   /// @param pressure of the local elements: whose load stiffness counts [Pa], or empty
-  /// @param origin about which it is taken [m]
-  void set_load(std::vector<double> pressure, const Eigen::Vector3d& origin);
+  /// @param rims sides of local elements without a neighbour under the same pressure (3 times the element plus the
+  /// corner where it begins)
+  void set_load(std::vector<double> pressure, std::vector<PetscInt> rims = {});
 
   /// Whether the exact Hessian can go over to the positive one step by step.
   bool blends() const { return blended_ != nullptr; }
@@ -37,9 +38,9 @@ class WallPotential : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override { return pairs_of_elements(elements_.membrane()); }
   void update_hessian(const Field& x, Curvature curvature) override;
-  void add_hessian(const HessianBlocks& blocks) const override { in_use_->add_blocks(1, blocks); }
+  void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
-  void add_product(const double* w, double* result) const override { in_use_->add_product(1, w, result); }
+  void add_product(const double* w, double* result) const override;
 
  private:
   const PrismElements& elements_;
@@ -50,7 +51,8 @@ class WallPotential : public Potential {
   std::vector<double> thickness_ratio_;
   std::vector<double> pressure_;
   double positive_share_ = 0;
-  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::vector<PetscInt> rims_;
+  std::vector<Eigen::Matrix3d> at_rims_;  ///< see rim_stiffness; empty where the positive Hessian is in use
 };
 
 }  // namespace prism

@@ -280,6 +280,14 @@ double StepObjective::length_scale() const {
   return largest;
 }
 
+double StepObjective::rounding() const {
+  double largest = 0;
+  for (const StepPart* part : parts_) {
+    largest = std::max(largest, part->rounding());
+  }
+  return largest;
+}
+
 double StepObjective::force_scale() const {
   double largest = 0;
   for (const StepPart* part : parts_) {

@@ -77,6 +77,7 @@ class StepObjective {
   /// The largest of the parts'.
   double length_scale() const;
   double force_scale() const;
+  double rounding() const;
 
  private:
   MPI_Comm comm() const { return vertices().comm; }

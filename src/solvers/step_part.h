@@ -70,6 +70,8 @@ class StepPart {
   /// Its size [m], and what its forces are like [N]. Not collective.
   virtual double length_scale() const = 0;
   virtual double force_scale() const = 0;
+  /// What rounding may leave of the last gradient beside what follows from the scale of forces [N]. Not collective.
+  virtual double rounding() const { return 0; }
 };
 
 }  // namespace solvers

@@ -131,7 +131,12 @@ void declare_missing(FieldRegistry& fields, const std::string& text) {
     std::string drawn;
     FieldDeclaration field;
     int components = 1;
-    words >> item >> kind >> components >> drawn >> field.unit >> field.name;
+    words >> item >> kind >> components >> drawn >> std::ws;
+    std::string rest;  // A unit may have spaces, a name has none.
+    std::getline(words, rest);
+    const std::size_t space = rest.rfind(' ');
+    field.unit = rest.substr(0, space);
+    field.name = rest.substr(space + 1);
     if (fields.find(field.name) != nullptr) {
       continue;
     }

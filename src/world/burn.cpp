@@ -135,11 +135,17 @@ State Burn::initial_state() const {
   pins_.impose(state.position, 0);
   state.pin = pins_.numbers();
   state.pressure.assign(static_cast<std::size_t>(chambers_.count()), 0.0);
+  if (gas_is_joined(options_)) {
+    state.add_gas(chambers_.count(), static_cast<int>(options_.gas.links.size()));
+  }
   burning_.begin(state);
   return state;
 }
 
 void Burn::follow(State& state) {
+  if (state.gas != nullptr) {
+    chambers_.begin_step(*state.gas, 0);
+  }
   burning_.follow(state);
   set_lengths(state);
 }
@@ -411,9 +417,13 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   Eigen::MatrixXd free_position;  // and velocity, before the gas pushes
   Eigen::MatrixXd free_velocity;
   if (chambers_.count() > 0) {
-    chambers_.set_living(state.living);
+    chambers_.set_living(state.living, state.pieces.of_particle);
     if (sheet_.layers == 1) {
       follow_corners(sheet_, state.position);
+    }
+    begin_gas(state, h);
+    if (gas_pushes_unevenly(options_)) {
+      lift(state, h);
     }
     gas.emplace(chambers_, sheet_, state.position, mass_, held_, state.time + h, h);
     free_position = x;
@@ -443,8 +453,54 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     result.converged = false;
     result.reason = gas->disagreement();
   }
+  end_gas(state, h);
   find_velocities(state, contact, result.loads);
   return result;
+}
+
+/// What the weights of gas and air do (Chambers::uneven_forces). Collective.
+void Burn::lift(State& state, double h) {
+  Field force(sheet_.particles, 3);
+  force.values().leftCols(sheet_.particles.owned) =
+      chambers_.uneven_forces(start_, gravity_of_gas(options_), state.time);
+  force.update_ghosts();
+  if (sheet_.layers == 1) {
+    for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+      for (const PetscInt corner : sheet_.cells[cell]) {
+        force.vector(corner) += force.vector(sheet_.lattice[cell]) / 4;
+      }
+    }
+    force.update_ghosts();
+  }
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (!held_[static_cast<std::size_t>(i)]) {
+      const Eigen::Vector3d push = h / mass_[static_cast<std::size_t>(i)] * force.vector(i);
+      state.velocity.vector(i) += push;
+      state.position.vector(i) += h * push;
+    }
+  }
+  if (sheet_.layers == 1) {
+    follow_corners(sheet_, state.position);
+  }
+}
+
+/// What is in the chambers, and may come in during the step. Collective.
+void Burn::begin_gas(const State& state, double h) {
+  if (state.gas != nullptr) {
+    ChamberWalls walls = chambers_.walls(start_, gravity_of_gas(options_), state.time);
+    gas_heat_.begin_step(chambers_, sheet_, start_, state, options_.heat.capacity, h, walls);
+    chambers_.begin_step(*state.gas, h, walls);
+  }
+}
+
+/// What has come in. Collective.
+void Burn::end_gas(State& state, double h) {
+  if (state.gas != nullptr) {
+    const Eigen::VectorXd before = state.gas->wall_heat;
+    *state.gas = chambers_.end_step(chambers_.volumes(start_), chambers_.volumes(state.position), state.time + h);
+    chambers_.begin_step(*state.gas, 0);
+    gas_heat_.end_step(state.gas->wall_heat - before, state);
+  }
 }
 
 /// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.

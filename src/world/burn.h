@@ -22,6 +22,7 @@
 #include "projection/successive_projection.h"
 #include "surface/net_strain.h"
 #include "world/burning.h"
+#include "world/gas_heat.h"
 #include "world/options.h"
 #include "world/state.h"
 #include "world/textures.h"
@@ -144,6 +145,9 @@ class Burn {
   void begin_bodies(const State& state, double h);
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
   ElasticInput elastic_input(const State& state, double h) const;
+  void lift(State& state, double h);
+  void begin_gas(const State& state, double h);
+  void end_gas(State& state, double h);
   DynamicsResult hold_together(State& state, const ContactStep& contact);
   void leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
 
@@ -158,6 +162,7 @@ class Burn {
   std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
   Chambers chambers_;
+  GasHeat gas_heat_;
   std::optional<Tearing> tearing_;
   std::optional<ContactStep> together_;       ///< of a step that is begun and ended
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]

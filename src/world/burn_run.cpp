@@ -175,6 +175,10 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
       output_(output),
       sheet_(std::make_unique<Sheet>(read_sheet(checkpoint, shell_options(options), output))),
       state_(std::make_unique<State>(*sheet_)) {
+  if (gas_is_joined(options)) {
+    const auto chambers = checkpoint.read_all<double>(sheet_state(output) + "/once/pressure").size();
+    state_->add_gas(static_cast<int>(chambers), static_cast<int>(options.gas.links.size()));
+  }
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, state_->pin);
   burn_->follow(*state_);
@@ -382,6 +386,9 @@ void BurnRun::record(double h, int retries) {
   if (options_.project.monitor && state_->step > 0) {
     print_errors(sheet_->comm(), burn_->projection_errors());
     ledger().add(state_->time, state_->step, burn_->projection_errors());
+  }
+  for (const std::string& line : newly_open(burn_->chambers(), *state_, told_open_)) {
+    output_.console.tell(output_.heading() + line);
   }
   ledger().add(*sheet_, *state_, *burn_, last_, h, retries);
 }

@@ -59,6 +59,7 @@ class BurnRun : public TouchingObject {
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
+  Eigen::VectorXd told_open_;            ///< see newly_open
   std::string ended_;                    ///< see Object::ended
   BurnStep last_;                        ///< what the last step told
   std::unique_ptr<State> kept_;          ///< of the present sheet, to put back

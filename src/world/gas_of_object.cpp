@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <utility>
 
+#include "io/console.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -19,6 +21,19 @@ std::vector<History::Column> gas_columns(const Chambers& chambers) {
   for (int chamber = 0; chamber < (chambers.count() > 1 ? chambers.count() : 0); ++chamber) {
     columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
     columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
+    columns.push_back({"gas_amount_" + chambers.name(chamber), "mol"});
+    columns.push_back({"gas_temperature_" + chambers.name(chamber), "K"});
+  }
+  if (chambers.has_network()) {
+    columns.insert(columns.end(), {{"gas_energy", "J"},
+                                   {"gas_work", "J"},
+                                   {"gas_wall_heat", "J"},
+                                   {"gas_leak", "mol"},
+                                   {"gas_leak_enthalpy", "J"}});
+  }
+  for (const GasNetwork::Link& link : chambers.network().links()) {
+    columns.push_back({"through_" + link.name, "mol"});
+    columns.push_back({"enthalpy_" + link.name, "J"});
   }
   return columns;
 }
@@ -29,6 +44,7 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
   const Eigen::VectorXd volumes = chambers.volumes(state.position);
   GasState all;
   double initial_volume = 0;
+  double energy = 0;  // of the joined chambers
   std::vector<double> of_chambers;
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
     GasState gas = chambers.state(chamber, volumes[chamber], time);
@@ -43,13 +59,40 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
     if (chambers.count() > 1) {
       of_chambers.push_back(gas.volume);
       of_chambers.push_back(gas.pressure);
+      of_chambers.push_back(gas.amount);
+      of_chambers.push_back(gas.temperature);
+    }
+    if (chambers.is_joined(chamber)) {
+      energy += gas.amount * chambers.heat_capacity(chamber) * gas.temperature;
     }
   }
   std::vector<double> values{all.volume,   initial_volume != 0 ? all.volume / initial_volume : 0,
                              all.pressure, all.absolute_pressure,
                              all.amount,   all.temperature};
   values.insert(values.end(), of_chambers.begin(), of_chambers.end());
+  if (state.gas != nullptr) {
+    values.insert(values.end(), {energy, state.gas->work.sum(), state.gas->wall_heat.sum(),
+                                 state.gas->leak_amount.sum(), state.gas->leak_enthalpy.sum()});
+    for (Eigen::Index link = 0; link < state.gas->link_amount.size(); ++link) {
+      values.insert(values.end(), {state.gas->link_amount[link], state.gas->link_enthalpy[link]});
+    }
+  }
   return values;
+}
+
+std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told) {
+  std::vector<std::string> lines;
+  if (state.gas == nullptr) {
+    return lines;
+  }
+  told.conservativeResizeLike(Eigen::VectorXd::Zero(chambers.count()));
+  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+    if (state.gas->open[chamber] != std::exchange(told[chamber], state.gas->open[chamber])) {
+      lines.push_back("chamber " + chambers.name(chamber) + " is open for good at " + time_text(state.time) +
+                      ": its holes are large, and its pressure is that outside");
+    }
+  }
+  return lines;
 }
 
 std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields) {

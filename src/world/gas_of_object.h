@@ -22,6 +22,10 @@ std::vector<History::Column> gas_columns(const Chambers& chambers);
 /// @param time of the amounts, temperatures and pressures that are given [s]
 std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure, double time);
 
+/// Which chambers have opened for good since the last call, a line each. @param told 1 of each chamber that has been
+/// told
+std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told);
+
 /// Where a chamber that needs a closed surface has a hole: chamber, element, place, in words and the same on all ranks.
 /// Empty: nowhere. Collective.
 std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields);

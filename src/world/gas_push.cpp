@@ -57,9 +57,10 @@ GasPush::GasPush(const Chambers& chambers, const Sheet& sheet, const Field& free
 
 void GasPush::choose_pressures() {
   velocity_.values().setZero();
+  const std::vector<GasState> states = chambers_.moved_states(intercept_, compliance_, time_);
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     const auto c = static_cast<std::size_t>(chamber);
-    const GasState gas = chambers_.moved_state(chamber, intercept_[chamber], compliance_[chamber], time_);
+    const GasState& gas = states[c];
     pressure_[c] = gas.pressure;
     expected_[c] = gas.volume;
     velocity_.values() += gas.pressure * moves_[c].values();
@@ -72,7 +73,7 @@ bool GasPush::is_done(const Field& end) {
   disagreement_.clear();
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     const auto c = static_cast<std::size_t>(chamber);
-    if (chambers_.needs_closed_wall(chamber) && !chambers_.has_hole(chamber)) {
+    if (chambers_.needs_volume(chamber)) {
       const double share = volumes[chamber] / expected_[c] - 1;
       if (!(std::abs(share) <= tolerance)) {  // also when it is not a number
         char text[200];

@@ -57,6 +57,9 @@ TimeIntegrator integrator_of(const Options& options) {
   if (!is_alpha && options.force.air.density > 0) {
     refuse("force.air_density");
   }
+  if (gas_is_joined(options)) {
+    refuse("gas_network.links and heat_transfer of chambers");
+  }
   for (const auto& [name, chamber] : options.chambers) {
     if (chamber.law == GasLaw::volume) {
       refuse("chambers." + name + ".law: volume");
@@ -110,6 +113,9 @@ BalloonState state_at_rest(const Membrane& membrane, const Options& options, int
   if (options.time.arc_length) {
     state.add_path();
   }
+  if (gas_is_joined(options)) {
+    state.add_gas(chambers, static_cast<int>(options.gas.links.size()));
+  }
   return state;
 }
 
@@ -148,6 +154,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
       bodies_(membrane, options.bodies, options.contact, stiffness_of_bodies(membrane, wall_, options)),
+      uneven_(membrane.particles, 3),
       start_(membrane.particles, 3),
       start_velocity_(membrane.particles, 3) {
   if (balloon_burns(options)) {
@@ -181,6 +188,12 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                             stiffness};
     });
   }
+  if (gas_pushes_unevenly(options)) {
+    lift_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+      const Eigen::Vector3d force = uneven_.vector(i);
+      return PointPotential{-force.dot(x - start_.vector(i)), -force};
+    });
+  }
   if (options.wall.bends()) {
     bending_.emplace(elements_, constraints_.projectors(), pins_.clamped());
   }
@@ -210,6 +223,9 @@ void Inflate::make_solvers() {
   }
   if (drag_ != nullptr) {
     model.others.push_back(drag_.get());
+  }
+  if (lift_ != nullptr) {
+    model.others.push_back(lift_.get());
   }
   if (!bodies_.empty()) {
     model.bodies = &bodies_;
@@ -277,6 +293,7 @@ InflateStep Inflate::begin(BalloonState& state, double h) {
     bending_->begin_step(state.position, state.thickness_ratio);
   }
   begin_contact(state);
+  begin_gas(state);
   begin_acceleration(state);
   set_drag(state, integrator_.share());
   implicit_->begin(state.position, state.pressure, start_of_step(state));
@@ -304,6 +321,7 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
       }
     }
     elements_.update_thickness(state.position, state.thickness_ratio);
+    end_gas(state);
   }
   if (volume_preservation_ != nullptr) {
     const auto timer = clock_.time("volume preservation");
@@ -332,6 +350,35 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     bodies_.rebound(state.position, start_velocity_, mass_, state.velocity, step.loads);
   }
   step.has_cracked = crack(state);
+}
+
+/// What is in the chambers, and may come in during the step. Collective.
+void Inflate::begin_gas(const BalloonState& state) {
+  if (lift_ != nullptr) {
+    uneven_.values().leftCols(membrane_.particles.owned) =
+        chambers_.uneven_forces(state.position, gravity_of_gas(options_), state.time_of_loads());
+  }
+  if (state.gas == nullptr) {
+    return;
+  }
+  ChamberWalls walls = chambers_.walls(state.position, gravity_of_gas(options_), state.time_of_loads());
+  if (burning_) {
+    gas_heat_.begin_step(chambers_, membrane_, state.position, *state.burning, options_.heat.capacity, h_, walls);
+  }
+  chambers_.begin_step(*state.gas, h_, walls);
+}
+
+/// What has come in. Collective.
+void Inflate::end_gas(BalloonState& state) {
+  if (state.gas == nullptr) {
+    return;
+  }
+  const Eigen::VectorXd before = state.gas->wall_heat;
+  *state.gas = chambers_.end_step(chambers_.volumes(start_), chambers_.volumes(state.position), state.time + h_);
+  chambers_.begin_step(*state.gas, 0);
+  if (burning_) {
+    gas_heat_.end_step(state.gas->wall_heat - before, *state.burning);
+  }
 }
 
 /// What bodies may press on in the step to come.
@@ -436,6 +483,9 @@ bool Inflate::crack(BalloonState& state) {
 }
 
 void Inflate::follow(BalloonState& state) {
+  if (state.gas != nullptr) {
+    chambers_.begin_step(*state.gas, 0);
+  }
   if (burning_) {
     burning_->follow(*state.burning);
     take_over(state);
@@ -463,7 +513,7 @@ void Inflate::take_over(const BalloonState& state) {
     length.push_back(volume_ratio(ratio, combustion));
   }
   elements_.set_burnt(std::move(stiffness), length);
-  chambers_.set_living(fields.living);
+  chambers_.set_living(fields.living, fields.pieces.of_particle);
 }
 
 void Inflate::set_pressures(BalloonState& state) const {

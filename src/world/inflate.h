@@ -14,6 +14,7 @@
 #include "prism/wall_bending.h"
 #include "world/balloon_state.h"
 #include "world/burning.h"
+#include "world/gas_heat.h"
 #include "world/options.h"
 
 namespace pellicle {
@@ -113,6 +114,8 @@ class Inflate {
   void make_solvers();
   StageResult burn(BalloonState& state, double h, bool& has_burnt);
   bool crack(BalloonState& state);
+  void begin_gas(const BalloonState& state);
+  void end_gas(BalloonState& state);
   void begin_contact(const BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);
@@ -144,6 +147,9 @@ class Inflate {
   std::optional<Cracks> cracks_;                             ///< if the wall can crack
   std::unique_ptr<Potential> hold_;                          ///< if it burns: of the vertices that have left
   std::optional<AirDrag> air_;                               ///< if there is air
+  GasHeat gas_heat_;                                         ///< of a wall that burns
+  Field uneven_;                                             ///< forces of gas and air by their weight [N]
+  std::unique_ptr<Potential> lift_;                          ///< likewise, if they have any
   std::unique_ptr<Potential> drag_;                          ///< likewise: of its drag
   double h_ = 0;                                             ///< length of the step [s]
   Field start_;                                              ///< positions at the beginning of the step

@@ -244,6 +244,9 @@ void InflateRun::record(double h, int retries) {
     output_.console.tell(output_.heading() + "step " + std::to_string(state_->step) +
                          ": the tangent is factorised (prism.factor)");
   }
+  for (const std::string& line : newly_open(inflate_->chambers(), *state_, told_open_)) {
+    output_.console.tell(output_.heading() + line);
+  }
   ledger().add(*inflate_, *state_, last_, h, retries);
 }
 

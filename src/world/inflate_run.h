@@ -59,6 +59,7 @@ class InflateRun : public TouchingObject {
   std::unique_ptr<BalloonState> state_;
   std::unique_ptr<BalloonState> kept_;     ///< of the present wall, to put back
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all
+  Eigen::VectorXd told_open_;              ///< see newly_open
   std::string ended_;                      ///< see Object::ended
   InflateStep last_;                       ///< what the last step told
   int factorised_steps_ = 0;               ///< of this process

@@ -50,9 +50,9 @@ std::string fault_of_chambers(const Options& options) {
     return "";
   }
   for (const auto& [name, chamber] : options.chambers) {
-    if (chamber.law != GasLaw::pressure) {
+    if (chamber.law != GasLaw::pressure && !chamber.hole_discharge) {
       return "chambers." + name + ".law: " + chamber.law.name() + " needs a volume, expected a closed mesh" +
-             (options.chain == ChainKind::inflate ? ", symmetry planes" : "") + " or the law pressure";
+             (options.chain == ChainKind::inflate ? ", symmetry planes" : "") + ", hole_discharge or the law pressure";
     }
   }
   return "";
@@ -146,7 +146,7 @@ std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain) {
   if (chain == ChainKind::inflate && report.boundary_edges > 0) {
     lines.push_back(
         "warning: an open mesh under chain: inflate: unless symmetry planes close it, its gas needs a "
-        "prescribed pressure");
+        "prescribed pressure, or hole_discharge to flow through what is open");
   }
   return lines;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gas/chambers.h"
 #include "state/field_registry.h"
 
 namespace pellicle {
@@ -15,11 +16,27 @@ struct ObjectState : FieldRegistry {
     return *this;
   }
 
+  /// Links or heat change the gas in its chambers. Not collective. @param chambers how many it has @param links
+  /// likewise
+  void add_gas(int chambers, int links) {
+    gas = &own<GasExchange>(chambers, links);
+    declare({"gas_amount", "mol", Item::object}, gas->amount, chambers);
+    declare({"gas_heat", "mol K", Item::object}, gas->heat, chambers);
+    declare({"gas_open", "", Item::object}, gas->open, chambers);
+    declare({"leak_amount", "mol", Item::object}, gas->leak_amount, chambers);
+    declare({"leak_enthalpy", "J", Item::object}, gas->leak_enthalpy, chambers);
+    declare({"gas_wall_heat", "J", Item::object}, gas->wall_heat, chambers);
+    declare({"gas_work", "J", Item::object}, gas->work, chambers);
+    declare({"link_amount", "mol", Item::object}, gas->link_amount, links);
+    declare({"link_enthalpy", "J", Item::object}, gas->link_enthalpy, links);
+  }
+
   double& time = add<double>({"time", "s", Item::object});
   PetscInt& step = add<PetscInt>({"step", "", Item::object});             ///< accepted steps
   double& next_length = add<double>({"next_length", "s", Item::object});  ///< of the next step, see Chain::length
   Field& position = add<Field>({"position", "m", Item::particle}, 3);
   Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
+  GasExchange* gas = nullptr;  ///< see add_gas
 };
 
 }  // namespace world

@@ -84,6 +84,24 @@ bool balloon_burns(const Options& options) {
           exchange_heat(options.bodies) || heat.initial_temperature > options.combustion.ignition_temperature);
 }
 
+bool gas_is_joined(const Options& options) {
+  return !options.gas.links.empty() ||
+         std::any_of(options.chambers.begin(), options.chambers.end(), [](const auto& chamber) {
+           return chamber.second.heat_transfer > 0 || chamber.second.permeability > 0 ||
+                  chamber.second.hole_discharge.has_value();
+         });
+}
+
+bool gas_pushes_unevenly(const Options& options) {
+  return options.gas.buoyancy || std::any_of(options.chambers.begin(), options.chambers.end(), [](const auto& chamber) {
+           return chamber.second.hole_discharge.has_value();
+         });
+}
+
+Eigen::Vector3d gravity_of_gas(const Options& options) {
+  return options.gas.buoyancy ? options.force.gravity : Eigen::Vector3d::Zero();
+}
+
 namespace {
 
 /// A sheet: its options have no effect on a balloon.
@@ -125,6 +143,15 @@ void describe_gas(OptionTable& table, Options& options) {
                        return chamber.second.law != GasLaw::relative && chamber.second.law != GasLaw::volume;
                      });
                    }});
+  const Condition has_amounts{"a chamber of the law isothermal or adiabatic", [&chambers = options.chambers] {
+                                return std::any_of(chambers.begin(), chambers.end(), [](const auto& chamber) {
+                                  return chamber.second.law == GasLaw::isothermal ||
+                                         chamber.second.law == GasLaw::adiabatic;
+                                });
+                              }};
+  for (const char* key : {"gas.buoyancy", "gas.molar_mass", "gas.ambient_temperature"}) {
+    table.find_key(key)->acts_with(has_amounts);
+  }
   table.find_key("gas.tangent")
       ->acts_with(one_of("chain", options.chain, {ChainKind::inflate}))
       .acts_with({"chambers", [&options] { return !options.chambers.empty(); }});

@@ -124,6 +124,12 @@ SheetOptions shell_options(const Options& options);
 double velocity_damping(const Options& options);
 /// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
 bool balloon_burns(const Options& options);
+/// Whether links, holes or heat of walls change the gas in its chambers.
+bool gas_is_joined(const Options& options);
+/// Whether gas does more to walls than to press evenly: it weighs something, or flows through holes.
+bool gas_pushes_unevenly(const Options& options);
+/// By which gas weighs something: 0 without gas.buoyancy [m/s^2].
+Eigen::Vector3d gravity_of_gas(const Options& options);
 
 }  // namespace world
 }  // namespace pellicle

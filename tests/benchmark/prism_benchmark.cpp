@@ -138,7 +138,7 @@ struct InflatedTangent {
                 std::vector<Eigen::Matrix3d>(given.membrane.persistent_id.size(), Eigen::Matrix3d::Identity()),
                 options.mat_type, "prism_") {
     wall.set_thickness(given.thickness_ratio);
-    wall.set_load(loads ? given.load_pressure : std::vector<double>(), Eigen::Vector3d::Zero());
+    wall.set_load(loads ? given.load_pressure : std::vector<double>());
     damping.begin_step(given.positions, given.thickness_ratio, given.positions.values(), 1 / h);
   }
 

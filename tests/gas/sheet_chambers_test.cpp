@@ -97,6 +97,8 @@ TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
   EXPECT_NEAR(slope, expected, 1e-8 * std::abs(expected) + 1e-12);
 }
 
+Eigen::VectorXd one(double value) { return Eigen::VectorXd::Constant(1, value); }
+
 TEST(SheetChambers, AStepsPressureIsThatOfTheVolumeToWhichItLeads) {
   const Sheet sheet = closed_sheet(2, 5e-3);
   ChamberOptions given;
@@ -110,7 +112,7 @@ TEST(SheetChambers, AStepsPressureIsThatOfTheVolumeToWhichItLeads) {
         if (volume < 0 && compliance == 0) {
           continue;
         }
-        const GasState gas = chambers.moved_state(0, volume, compliance, 0);
+        const GasState gas = chambers.moved_states(one(volume), one(compliance), 0)[0];
         const double balance = gas.volume - volume - compliance * gas.pressure;
         EXPECT_NEAR(balance, 0, 1e-12 * (std::abs(volume) + gas.volume + compliance * gas.absolute_pressure))
             << ratio << " " << volume / v0 << " " << compliance;
@@ -120,9 +122,10 @@ TEST(SheetChambers, AStepsPressureIsThatOfTheVolumeToWhichItLeads) {
   }
   const Chambers prescribed(sheet, GasOptions(), {{"air", given}});
   const double v0 = prescribed.initial_volume(0);
-  const GasState gas = prescribed.moved_state(0, 1.1 * v0, 1e-6, 0);
+  const GasState gas = prescribed.moved_states(one(1.1 * v0), one(1e-6), 0)[0];
   EXPECT_NEAR(1.1 * v0 + 1e-6 * gas.pressure, 1.2 * v0, 1e-14 * v0);
-  EXPECT_EQ(Chambers(sheet, GasOptions(), {{"air", of_pressure(7)}}).moved_state(0, v0, 1e-3, 0).pressure, 7);
+  EXPECT_EQ(Chambers(sheet, GasOptions(), {{"air", of_pressure(7)}}).moved_states(one(v0), one(1e-3), 0)[0].pressure,
+            7);
 }
 
 TEST(SheetChambers, FindsPiecesAndWhetherTheyAreClosed) {

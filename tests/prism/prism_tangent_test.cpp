@@ -93,7 +93,7 @@ class BalloonTangent {
           std::make_unique<Tangent>(balloon_.membrane.particles, potentials, projectors, options.mat_type, "prism_");
     }
     wall_->set_thickness(balloon_.thickness_ratio);
-    wall_->set_load(load_pressure, Eigen::Vector3d::Zero());
+    wall_->set_load(load_pressure);
     if (wall_->blends()) {
       wall_->set_positive_share(positive_share);
     }

@@ -112,6 +112,24 @@ TEST_F(BalloonInputTest, Chambers) {
   expect_refused(chamber("pressure: [[0, 1]], vertex: 4000"), {"chambers.air.vertex", "4000"}, several_ranks);
   expect_refused(sphere + "chambers: {a: {pressure: [[0, 1]]}, b: {pressure: [[0, 1]]}}\n",
                  {"chambers.b", "chambers.a"});
+  const auto link = [&](const std::string& keys, const std::string& law = "isothermal") {
+    return chamber("law: " + law) + "gas_network: {links: {tube: {" + keys + "}}}\n";
+  };
+  expect_refused(link("from: air, to: water, area: 1 cm^2"),
+                 {"gas_network.links.tube.to", "no chamber water", "air or ambient"}, several_ranks);
+  expect_refused(link("from: air, area: -1 cm^2"), {"bad.yaml:4", "gas_network.links.tube.area", "at least 0"});
+  expect_refused(link("from: air"), {"gas_network.links.tube", "neither area nor flow"});
+  expect_refused(link("from: air, area: 1 cm^2, flow: [[0, 1]]"), {"gas_network.links.tube", "both area and flow"});
+  expect_refused(link("to: air, flow: [[0, -1]]"), {"gas_network.links.tube.flow", "-1", "at least 0"});
+  expect_refused(link("area: 1 cm^2"), {"gas_network.links.tube", "from and to are the same"});
+  expect_refused(link("from: air, area: 1 cm^2, opens: [[0, 2]]"), {"gas_network.links.tube.opens", "at most 1"});
+  expect_refused(link("from: air, area: 1 cm^2", "relative, pressure: [[0, 1]]"),
+                 {"gas_network.links.tube.from", "relative", "isothermal or adiabatic"});
+  expect_refused(link("from: air, area: 1 cm^2", "isothermal, amount: [[0, 1], [1, 2]]"),
+                 {"gas_network.links.tube.from", "2 key points", "one"});
+  expect_refused(link("from: air, area: 1 cm^2, hole: 2"), {"bad.yaml:4", "gas_network.links.tube.hole"});
+  expect_refused(link("from: air, area: 1 cm^2") + "time: {scheme: generalized_alpha}\n",
+                 {"time.scheme", "generalized_alpha", "gas_network.links"});
   expect_refused(sphere + "chambers: {a: {law: isothermal}}\ngas: {ambient_pressure: 0}\n",
                  {"chambers.a.amount", "gas.ambient_pressure"});
   expect_refused(sphere + gas + "gas: {tangent: full}\n", {"bad.yaml:4", "gas.tangent", "full", "rank1"});

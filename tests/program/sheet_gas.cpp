@@ -194,7 +194,7 @@ TEST_F(SheetGasTest, BadInputIsRefusedInOneLine) {
     EXPECT_NE(result.errors.find(words), std::string::npos) << result;
   };
   expect_refused("mesh: {shape: rectangle}\n", {},
-                 "chambers.air.law: isothermal needs a volume, expected a closed mesh or the law pressure");
+                 "chambers.air.law: isothermal needs a volume, expected a closed mesh, hole_discharge or the law pressure");
   expect_refused(lantern, {"-gas_tangent", "rank1"},
                  "-gas_tangent: has no effect in this run; expected with chain: inflate");
   expect_refused(lantern, {"-ablation_loss_mass", "0.4", "-ablation_compact_fraction", "0.5"},

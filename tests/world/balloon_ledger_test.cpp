@@ -202,7 +202,11 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
                  {"gas_volume_big", now[0]},
                  {"gas_volume_small", now[1]},
                  {"gas_pressure_big", absolute[0] - ambient},
-                 {"gas_pressure_small", absolute[1] - ambient}};
+                 {"gas_pressure_small", absolute[1] - ambient},
+                 {"gas_amount_big", amount[0]},
+                 {"gas_amount_small", amount[1]},
+                 {"gas_temperature_big", temperature[0]},
+                 {"gas_temperature_small", temperature[1]}};
     add_seconds(row, written);
     return row;
   }

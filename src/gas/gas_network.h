@@ -1,0 +1,112 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gas/gas_options.h"
+#include "gas/orifice.h"
+
+namespace pellicle {
+inline namespace gas {
+
+/// The gas in a vessel of a network, without its volume.
+struct VesselGas {
+  double amount = 0;  ///< n [mol]
+  /// n times the temperature that the gas would have in the vessel's reference volume if brought there adiabatically;
+  /// of a vessel that keeps its temperature n T [mol K].
+  double heat = 0;
+};
+
+/// Vessels of ideal gas and the links between them and the ambient air: amounts and energies at the end of a step at
+/// whose end the vessels' volumes are known. Knows nothing of walls and ranks.
+///
+/// The step is one of implicit Euler,
+///
+///     n - n^0 = h sum_l q_l,    U - U^0 + (work of n^0 from V^0 to V) = h sum_l q_l c_p T_l + h H (T_w - T),
+///
+/// with the flows q_l, all temperatures and pressures at its end: however wide a link is, the step does not pass the
+/// equilibrium. T_l is the temperature upstream; what flows in does the work of being pushed in, and so brings c_p T.
+/// Of a vessel that keeps its temperature the second equation is not asked for. Mass and energy that leave one vessel
+/// arrive in another to the last digit, since both come from the same flow.
+class GasNetwork {
+ public:
+  struct Vessel {
+    std::string name;
+    bool keeps_temperature = true;
+    double gamma = 1.4;           ///< ratio of the heat capacities
+    double reference_volume = 1;  ///< [m^3]
+  };
+  struct Link {
+    std::string name;
+    int from = ambient;  ///< number of a vessel
+    int to = ambient;
+    LinkOptions options;  ///< without names
+  };
+  static constexpr int ambient = -1;
+
+  /// A way from a vessel to the ambient air.
+  struct Leak {
+    int vessel = 0;
+    double area = 0;  ///< times the discharge coefficient [m^2]
+    double rise = 0;  ///< of the difference of pressures there above that of the vessel [Pa]
+  };
+
+  /// What is known of a step before it is solved.
+  struct Step {
+    std::vector<VesselGas> gas;   ///< n^0 and so on; of what is given in time, its part at the step's end
+    Eigen::VectorXd volume;       ///< at the end [m^3]
+    Eigen::VectorXd temperature;  ///< at the end, of vessels that keep it [K]
+    std::vector<Leak> leaks;
+    Eigen::VectorXd conductance;       ///< H of the walls [W/K]; empty: 0
+    Eigen::VectorXd wall_temperature;  ///< T_w [K]; empty where there is no conductance
+    double time = 0;                   ///< at the end [s]
+    double h = 0;                      ///< length [s]
+  };
+  /// How it ends.
+  struct End {
+    bool converged = true;  ///< whether amounts and energies are in balance to rounding
+    std::vector<VesselGas> gas;
+    Eigen::VectorXd pressure;       ///< absolute [Pa]
+    Eigen::VectorXd temperature;    ///< [K]
+    Eigen::VectorXd flow;           ///< through each link, from `from` to `to` [mol]
+    Eigen::VectorXd enthalpy;       ///< that it carried [J]
+    Eigen::VectorXd leak;           ///< out of each vessel through its leaks [mol]
+    Eigen::VectorXd leak_enthalpy;  ///< [J]
+    Eigen::VectorXd wall_heat;      ///< that each wall gave [J]
+  };
+
+  GasNetwork() = default;
+  /// @throws Error that names the link and the key: no chamber at either end, the same at both, neither or both of area
+  /// and flow, key points that are none, a share that is open beyond 0 to 1, a negative flow, chambers of unlike gamma
+  GasNetwork(std::vector<Vessel> vessels, std::vector<Link> links, const GasOptions& gas);
+
+  int count() const { return static_cast<int>(vessels_.size()); }
+  const Vessel& vessel(int number) const { return vessels_[static_cast<std::size_t>(number)]; }
+  const std::vector<Link>& links() const { return links_; }
+
+  End solve(const Step& step) const;
+  /// The derivatives of the pressures by the volumes where a step ends, dp_i/dV_j in row i [Pa/m^3].
+  Eigen::MatrixXd slopes(const Step& step, const End& end) const;
+
+  /// c_v of a mole of a vessel's gas [J/(mol K)].
+  double heat_capacity(int number) const { return gas_constant / (vessel(number).gamma - 1); }
+
+ private:
+  struct Local;
+  struct Flow;
+  struct Balance;
+
+  Local ambient_state() const;
+  Flow through_orifice(double area, double gamma, const Local& from, const Local& to) const;
+  Local local(int vessel, const Step& step, const VesselGas& gas) const;
+  Balance balance(const Step& step, const std::vector<VesselGas>& gas) const;
+
+  std::vector<Vessel> vessels_;
+  std::vector<Link> links_;
+  GasOptions gas_;
+};
+
+}  // namespace gas
+}  // namespace pellicle

@@ -1,0 +1,59 @@
+#include "world/gas_heat.h"
+
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "geometry/pressure_load.h"
+
+namespace pellicle {
+inline namespace world {
+
+void GasHeat::begin_step(const Chambers& chambers, const Surface& surface, const Field& position,
+                         const BurningFields& fields, double capacity, double h, ChamberWalls& walls) {
+  capacity_ = capacity;
+  h_ = h;
+  std::map<std::pair<PetscInt, int>, double> areas;
+  for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
+    const int chamber = chambers.of_triangle(static_cast<PetscInt>(triangle));
+    if (chamber < 0 || chambers.heat_transfer(chamber) == 0) {
+      continue;
+    }
+    const auto& corners = surface.triangles[triangle];
+    const double area =
+        area_vector(position.vector(corners[0]), position.vector(corners[1]), position.vector(corners[2])).norm();
+    for (const PetscInt corner : corners) {
+      if (corner < surface.particles.owned && fields.mass.data()[corner] > 0) {
+        areas[{corner, chamber}] += area / 3;
+      }
+    }
+  }
+  shares_.clear();
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(chambers.count(), 2);
+  for (const auto& [at, area] : areas) {
+    const auto [particle, chamber] = at;
+    const double bare = chambers.heat_transfer(chamber) * area;
+    const double conductance = bare / (1 + h * bare / (capacity * fields.mass.data()[particle]));
+    shares_.push_back({particle, chamber, conductance});
+    sums(chamber, 0) += conductance;
+    sums(chamber, 1) += conductance * fields.temperature.data()[particle];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface.comm());
+  walls.conductance = sums.col(0);
+  walls.temperature = (sums.col(0).array() > 0).select(sums.col(1).cwiseQuotient(sums.col(0)), walls.temperature);
+  walls_ = walls;
+}
+
+void GasHeat::end_step(const Eigen::VectorXd& given, BurningFields& fields) const {
+  for (const auto& [particle, chamber, conductance] : shares_) {
+    double& temperature = fields.temperature.data()[particle];
+    const double gas = walls_.temperature[chamber] - given[chamber] / (h_ * walls_.conductance[chamber]);
+    const double heat = h_ * conductance * (gas - temperature);  // into the wall [J]
+    temperature += heat / (capacity_ * fields.mass.data()[particle]);
+    (heat > 0 ? fields.heat_in : fields.heat_out) += std::abs(heat);
+  }
+  fields.temperature.update_ghosts();
+}
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "gas/chambers.h"
+#include "world/burning_fields.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// Heat between the gas in chambers and walls that have temperatures. A particle i with a share a of its chamber's wall
+/// gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k, as if its own temperature changed
+/// implicitly too; what the gas takes is the sum.
+class GasHeat {
+ public:
+  /// A step of length h [s] begins, in which the walls are to the gas as this sets them. Collective.
+  /// @param capacity c of the wall [J/(kg K)]
+  void begin_step(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
+                  double capacity, double h, ChamberWalls& walls);
+  /// Takes from the particles what the gas has got, and the other way round. Collective.
+  /// @param given to the gas of each chamber in the step [J]
+  void end_step(const Eigen::VectorXd& given, BurningFields& fields) const;
+
+ private:
+  struct Share {
+    PetscInt particle;
+    int chamber;
+    double conductance;  ///< [W/K]
+  };
+
+  std::vector<Share> shares_;  ///< of the owned particles
+  ChamberWalls walls_;
+  double capacity_ = 0;
+  double h_ = 0;
+};
+
+}  // namespace world
+}  // namespace pellicle

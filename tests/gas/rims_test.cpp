@@ -1,0 +1,98 @@
+// Caps over the holes of walls: volumes, their derivatives and areas.
+
+#include "gas/rims.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gas/chambers.h"
+#include "meshing/closed_shapes.h"
+#include "surface/membrane.h"
+#include "tests/support/balls.h"
+
+namespace pellicle {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// Gas that flows through holes.
+ChamberOptions venting() {
+  ChamberOptions gas;
+  gas.law = "adiabatic";
+  gas.hole_discharge = 0.6;
+  return gas;
+}
+
+/// A ball of radius 1 about (0.3, 0, 0) in whose wall there are holes, its triangles whose middles are within a
+/// distance of the poles.
+struct Holed {
+  explicit Holed(int level, double hole) : membrane(ball(level)), living(membrane) {
+    for (std::size_t t = 0; t < membrane.triangles.size(); ++t) {
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      for (const PetscInt corner : membrane.triangles[t]) {
+        middle += membrane.rest.col(corner) / 3;
+      }
+      middle.x() -= 0.3;
+      living.triangles[t] = middle.head<2>().norm() > (middle.z() > 0 ? hole : hole / 2);
+    }
+    chambers.emplace(membrane, GasOptions(), std::map<std::string, ChamberOptions>{{"gas", venting()}});
+    chambers->set_living(living);
+    position.values() = membrane.rest;
+  }
+  static Membrane ball(int level) {
+    SurfaceMesh mesh = icosphere_mesh(level, 1);
+    for (Eigen::Vector3d& point : mesh.points) {
+      point.x() += 0.3;
+    }
+    return make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());
+  }
+
+  Membrane membrane;
+  Living living;
+  std::optional<Chambers> chambers;
+  Field position{membrane.particles, 3};
+};
+
+TEST(Rims, ACapClosesAnOpenMesh) {
+  // Of half a ball: area and volume converge with the square of the triangles' size.
+  std::vector<Eigen::Vector2d> errors;
+  for (const int level : {2, 3, 4}) {
+    const Membrane membrane = make_membrane(PETSC_COMM_WORLD, dome_mesh(level, 1), SheetOptions());
+    const Chambers chambers(membrane, GasOptions(), {{"gas", venting()}}, {0.3, 0.2, -0.5});
+    Field position(membrane.particles, 3);
+    position.values() = membrane.rest;
+    errors.emplace_back(chambers.walls(position, Eigen::Vector3d::Zero(), 0).hole_area[0] / pi - 1,
+                        chambers.volumes(position)[0] / (2 * pi / 3) - 1);
+  }
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_NEAR(errors[1][k] / errors[2][k], 4, 0.1) << k;
+    EXPECT_LT(std::abs(errors[2][k]), 0.01) << k;
+  }
+}
+
+TEST(Rims, AJetPushesTheWholeAgainstTheFlow) {
+  // With the larger hole above and the smaller below: the difference of the areas times C 2 dp, for a small dp.
+  Holed ball(4, 0.5);
+  GasExchange exchange(1, 0);
+  const double pressure = 100;  // [Pa]
+  ball.chambers->begin_step(exchange, 0);
+  const double amount = ball.chambers->state(0, 1, 0).amount;
+  const double v0 = ball.chambers->initial_volume(0);
+  const double volume = ball.chambers->volumes(ball.position)[0];
+  // As much gas as gives the pressure in the capped volume at 293.15 K.
+  const double filled = (101325 + pressure) * volume / (gas_constant * 293.15);
+  exchange.amount[0] = filled - amount;
+  exchange.heat[0] = filled * 293.15 * std::pow(volume / v0, 0.4) - amount * 293.15;
+  ball.chambers->begin_step(exchange, 0);
+  EXPECT_NEAR(ball.chambers->state(0, volume, 0).pressure, pressure, 1e-6);
+  const Eigen::Matrix3Xd force = ball.chambers->uneven_forces(ball.position, Eigen::Vector3d::Zero(), 0) +
+                                 pressure * ball.chambers->volume_gradient(0, ball.position);
+  Eigen::Vector3d sum = force.rowwise().sum();
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_NEAR(sum.z(), -0.6 * 2 * pressure * pi * (0.25 - 0.0625), 0.1 * 0.6 * 2 * pressure * pi * 0.19);
+  EXPECT_NEAR(sum.head<2>().norm(), 0, 0.02 * std::abs(sum.z()));
+}
+
+}  // namespace
+}  // namespace pellicle

@@ -1,0 +1,268 @@
+// Gas that flows in and out of balloons and takes heat from their walls: amounts, energies and times against formulas.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "meshing/closed_shapes.h"
+#include "meshing/triangulation.h"
+#include "tests/support/grid_mesh.h"
+#include "tests/world/static_balloon.h"
+#include "world/gas_of_object.h"
+
+namespace pellicle::flowing_gas_test {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// A thin ball of rubber, 50 mm in radius: s1 0.3 MPa, K 0.1, held by planes of symmetry.
+Options rubber_ball() {
+  Options options = static_options();
+  options.wall.thickness = 0.2e-3;
+  options.wall.material.law = "mooney_rivlin";
+  options.wall.material.c1 = 0.15e6;
+  options.wall.material.c2 = 0.015e6;
+  options.wall.bending = "none";
+  options.symmetry["x"].normal = {1, 0, 0};
+  options.symmetry["y"].normal = {0, 1, 0};
+  options.symmetry["z"].normal = {0, 0, 1};
+  return options;
+}
+
+LinkOptions hole(const std::string& from, double area) {
+  LinkOptions link;
+  link.from = from;
+  link.area = area;
+  return link;
+}
+
+LinkOptions pump(const std::string& to, const Rows& flow) {
+  LinkOptions link;
+  link.to = to;
+  link.flow = flow;
+  return link;
+}
+
+SurfaceMesh round_ball(int level) {
+  SurfaceMesh mesh = icosphere_mesh(level, 0.05);
+  const double scale = std::cbrt(4 * pi / 3 * std::pow(0.05, 3) / enclosed_volume(mesh));
+  for (Eigen::Vector3d& point : mesh.points) {
+    point *= scale;
+  }
+  return mesh;
+}
+
+TEST(FlowingGas, ABalloonEmptiesThroughAHoleInTheTimeOfTheQuadrature) {
+  // From a radius of 150 mm to 60 mm through a hole of 5 mm: 13.303 s by quadrature (input/leaking_balloon.yaml).
+  Options options = rubber_ball();
+  options.chambers["air"].law = GasLaw::isothermal;
+  options.chambers["air"].temperature = {{0, 293}};
+  options.gas.links["pump"] = pump("air", {{0, 0.28752}, {2, 0.28752}, {2.001, 0}});
+  options.gas.links["hole"] = hole("air", pi / 4 * std::pow(5e-3, 2));
+  options.gas.links["hole"].opens = {{2, 0}, {2.001, 1}};
+  StaticBalloon balloon(round_ball(2), options);
+  const auto radius = [&] { return std::cbrt(3 * balloon.volume() / (4 * pi)); };
+  while (balloon.state.time < 2) {
+    balloon.reach(balloon.state.time + 0.05);
+  }
+  EXPECT_NEAR(radius(), 0.15, 2e-5);
+  double last = radius();
+  double highest = 0;
+  while (last > 0.06 && balloon.state.time < 20) {
+    const double before = last;
+    balloon.reach(balloon.state.time + 0.05);
+    last = radius();
+    highest = std::max(highest, balloon.pressure());
+    if (last <= 0.06) {
+      EXPECT_NEAR(balloon.state.time - 2 - 0.05 * (0.06 - last) / (before - last), 13.303, 0.01 * 13.303);
+    }
+  }
+  EXPECT_NEAR(highest, 1788.7, 10);
+}
+
+/// Two balls side by side, each a piece. @param ratio of the second's radius to the first's
+SurfaceMesh two_balls(double ratio) {
+  return joined(icosphere_mesh(1, 0.05), icosphere_mesh(1, ratio * 0.05), {0.5, 0, 0});
+}
+
+TEST(FlowingGas, AmountsAndEnergiesOfANetworkAreConserved) {
+  // U + work - heat of the wall - what pumps brought + what left stays the same to rounding.
+  Options options = rubber_ball();
+  options.symmetry.clear();
+  options.prism.inertia = true;
+  options.prism.mass_damping = 20;
+  ChamberOptions& air = options.chambers["air"];
+  air.law = GasLaw::adiabatic;
+  air.heat_transfer = 50;
+  air.wall_temperature = 350;
+  air.permeability = 1e-6;
+  options.gas.links["pump"] = pump("air", {{0, 0.05}});
+  options.gas.links["pump"].temperature = 600;
+  options.gas.links["tube"] = hole("air", 1e-4);
+  options.gas.links["tube"].to = "air_2";
+  options.gas.links["vent"] = hole("air_2", 1e-6);
+  StaticBalloon balloon(two_balls(1.05), options);
+  const auto value = [&](const std::string& name) {
+    const std::vector<History::Column> columns = gas_columns(balloon.chain.chambers());
+    const std::vector<double> values =
+        gas_values(balloon.chain.chambers(), balloon.state, balloon.state.pressure.data(), balloon.state.time);
+    EXPECT_EQ(columns.size(), values.size());
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      if (columns[k].name == name) {
+        return values[k];
+      }
+    }
+    ADD_FAILURE() << name;
+    return 0.0;
+  };
+  const double amount = value("gas_amount");
+  const double energy = value("gas_energy");
+  for (int step = 1; step <= 40; ++step) {
+    balloon.reach(5e-3 * step);
+    const double brought = value("through_pump") - value("through_vent") - value("gas_leak");
+    EXPECT_NEAR(value("gas_amount"), amount + brought, 1e-13 * amount);
+    const double carried = value("enthalpy_pump") - value("enthalpy_vent") - value("gas_leak_enthalpy");
+    EXPECT_NEAR(value("gas_energy") + value("gas_work"), energy + carried + value("gas_wall_heat"), 1e-11 * energy);
+  }
+  EXPECT_NEAR(value("through_pump"), 0.05 * 0.2, 1e-12);
+  for (const char* name : {"through_tube", "through_vent", "gas_leak", "gas_wall_heat"}) {
+    EXPECT_NE(value(name), 0) << name;
+  }
+  EXPECT_GT(value("gas_temperature_air"), value("gas_temperature_air_2"));
+}
+
+TEST(FlowingGas, OfTwoBalloonsBeyondTheHighestPressureOneTakesTheGasOfTheOther) {
+  // Before the highest pressure (1.46 of the radius) what is different becomes alike.
+  for (const bool is_beyond : {false, true}) {
+    Options options = rubber_ball();
+    options.symmetry.clear();
+    options.prism.inertia = true;
+    options.prism.mass_damping = 50;
+    options.chambers["air"].law = GasLaw::isothermal;
+    const double flow = is_beyond ? 0.1 : 0.02;
+    options.gas.links["pump"] = pump("air", {{0, flow}, {1, flow}, {1.01, 0}});
+    options.gas.links["pump_2"] = pump("air_2", {{0, 0.9 * flow}, {1, 0.9 * flow}, {1.01, 0}});
+    options.gas.links["tube"] = hole("air", 4e-4);
+    options.gas.links["tube"].to = "air_2";
+    options.gas.links["tube"].opens = {{1, 0}, {1.1, 1}};
+    StaticBalloon balloons(two_balls(1), options);
+    const auto ratio = [&] {
+      const Eigen::VectorXd volumes = balloons.chain.chambers().volumes(balloons.state.position);
+      return volumes[0] / volumes[1];
+    };
+    while (balloons.state.time < 1) {
+      balloons.reach(balloons.state.time + 0.02);
+    }
+    const double before = ratio();
+    while (balloons.state.time < 4) {
+      balloons.reach(balloons.state.time + 0.02);
+    }
+    if (is_beyond) {
+      EXPECT_GT(before, 1.05);
+      EXPECT_GT(ratio(), 3);
+    } else {
+      EXPECT_GT(before, 1.02);
+      EXPECT_NEAR(ratio(), 1, 5e-3);
+    }
+  }
+}
+
+TEST(FlowingGas, WarmGasLiftsByTheWeightOfTheAirThatItDisplaces) {
+  Options options = rubber_ball();
+  options.symmetry.clear();
+  options.prism.inertia = true;
+  options.prism.mass_damping = 0;
+  options.force.gravity = {0, 0, -9.81};
+  options.gas.buoyancy = true;
+  options.chambers["air"].law = GasLaw::isothermal;
+  options.chambers["air"].temperature = {{0, 500}};
+  StaticBalloon balloon(round_ball(2), options);
+  const double volume = balloon.volume();
+  const double density = 101325 * options.gas.molar_mass / (gas_constant * 293.15);
+  const double lift = density * (1 - 293.15 / 500) * volume * 9.81;
+  const Eigen::Matrix3Xd forces =
+      balloon.chain.chambers().uneven_forces(balloon.state.position, options.force.gravity, 0);
+  Eigen::Vector3d sum = forces.rowwise().sum();
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_NEAR(sum.z(), lift, 1e-9 * lift);
+  EXPECT_NEAR(sum.head<2>().norm(), 0, 1e-9 * lift);
+  balloon.reach(1e-3);
+  double sums[2] = {0, 0};  // mass, momentum
+  for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
+    const double mass = balloon.chain.mass()[static_cast<std::size_t>(i)];
+    sums[0] += mass;
+    sums[1] += mass * balloon.state.velocity.vector(i).z();
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_NEAR(sums[1], 1e-3 * (lift - sums[0] * 9.81), 1e-4 * 1e-3 * sums[0] * 9.81);
+}
+
+TEST(FlowingGas, WhatTheWallGivesTheGasTakes) {
+  Options options = rubber_ball();
+  options.symmetry.clear();
+  options.prism.inertia = true;
+  options.prism.mass_damping = 20;
+  options.chain = ChainKind::inflate;
+  options.ablation.strength = 1e9;  // so that the wall has temperatures
+  options.heat.initial_temperature = 300;
+  options.heat.diffusivity = 0;
+  options.gas.links["pump"] = pump("air", {{0, 0.1}});
+  options.gas.links["pump"].temperature = 900;
+  options.chambers["air"].law = GasLaw::adiabatic;
+  options.chambers["air"].heat_transfer = 2000;
+  Membrane membrane = make_membrane(PETSC_COMM_WORLD, icosphere_mesh(1, 0.05), options.sheet);
+  make_burnable(membrane, options);
+  StageClock clock(Inflate::stage_names(true));
+  Inflate chain(membrane, options, clock);
+  BalloonState state = chain.initial_state();
+  const auto heat_of_wall = [&] {
+    double sum = 0;
+    for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
+      sum += options.heat.capacity * state.burning->mass.data()[i] * state.burning->temperature.data()[i];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return sum;
+  };
+  const double before = heat_of_wall();
+  for (int step = 0; step < 50; ++step) {
+    const InflateStep advanced = chain.advance(state, 5e-3);
+    ASSERT_TRUE(advanced.converged) << advanced.reason;
+    EXPECT_NEAR(heat_of_wall() - before, -state.gas->wall_heat[0], 1e-12 * before);
+  }
+  EXPECT_LT(state.gas->wall_heat[0], -1e-3 * before);
+  double ledger[2] = {state.burning->heat_in, state.burning->heat_out};
+  MPI_Allreduce(MPI_IN_PLACE, ledger, 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_NEAR(ledger[0] - ledger[1], heat_of_wall() - before, 1e-12 * before);
+}
+
+TEST(FlowingGas, AJetDrivesABalloonByTheMomentumOfItsGas) {
+  // Without weight and air: momentum grows with the integral of 2 C A dp, all but exact for small differences of
+  // pressure.
+  Options options = rubber_ball();
+  options.symmetry.clear();
+  options.prism.inertia = true;
+  options.prism.mass_damping = 0;
+  options.chambers["air"].law = GasLaw::isothermal;
+  options.chambers["air"].hole_discharge = 0.6;
+  options.gas.links["pump"] = pump("air", {{0, 0.3}, {0.1, 0.3}, {0.101, 0}});
+  SurfaceMesh mesh = icosphere_mesh(2, 0.05);
+  mesh.faces.pop_back();  // the hole
+  StaticBalloon balloon(mesh, options);
+  double impulse = 0;
+  for (int step = 1; step <= 100; ++step) {
+    const double area = balloon.chain.chambers().walls(balloon.state.position, Eigen::Vector3d::Zero(), 0).hole_area[0];
+    const double pressure = balloon.pressure();
+    balloon.reach(1e-3 * step);
+    impulse += 1e-3 * 2 * 0.6 * area * pressure;
+  }
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
+    momentum += balloon.chain.mass()[static_cast<std::size_t>(i)] * balloon.state.velocity.vector(i);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, momentum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_GT(impulse, 1e-3);
+  EXPECT_NEAR(momentum.norm(), impulse, 0.03 * impulse);
+}
+
+}  // namespace
+}  // namespace pellicle::flowing_gas_test
