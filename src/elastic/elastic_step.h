@@ -85,9 +85,9 @@ class ElasticStep : public StepPart {
   double value() override;
   Eigen::Matrix3Xd gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
-  void begin_tangent(Curvature /*curvature*/, double positive_share, Eigen::Ref<Eigen::MatrixXd> /*columns*/,
-                     Eigen::Ref<Eigen::VectorXd> /*coefficients*/) override {
+  LowRank begin_tangent(Curvature /*curvature*/, double positive_share) override {
     springs_.set_positive_share(positive_share);
+    return {};
   }
   bool blends() const override { return true; }
   double tolerance() const override { return options_.newton_tolerance; }

@@ -337,15 +337,15 @@ Eigen::Matrix3Xd StepPotential::gradient() {
     potential->add_gradient(position_, gradient);
     add(std::move(gradient));
   }
-  Eigen::Matrix3Xd gas = Eigen::Matrix3Xd::Zero(3, owned());
+  const Eigen::SparseMatrix<double> gradients = model_.chambers.volume_gradients(position_);
+  Eigen::VectorXd pressure(model_.chambers.count());
   double absolute = 0;  // squares of the forces of the absolute pressures
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
     const GasState& state = gas_[static_cast<std::size_t>(chamber)];
-    const Eigen::Matrix3Xd gradient = model_.chambers.volume_gradient(chamber, position_);
-    gas -= state.pressure * gradient;
-    absolute += std::pow(state.absolute_pressure, 2) * gradient.squaredNorm();
+    pressure[chamber] = state.pressure;
+    absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
   }
-  add(std::move(gas));
+  add((gradients * -pressure).reshaped(3, owned()));
   constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
   gas_rounding_ = share * std::sqrt(sum_over_ranks(comm(), absolute));
   return sum;
@@ -358,8 +358,7 @@ Eigen::VectorXd StepPotential::own_rows() {
   return -pressure_scales().cwiseProduct(excess_volume());
 }
 
-void StepPotential::begin_tangent(Curvature curvature, double positive_share, Eigen::Ref<Eigen::MatrixXd> columns,
-                                  Eigen::Ref<Eigen::VectorXd> coefficients) {
+LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share) {
   evaluate_gas();
   volumes_of_tangent_ = volumes_;
   position_of_tangent_ = position_.values();
@@ -378,47 +377,54 @@ void StepPotential::begin_tangent(Curvature curvature, double positive_share, Ei
   }
   wall_.set_load(std::move(load_pressure), model_.chambers.rims().sides());
   const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
+  LowRank result(model_.chambers.volume_gradients(position_), Eigen::VectorXd(columns()));
+  // Its entries are blocks of three, of the vertices.
+  Eigen::Map<Eigen::Matrix3Xd> blocks(result.sparse.valuePtr(), 3, result.sparse.nonZeros() / 3);
+  for (Eigen::Index block = 0; block < blocks.cols(); ++block) {
+    const auto vertex = static_cast<std::size_t>(result.sparse.innerIndexPtr()[3 * block] / 3);
+    blocks.col(block) = (model_.constraints.projectors()[vertex] * blocks.col(block)).eval();
+  }
+  Eigen::VectorXd& coefficients = result.coefficients;
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    Eigen::Matrix3Xd gradient = model_.chambers.volume_gradient(chamber, position_);
-    for (PetscInt i = 0; i < owned(); ++i) {
-      gradient.col(i) = model_.constraints.projectors()[static_cast<std::size_t>(i)] * gradient.col(i);
-    }
-    columns.col(chamber) = gradient.reshaped();
     const GasState& gas = gas_[static_cast<std::size_t>(chamber)];
     const double stiffness = model_.chambers.prescribes_volume(chamber)
                                  ? bordering_stiffness(chamber)
                                  : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
     coefficients[chamber] = std::max(stiffness, left * stiffness);
   }
-  turn_joined_columns(left, columns, coefficients);
+  mix_joined_columns(left, result);
   if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
     double scale = force_scale_ / length_scale_;
     for (const GasState& gas : gas_) {
       scale += std::abs(gas.pressure) * std::cbrt(std::abs(gas.volume));
     }
     coefficients[coefficients.size() - 1] = 10 * scale;
+    result.mixing = Eigen::MatrixXd::Identity(columns(), columns());
+    result.sparse.conservativeResize(3 * owned(), columns());
     for (PetscInt i = 0; i < owned(); ++i) {
-      columns.rightCols(1).col(0).segment<3>(3 * i) =
-          model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction_.vector(i);
+      for (int k = 0; k < 3; ++k) {
+        result.sparse.insert(3 * i + k, columns() - 1) =
+            model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction_.vector(i)[k];
+      }
     }
+    result.sparse.makeCompressed();
   }
+  return result;
 }
 
 /// The volumes of joined chambers change each other's pressures: their columns become those along which the symmetric
 /// part of this stiffness is diagonal. (It is symmetric where all their pressures are the same.)
-void StepPotential::turn_joined_columns(double left, Eigen::Ref<Eigen::MatrixXd> columns,
-                                        Eigen::Ref<Eigen::VectorXd> coefficients) const {
+void StepPotential::mix_joined_columns(double left, LowRank& low_rank) const {
   if (!model_.chambers.has_network()) {
     return;
   }
   const std::vector<int>& joined = model_.chambers.joined();
   const Eigen::MatrixXd slopes = model_.chambers.joined_slopes(volumes_, time_);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> principal(-(slopes + slopes.transpose()) / 2);
-  const Eigen::MatrixXd gradients = columns(Eigen::all, joined);
-  columns(Eigen::all, joined) = gradients * principal.eigenvectors();
+  low_rank.mixing(joined, joined) = principal.eigenvectors();
   for (std::size_t k = 0; k < joined.size(); ++k) {
     const double stiffness = rank_one_share(model_.gas_tangent) * principal.eigenvalues()[static_cast<Eigen::Index>(k)];
-    coefficients[joined[k]] = std::max(stiffness, left * stiffness);
+    low_rank.coefficients[joined[k]] = std::max(stiffness, left * stiffness);
   }
 }
 
@@ -450,9 +456,10 @@ double StepPotential::joined_work_on_rest() {
   for (std::size_t k = 0; k < places.size(); ++k) {
     between_.values() = position_of_tangent_ + places[k] * moved;
     const std::vector<GasState> states = model_.chambers.end_states(model_.chambers.volumes(between_), time_);
+    const Eigen::VectorXd rates =
+        model_.chambers.volume_gradients(between_).transpose() * moved.leftCols(owned()).reshaped();
     for (const int chamber : model_.chambers.joined()) {
-      work += weights[k] * states[static_cast<std::size_t>(chamber)].pressure *
-              model_.chambers.volume_gradient(chamber, between_).cwiseProduct(moved.leftCols(owned())).sum();
+      work += weights[k] * states[static_cast<std::size_t>(chamber)].pressure * rates[chamber];
     }
   }
   return sum_over_ranks(comm(), work);

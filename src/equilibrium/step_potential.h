@@ -131,8 +131,7 @@ class StepPotential : public StepPart {
   /// what the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length one more, of the
   /// row that it adds.
   int columns() const override { return model_.chambers.count() + (integrator_.arc_length() ? 1 : 0); }
-  void begin_tangent(Curvature curvature, double positive_share, Eigen::Ref<Eigen::MatrixXd> columns,
-                     Eigen::Ref<Eigen::VectorXd> coefficients) override;
+  LowRank begin_tangent(Curvature curvature, double positive_share) override;
   bool blends() const override { return wall_.blends(); }
 
   std::vector<int> prescribed() const override { return prescribed_; }
@@ -157,8 +156,7 @@ class StepPotential : public StepPart {
   double along_path() const;
   void set_unit_length(Field& direction) const;
   void evaluate_gas();
-  void turn_joined_columns(double left, Eigen::Ref<Eigen::MatrixXd> columns,
-                           Eigen::Ref<Eigen::VectorXd> coefficients) const;
+  void mix_joined_columns(double left, LowRank& low_rank) const;
   double work_on_rest(int chamber);
   double joined_work_on_rest();
   double bordering_stiffness(int chamber) const;

@@ -416,6 +416,9 @@ void Chambers::set_living(const Living& living) {
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, surface_->comm());
+  if (before != chamber_of_triangle_) {
+    find_particles();
+  }
   const bool can_vent = std::any_of(chambers_.begin(), chambers_.end(),
                                     [](const Chamber& chamber) { return chamber.options.hole_discharge.has_value(); });
   if (can_vent && on_any_rank(surface_->comm(), before != chamber_of_triangle_)) {
@@ -427,7 +430,8 @@ Eigen::VectorXd Chambers::volumes(const Field& positions) const {
   return volumes(positions, chamber_of_triangle_, rims_, count());
 }
 
-/// Of the volumes that some triangles and rims enclose. Collective. @param chamber_of_triangle up to the count, -1: none
+/// Of the volumes that some triangles and rims enclose. Collective. @param chamber_of_triangle up to the count, -1:
+/// none
 Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                                   int count) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
@@ -633,6 +637,66 @@ Eigen::Matrix3Xd Chambers::uneven_forces(const Field& positions, const Eigen::Ve
   return force;
 }
 
+/// After a change of chamber_of_triangle_.
+void Chambers::find_particles() {
+  std::vector<std::pair<int, PetscInt>> pairs;  // chamber and particle
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+    for (const PetscInt corner : surface_->triangles[triangle]) {
+      if (chamber_of_triangle_[triangle] >= 0 && corner < surface_->particles.owned) {
+        pairs.emplace_back(chamber_of_triangle_[triangle], corner);
+      }
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  particles_of_.assign(chambers_.size(), {});
+  for (const auto& [chamber, particle] : pairs) {
+    particles_of_[static_cast<std::size_t>(chamber)].push_back(particle);
+  }
+  place_of_corner_.clear();
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+    const int chamber = chamber_of_triangle_[triangle];
+    for (const PetscInt corner : surface_->triangles[triangle]) {
+      const bool counts = chamber >= 0 && corner < surface_->particles.owned;
+      const auto place = std::lower_bound(pairs.begin(), pairs.end(), std::pair(chamber, corner)) - pairs.begin();
+      place_of_corner_.push_back(counts ? static_cast<PetscInt>(place) : -1);
+    }
+  }
+}
+
+Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions) const {
+  Eigen::SparseMatrix<double> gradients(3 * surface_->particles.owned, count());
+  Eigen::Index entries = 0;
+  for (const std::vector<PetscInt>& particles : particles_of_) {
+    entries += 3 * static_cast<Eigen::Index>(particles.size());
+  }
+  gradients.reserve(entries);
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    gradients.startVec(chamber);
+    for (const PetscInt particle : particles_of_[static_cast<std::size_t>(chamber)]) {
+      for (int k = 0; k < 3; ++k) {
+        gradients.insertBack(3 * particle + k, chamber) = 0;
+      }
+    }
+  }
+  gradients.finalize();
+  Eigen::Map<Eigen::Matrix3Xd> values(gradients.valuePtr(), 3, entries / 3);
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+    if (chamber_of_triangle_[triangle] < 0) {
+      continue;
+    }
+    const auto& corners = surface_->triangles[triangle];
+    const Eigen::Vector3d third =
+        area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])) / 3;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (const PetscInt place = place_of_corner_[3 * triangle + k]; place >= 0) {
+        values.col(place) += third;
+      }
+    }
+  }
+  return gradients;
+}
+
 Eigen::Matrix3Xd Chambers::volume_gradient(int chamber, const Field& positions) const {
   Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, surface_->particles.owned);
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
@@ -818,11 +882,11 @@ std::string Chambers::imbalance(const Eigen::VectorXd& volumes, double time) con
     scale(row, chamber) += std::abs(value);
   };
   for (const int chamber : joined_) {
-    add(0, chamber, exchange_.amount[chamber]);
-    add(0, chamber, exchange_.leak_amount[chamber]);
+    add(0, chamber, first_amount(chamber) + exchange_.amount[chamber]);
+    add(0, chamber, exchange_.leak_amount[chamber] - first_amount(chamber));
     add(1, chamber, energy(chamber, state(chamber, volumes[chamber], time)));
-    for (const double less : {exchange_.first_energy[chamber], exchange_.wall_heat[chamber],
-                              -exchange_.work[chamber], -exchange_.leak_enthalpy[chamber]}) {
+    for (const double less : {exchange_.first_energy[chamber], exchange_.wall_heat[chamber], -exchange_.work[chamber],
+                              -exchange_.leak_enthalpy[chamber]}) {
       add(1, chamber, -less);
     }
   }

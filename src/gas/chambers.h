@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <map>
 #include <optional>
 #include <string>
@@ -122,8 +123,8 @@ class Chambers {
   /// chamber's volume bounds a chamber, with gas by its volume; the oldest of them goes on as the old chamber, with its
   /// links. Smaller pieces bound none. Nothing: no wall has come apart. Collective.
   struct Division {
-    std::vector<PetscInt> numbers;  ///< see numbers
-    GasExchange exchange;           ///< of all chambers, the new ones last
+    std::vector<PetscInt> numbers;   ///< see numbers
+    GasExchange exchange;            ///< of all chambers, the new ones last
     std::vector<std::string> lines;  ///< which chambers have been cut, and into what
   };
   /// @param piece of each local particle (Pieces) @param exchange between steps
@@ -146,7 +147,9 @@ class Chambers {
   /// to already. Of the owned particles (3 x owned) [N]. Collective.
   /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
   Eigen::Matrix3Xd uneven_forces(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
-  /// dV/dx = A n / 3 (eq. 15 without p) of the owned particles for one chamber, zero elsewhere, (3 x owned) [m^2].
+  /// dV/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
+  Eigen::SparseMatrix<double> volume_gradients(const Field& positions) const;
+  /// Of one chamber, (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
   /// The gas by its law at a volume [m^3] and time [s], with what has come in by the beginning of the step. Not finite
@@ -216,6 +219,7 @@ class Chambers {
 
   void add(const std::string& name, const ChamberOptions& options);
   void begin();
+  void find_particles();
   Eigen::VectorXd volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                           int count) const;
   void set_amounts();
@@ -252,14 +256,18 @@ class Chambers {
   std::vector<Chamber> chambers_;
   std::vector<PetscInt> chamber_of_element_;  ///< of each local element, -1: none
   std::vector<int> chamber_of_triangle_;      ///< of what is left of their triangles, -1: none
-  Rims rims_;                                 ///< of chambers that vent
-  std::vector<int> has_hole_;                 ///< of each chamber
-  GasNetwork network_;                        ///< of the joined chambers
-  std::vector<int> joined_;                   ///< chamber of each vessel
-  std::vector<int> vessel_of_;                ///< of each chamber, -1: it is not joined
-  GasExchange exchange_{0, 0};                ///< by the beginning of the step
-  ChamberWalls walls_;                        ///< then
-  double h_ = 0;                              ///< of the step [s]
+  /// Owned particles by which the volume of each chamber changes, ascending, and the place there of each corner of the
+  /// triangles, chamber after chamber; -1: it is a ghost's, or bounds no chamber.
+  std::vector<std::vector<PetscInt>> particles_of_;
+  std::vector<PetscInt> place_of_corner_;
+  Rims rims_;                   ///< of chambers that vent
+  std::vector<int> has_hole_;   ///< of each chamber
+  GasNetwork network_;          ///< of the joined chambers
+  std::vector<int> joined_;     ///< chamber of each vessel
+  std::vector<int> vessel_of_;  ///< of each chamber, -1: it is not joined
+  GasExchange exchange_{0, 0};  ///< by the beginning of the step
+  ChamberWalls walls_;          ///< then
+  double h_ = 0;                ///< of the step [s]
 };
 
 }  // namespace gas

@@ -161,6 +161,14 @@ void describe(OptionTable& table, WallOptions& options) {
       .more_than(0)
       .help("undeformed density of the wall")
       .source("balloon paper, eq. 19; README: parameters");
+  table.add("wall.reference_temperature", options.reference_temperature)
+      .unit("K")
+      .more_than(0)
+      .help(
+          "temperature at which the moduli hold that are given; at others they are in proportion to the temperature, "
+          "as "
+          "rubber's are, whose elasticity is one of entropy. Unless given they do not depend on it")
+      .source("Treloar 1975");
   table.add("wall.wrinkling", options.wrinkling)
       .acts_with(one_of("prism.thickness", options.thickness_rule,
                         {WallThickness::incompressible, WallThickness::plane_stress, WallThickness::fixed}))

@@ -80,6 +80,8 @@ struct WallOptions {
   std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
+  /// At which the moduli hold, which are proportional to the temperature; unless given they do not depend on it [K].
+  std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;
   double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a share of the shear modulus
   MaterialOptions<Material::Law, double> material{Material::Law::neo_hookean, 4e5,         0, 2e5, 2e4,

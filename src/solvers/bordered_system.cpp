@@ -14,7 +14,7 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
     : part_(part), columns_(std::move(columns)), scales_(std::move(scales)) {
   const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(part_.sparse()));
   MPI_Comm_rank(comm, &rank_);
-  const PetscInt rows = static_cast<PetscInt>(part_.columns().rows()) + (rank_ == 0 ? size() : 0);
+  const PetscInt rows = static_cast<PetscInt>(part_.rows()) + (rank_ == 0 ? size() : 0);
   check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
   set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
   check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
@@ -24,8 +24,8 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
 }
 
 LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
-  const Eigen::MatrixXd& columns = part_.columns();
-  const Eigen::Index rows = columns.rows();
+  const LowRank& low_rank = part_.low_rank();
+  const Eigen::Index rows = part_.rows();
   const Eigen::VectorXd border_rows = border_values(right_hand_side);
   const auto as_vector = [rows](double* values) { return Eigen::Map<Eigen::VectorXd>(values, rows); };
 
@@ -36,14 +36,15 @@ LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
   as_vector(values) = Eigen::Map<const Eigen::VectorXd>(given, rows);
   for (int border = 0; border < size(); ++border) {
     const int column = columns_[static_cast<std::size_t>(border)];
-    as_vector(values) -= part_.coefficients()[column] * border_rows[border] / scales_[border] * columns.col(column);
+    as_vector(values) -=
+        low_rank.coefficients[column] * border_rows[border] / scales_[border] * low_rank.column(column);
   }
   check(VecRestoreArray(part_right_hand_side_, &values));
   check(VecRestoreArrayRead(right_hand_side, &given));
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
   for (int border = 0; border < size() && result.converged; ++border) {
     check(VecGetArray(part_right_hand_side_, &values));
-    as_vector(values) = columns.col(columns_[static_cast<std::size_t>(border)]);
+    as_vector(values) = low_rank.column(columns_[static_cast<std::size_t>(border)]);
     check(VecRestoreArray(part_right_hand_side_, &values));
     const int iterations = result.iterations;
     result = part_.solve(part_right_hand_side_, influence_[static_cast<std::size_t>(border)]);
@@ -83,7 +84,7 @@ Eigen::VectorXd BorderedSystem::border_values(Vec vector) const {
   const double* given = nullptr;
   check(VecGetArrayRead(vector, &given));
   if (rank_ == 0) {
-    std::copy_n(given + part_.columns().rows(), size(), values.data());
+    std::copy_n(given + part_.rows(), size(), values.data());
   }
   check(VecRestoreArrayRead(vector, &given));
   MPI_Bcast(values.data(), size(), MPI_DOUBLE, 0, PetscObjectComm(reinterpret_cast<PetscObject>(Mat(matrix_))));
@@ -91,8 +92,8 @@ Eigen::VectorXd BorderedSystem::border_values(Vec vector) const {
 }
 
 void BorderedSystem::multiply(Vec x, Vec y) {
-  const Eigen::MatrixXd& columns = part_.columns();
-  const Eigen::Index rows = columns.rows();
+  const LowRank& low_rank = part_.low_rank();
+  const Eigen::Index rows = part_.rows();
   const Eigen::VectorXd border = border_values(x);
   const double* given = nullptr;
   double* values = nullptr;
@@ -103,13 +104,13 @@ void BorderedSystem::multiply(Vec x, Vec y) {
   check(VecRestoreArrayRead(x, &given));
   check(MatMult(part_.sparse(), part_right_hand_side_, part_solution_));
   const Eigen::VectorXd products = part_.column_products({part_right_hand_side_});
-  Eigen::VectorXd weights = part_.coefficients().cwiseProduct(products);
+  Eigen::VectorXd weights = low_rank.coefficients.cwiseProduct(products);
   for (int b = 0; b < size(); ++b) {
     weights[columns_[static_cast<std::size_t>(b)]] = -scales_[b] * border[b];
   }
   check(VecGetArrayRead(part_solution_, &given));
   check(VecGetArray(y, &values));
-  Eigen::Map<Eigen::VectorXd>(values, rows) = Eigen::Map<const Eigen::VectorXd>(given, rows) + columns * weights;
+  Eigen::Map<Eigen::VectorXd>(values, rows) = Eigen::Map<const Eigen::VectorXd>(given, rows) + low_rank.times(weights);
   for (int b = 0; rank_ == 0 && b < size(); ++b) {
     values[rows + b] = -scales_[b] * products[columns_[static_cast<std::size_t>(b)]];
   }

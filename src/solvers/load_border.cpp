@@ -30,7 +30,7 @@ Eigen::VectorXd head_of(Vec vector, Eigen::Index rows) {
 
 }  // namespace
 
-LoadBorder::LoadBorder(LowRankSystem& part) : part_(part), load_(Eigen::VectorXd::Zero(part.columns().rows())) {
+LoadBorder::LoadBorder(LowRankSystem& part) : part_(part), load_(Eigen::VectorXd::Zero(part.rows())) {
   const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(part_.sparse()));
   MPI_Comm_rank(comm, &rank_);
   const PetscInt size = static_cast<PetscInt>(rows()) + border_rows();
@@ -48,8 +48,8 @@ void LoadBorder::update(const Eigen::VectorXd& load, double scale) {
 LinearResult LoadBorder::solve(Vec right_hand_side, Vec solution) {
   // S g.x = q, so that A x + l z = r + rho g q/S; x = a - z b with b = A^-1 l.
   const double wanted = border_value(right_hand_side) / scale_;
-  const Eigen::VectorXd& row = part_.columns().col(last());
-  fill(part_right_hand_side_, head_of(right_hand_side, rows()) + part_.coefficients()[last()] * wanted * row);
+  const Eigen::VectorXd row = part_.low_rank().column(last());
+  fill(part_right_hand_side_, head_of(right_hand_side, rows()) + part_.low_rank().coefficients[last()] * wanted * row);
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
   if (!result.converged) {
     return result;
@@ -93,9 +93,9 @@ void LoadBorder::multiply(Vec x, Vec y) {
   fill(part_right_hand_side_, head_of(x, rows()));
   check(MatMult(part_.sparse(), part_right_hand_side_, part_solution_));
   const Eigen::VectorXd products = part_.column_products({part_right_hand_side_});
-  Eigen::VectorXd weights = part_.coefficients().cwiseProduct(products);
+  Eigen::VectorXd weights = part_.low_rank().coefficients.cwiseProduct(products);
   weights[last()] = 0;
-  const Eigen::VectorXd result = head_of(part_solution_, rows()) + part_.columns() * weights + load * load_;
+  const Eigen::VectorXd result = head_of(part_solution_, rows()) + part_.low_rank().times(weights) + load * load_;
   double* values = nullptr;
   check(VecGetArrayWrite(y, &values));
   std::copy(result.begin(), result.end(), values);

@@ -38,7 +38,7 @@ class LoadBorder {
 
  private:
   void multiply(Vec x, Vec y);
-  Eigen::Index rows() const { return part_.columns().rows(); }
+  Eigen::Index rows() const { return part_.rows(); }
   int last() const { return part_.count() - 1; }
 
   LowRankSystem& part_;

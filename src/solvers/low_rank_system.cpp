@@ -5,21 +5,19 @@
 #include <utility>
 
 #include "base/error.h"
+#include "solvers/shell_operations.h"
 
 namespace pellicle {
 inline namespace solvers {
 
 LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults)
-    : sparse_(sparse), rtol_(defaults.rtol) {
-  PetscInt rows = 0;
-  check(MatGetLocalSize(sparse, &rows, nullptr));
-  columns_.setZero(rows, columns);
-  coefficients_.setZero(columns);
+    : sparse_(sparse), rtol_(defaults.rtol), count_(columns) {
+  check(MatGetLocalSize(sparse, &rows_, nullptr));
+  low_rank_ = LowRank(Eigen::SparseMatrix<double>(rows_, columns), Eigen::VectorXd::Zero(columns));
   if (columns > 0) {
     const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(sparse));
-    check(VecCreateSeq(PETSC_COMM_SELF, columns, petsc_coefficients_.create()));
-    check(MatCreateDense(comm, rows, PETSC_DECIDE, PETSC_DETERMINE, columns, columns_.data(), petsc_columns_.create()));
-    check(MatCreateLRC(sparse, petsc_columns_, petsc_coefficients_, nullptr, low_rank_.create()));
+    check(MatCreateShell(comm, rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
+    set_symmetric_product<&LowRankSystem::multiply>(matrix_);
   }
   solver_ = make_ksp(matrix(), sparse, prefix, defaults);
   PetscBool is_direct = PETSC_FALSE;
@@ -30,19 +28,18 @@ LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix,
   }
 }
 
-void LowRankSystem::update(const Eigen::MatrixXd& columns, const Eigen::VectorXd& coefficients) {
+void LowRankSystem::update(LowRank low_rank) {
   influence_.clear();
-  if (count() == 0) {
-    return;
-  }
-  columns_ = columns;
-  coefficients_ = coefficients;
+  low_rank_ = std::move(low_rank);
+}
+
+void LowRankSystem::multiply(Vec x, Vec y) {
+  check(MatMult(sparse_, x, y));
+  const Eigen::VectorXd weights = low_rank_.coefficients.cwiseProduct(column_products({x}).col(0));
   double* values = nullptr;
-  check(VecGetArrayWrite(petsc_coefficients_, &values));
-  std::copy(coefficients.begin(), coefficients.end(), values);
-  check(VecRestoreArrayWrite(petsc_coefficients_, &values));
-  check(MatAssemblyBegin(petsc_columns_, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyEnd(petsc_columns_, MAT_FINAL_ASSEMBLY));
+  check(VecGetArray(y, &values));
+  Eigen::Map<Eigen::VectorXd>(values, rows_) += low_rank_.sparse * (low_rank_.mixing * weights);
+  check(VecRestoreArray(y, &values));
 }
 
 void LowRankSystem::precondition_from(Mat matrix) {
@@ -74,13 +71,12 @@ LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution) {
 LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution) {
   int iterations = 0;
   while (static_cast<int>(influence_.size()) < count()) {
-    const auto number = static_cast<PetscInt>(influence_.size());
     VecHandle influence;
-    Vec column = nullptr;
+    VecHandle column;
     check(VecDuplicate(right_hand_side, influence.create()));
-    check(MatDenseGetColumnVecRead(petsc_columns_, number, &column));
+    check(VecDuplicate(right_hand_side, column.create()));
+    copy_to(column, low_rank_.column(static_cast<Eigen::Index>(influence_.size())));
     LinearResult result = pellicle::solve(solver_, column, influence);
-    check(MatDenseRestoreColumnVecRead(petsc_columns_, number, &column));
     iterations += result.iterations;
     result.iterations = iterations;
     if (!result.converged) {
@@ -95,11 +91,11 @@ LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution)
   }
   std::vector<Vec> vectors(influence_.begin(), influence_.end());
   vectors.push_back(solution);
-  const Eigen::MatrixXd scaled = coefficients_.asDiagonal() * column_products(vectors);
+  const Eigen::MatrixXd scaled = low_rank_.coefficients.asDiagonal() * column_products(vectors);
   const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(count(), count()) + scaled.leftCols(count());
   const Eigen::VectorXd weights = -system.partialPivLu().solve(scaled.col(count()));
   check(VecMAXPY(solution, count(), weights.data(), vectors.data()));
-  const std::string fault = fault_of_solution(low_rank_, sparse_, right_hand_side, solution, rtol_);
+  const std::string fault = fault_of_solution(matrix_, sparse_, right_hand_side, solution, rtol_);
   if (!fault.empty()) {
     const char* prefix = nullptr;
     check(KSPGetOptionsPrefix(solver_, &prefix));
@@ -110,12 +106,12 @@ LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution)
 }
 
 Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) const {
-  Eigen::MatrixXd products(columns_.cols(), vectors.size());
+  Eigen::MatrixXd products(count(), vectors.size());
   for (std::size_t column = 0; column < vectors.size(); ++column) {
     const double* values = nullptr;
     check(VecGetArrayRead(vectors[column], &values));
     products.col(static_cast<Eigen::Index>(column)) =
-        columns_.transpose() * Eigen::Map<const Eigen::VectorXd>(values, columns_.rows());
+        low_rank_.transposed_times(Eigen::Map<const Eigen::VectorXd>(values, rows_));
     check(VecRestoreArrayRead(vectors[column], &values));
   }
   MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,

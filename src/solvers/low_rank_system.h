@@ -6,33 +6,32 @@
 
 #include "base/handle.h"
 #include "solvers/ksp.h"
+#include "solvers/low_rank.h"
 
 namespace pellicle {
 inline namespace solvers {
 
-/// A x = b with A = T + G C G^T: T sparse or matrix-free, G a few dense columns, C diagonal. A is MatCreateLRC's, T
-/// what the preconditioner is made from. A solver without iterations (preonly) gets T alone, and the columns by
-/// Woodbury.
+/// A x = b with A = T + G C G^T: T sparse or matrix-free, the rest a LowRank. T is what the preconditioner is made
+/// from. A solver without iterations (preonly) gets T alone, and the columns by Woodbury.
 class LowRankSystem {
  public:
   /// Makes the solver, as make_ksp does. Collective.
   /// @param sparse T, must outlive the system
   /// @param columns number of the columns of G, may be 0
   LowRankSystem(Mat sparse, int columns, const std::string& prefix, const KspDefaults& defaults);
-  LowRankSystem(const LowRankSystem&) = delete;  // PETSc's matrix holds the columns' address.
+  LowRankSystem(const LowRankSystem&) = delete;  // The matrix points to this object.
   LowRankSystem& operator=(const LowRankSystem&) = delete;
 
   Mat sparse() const { return sparse_; }
-  Mat matrix() const { return count() > 0 ? Mat(low_rank_) : sparse_; }
+  Mat matrix() const { return count() > 0 ? Mat(matrix_) : sparse_; }
   KSP solver() const { return solver_; }
-  int count() const { return static_cast<int>(columns_.cols()); }
-  /// G, (owned rows x count).
-  const Eigen::MatrixXd& columns() const { return columns_; }
-  /// The diagonal of C.
-  const Eigen::VectorXd& coefficients() const { return coefficients_; }
+  int count() const { return count_; }
+  /// Owned rows of T.
+  Eigen::Index rows() const { return rows_; }
+  const LowRank& low_rank() const { return low_rank_; }
 
-  /// Takes G and C for values of T that have just changed. Collective.
-  void update(const Eigen::MatrixXd& columns, const Eigen::VectorXd& coefficients);
+  /// Takes what is added to values of T that have just changed. Not collective. @param low_rank with as many columns
+  void update(LowRank low_rank);
 
   /// From here on solves by another solver of `matrix()`; null: by its own.
   void use(KSP solver) { other_solver_ = solver; }
@@ -48,15 +47,15 @@ class LowRankSystem {
 
  private:
   LinearResult solve_by_woodbury(Vec right_hand_side, Vec solution);
+  void multiply(Vec x, Vec y);
 
   Mat sparse_;
   double rtol_;
   bool solves_sparse_alone_ = false;
-  Eigen::MatrixXd columns_;
-  Eigen::VectorXd coefficients_;
-  MatHandle petsc_columns_;  ///< of the memory of `columns_`
-  VecHandle petsc_coefficients_;
-  MatHandle low_rank_;
+  int count_;
+  PetscInt rows_ = 0;
+  LowRank low_rank_;
+  MatHandle matrix_;  ///< A, if there are columns
   KspHandle solver_;
   KSP other_solver_ = nullptr;        ///< in use in its place
   std::vector<VecHandle> influence_;  ///< T^-1 g of the columns, as far as they are known for the present values

@@ -251,21 +251,34 @@ int StepObjective::columns() const {
 }
 
 void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
-  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(3 * vertices().owned, columns());
-  Eigen::VectorXd coefficients(columns());
+  LowRank all(Eigen::SparseMatrix<double>(3 * vertices().owned, columns()), Eigen::VectorXd(columns()));
+  std::vector<Eigen::Triplet<double>> entries;
   Eigen::Index first = 0;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    const int count = parts_[p]->columns();
-    parts_[p]->begin_tangent(curvature, positive_share,
-                             gradients.block(3 * joined_.first_owned(p), first, 3 * parts_[p]->vertices().owned, count),
-                             coefficients.segment(first, count));
-    first += count;
+    LowRank part = parts_[p]->begin_tangent(curvature, positive_share);
+    if (parts_.size() == 1) {
+      all = std::move(part);
+      break;
+    }
+    for (Eigen::Index column = 0; column < part.count(); ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator entry(part.sparse, column); entry; ++entry) {
+        entries.emplace_back(3 * joined_.first_owned(p) + entry.row(), first + column, entry.value());
+      }
+    }
+    all.mixing.block(first, first, part.count(), part.count()) = part.mixing;
+    all.coefficients.segment(first, part.count()) = part.coefficients;
+    first += part.count();
+  }
+  if (parts_.size() > 1) {
+    all.sparse.setFromTriplets(entries.begin(), entries.end());
   }
   for (Potential* potential : between_) {
     potential->set_positive_share(positive_share);
   }
   tangent_->update(position_, curvature);
-  system.update(gradients, coefficients);
+  if (system.count() > 0) {
+    system.update(std::move(all));
+  }
 }
 
 bool StepObjective::blends() const {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "parallel/field.h"
+#include "solvers/low_rank.h"
 #include "solvers/potential.h"
 
 namespace pellicle {
@@ -49,11 +50,9 @@ class StepPart {
 
   /// Of the dense second derivative. Not collective.
   virtual int columns() const { return 0; }
-  /// Before the second derivatives of the potentials at x are asked for.
+  /// Before the second derivatives of the potentials at x are asked for. @returns the dense one, by the owned vertices
   /// @param positive_share of the way from the exact one to the positive one, see Potential::set_positive_share
-  /// @param columns (3 owned x columns), and what each is multiplied with
-  virtual void begin_tangent(Curvature curvature, double positive_share, Eigen::Ref<Eigen::MatrixXd> columns,
-                             Eigen::Ref<Eigen::VectorXd> coefficients) = 0;
+  virtual LowRank begin_tangent(Curvature curvature, double positive_share) = 0;
   /// Whether the exact tangent can go over to the positive one step by step. Not collective.
   virtual bool blends() const { return false; }
 

@@ -123,7 +123,7 @@ std::optional<int> TangentFactor::renew() {
 
   std::vector<int> counting;  // columns
   for (int column = 0; column < system_.count(); ++column) {
-    if (system_.coefficients()[column] != 0) {
+    if (system_.low_rank().coefficients[column] != 0) {
       counting.push_back(column);
     }
   }
@@ -138,7 +138,8 @@ std::optional<int> TangentFactor::renew() {
     const int column = counting[static_cast<std::size_t>(k)];
     std::vector<double> whole;
     double* values = nullptr;
-    gather(system_.columns().col(column).data(), whole, 3, vertex_counts_);
+    const Eigen::VectorXd own = system_.low_rank().column(column);
+    gather(own.data(), whole, 3, vertex_counts_);
     whole_columns.col(k) = Eigen::Map<const Eigen::VectorXd>(whole.data(), influence.rows());
     check(VecGetArrayWrite(right_hand_side_, &values));
     std::copy(whole.begin(), whole.end(), values);
@@ -148,8 +149,8 @@ std::optional<int> TangentFactor::renew() {
     check(VecGetArrayRead(solution_, &solved));
     influence.col(k) = Eigen::Map<const Eigen::VectorXd>(solved, influence.rows());
     check(VecRestoreArrayRead(solution_, &solved));
-    border(k, k) = 1 / system_.coefficients()[column];
-    negative -= system_.coefficients()[column] > 0 ? 1 : 0;
+    border(k, k) = 1 / system_.low_rank().coefficients[column];
+    negative -= system_.low_rank().coefficients[column] > 0 ? 1 : 0;
   }
   border += whole_columns.transpose() * influence;
   border = ((border + border.transpose()) / 2).eval();

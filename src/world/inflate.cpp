@@ -147,10 +147,10 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       integrator_(integrator_of(options)),
       pins_(state == nullptr ? Pins(membrane, options.pins) : Pins(membrane, options.pins, state->pin)),
       constraints_(membrane, options.symmetry, pins_),
-      chambers_(state == nullptr
-                    ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
-                               constraints_.has_planes(), constraints_.projectors())
-                    : Chambers(membrane, options.gas, options.chambers, constraints_.origin(), state->chamber, state->gas)),
+      chambers_(state == nullptr ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
+                                            constraints_.has_planes(), constraints_.projectors())
+                                 : Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
+                                            state->chamber, state->gas)),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
       bodies_(membrane, options.bodies, options.contact, stiffness_of_bodies(membrane, wall_, options)),
@@ -514,12 +514,16 @@ void Inflate::take_over(const BalloonState& state) {
   std::vector<double> length;
   for (std::size_t e = 0; e < membrane_.triangles.size(); ++e) {
     double ratio = 0;
+    double temperature = 0;
     for (const PetscInt vertex : membrane_.triangles[e]) {
       const double mass = fields.mass.data()[vertex];
       ratio += (mass > 0 ? mass / membrane_.initial_mass[static_cast<std::size_t>(vertex)] : combustion.min_mass) / 3;
+      temperature += fields.temperature.data()[vertex] / 3;
     }
     const double char_stiffness = 1 + (combustion.char_stiffness - 1) * burnt_share(ratio, combustion);
-    stiffness.push_back(fields.living.triangles[e] ? char_stiffness : 0);
+    const std::optional<double> reference = options_.wall.reference_temperature;
+    const double warmth = reference ? temperature / *reference : 1;
+    stiffness.push_back(fields.living.triangles[e] ? char_stiffness * warmth : 0);
     length.push_back(volume_ratio(ratio, combustion));
   }
   elements_.set_burnt(std::move(stiffness), length);

@@ -191,6 +191,10 @@ void choose_chain(OptionTable& table, Options& options) {
 void describe(OptionTable& table, Options& options) {
   const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
   const Condition inflates = one_of("chain", options.chain, {ChainKind::inflate});
+  const Condition heats{
+      "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, "
+      "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
+      [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }};
   table.add("chain", options.chain)
       .help(
           "burn: a sheet of quads that heats, burns and shrinks; inflate: a balloon of triangles, also unless given "
@@ -204,13 +208,11 @@ void describe(OptionTable& table, Options& options) {
     describe(table, options.time);
   });
   table.add_under(burns, [&] { describe_sheet(table, options); });
-  table.add_under({"chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, "
-                   "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
-                   [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }},
-                  [&] { describe_burning(table, options); });
+  table.add_under(heats, [&] { describe_burning(table, options); });
   table.add_of_run([&] { describe(table, options.force); });
   describe_gas(table, options);
   table.add_under(inflates, [&] { describe_balloon(table, options); });
+  table.find_key("wall.reference_temperature")->acts_with(heats);
   const auto has_bodies = [&options](bool rub) {
     return (options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic) &&
            std::any_of(options.bodies.begin(), options.bodies.end(),

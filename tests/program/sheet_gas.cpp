@@ -188,8 +188,9 @@ TEST_F(SheetGasTest, ABallUnderPressureCracksAtItsStrengthAndComesApart) {
 }
 
 TEST_F(SheetGasTest, ABallThatBurstsLosesItsGas) {
-  const std::string gas = "chambers: {air: {law: isothermal, hole_discharge: 0.6}}\n"
-                          "gas_network: {links: {pump: {to: air, flow: [[0 s, 2.6], [60 ms, 2.6], [61 ms, 0]]}}}\n";
+  const std::string gas =
+      "chambers: {air: {law: isothermal, hole_discharge: 0.6}}\n"
+      "gas_network: {links: {pump: {to: air, flow: [[0 s, 2.6], [60 ms, 2.6], [61 ms, 0]]}}}\n";
   const std::string ball = write("ball.yaml", cracking_ball + gas);
   std::map<std::string, std::vector<double>> one;
   for (const int ranks : {1, 3}) {
@@ -230,8 +231,9 @@ TEST_F(SheetGasTest, BadInputIsRefusedInOneLine) {
     EXPECT_EQ(result.error_lines().size(), 1U) << result;
     EXPECT_NE(result.errors.find(words), std::string::npos) << result;
   };
-  expect_refused("mesh: {shape: rectangle}\n", {},
-                 "chambers.air.law: isothermal needs a volume, expected a closed mesh, hole_discharge or the law pressure");
+  expect_refused(
+      "mesh: {shape: rectangle}\n", {},
+      "chambers.air.law: isothermal needs a volume, expected a closed mesh, hole_discharge or the law pressure");
   expect_refused(lantern, {"-gas_tangent", "rank1"},
                  "-gas_tangent: has no effect in this run; expected with chain: inflate");
   expect_refused(lantern, {"-ablation_loss_mass", "0.4", "-ablation_compact_fraction", "0.5"},

@@ -39,7 +39,7 @@ struct System {
   System(const Eigen::Vector2d& coefficients, double beside)
       : matrix(chain_matrix(size, beside)), system(matrix, 2, "test_", {KSPCG, PCJACOBI, 1e-12}) {
     check(MatGetOwnershipRange(matrix, &first, &end));
-    system.update(some_columns().middleRows(first, end - first), coefficients);
+    system.update({some_columns().middleRows(first, end - first).sparseView(), coefficients});
     dense = dense_chain(size, beside) + some_columns() * coefficients.asDiagonal() * some_columns().transpose();
   }
 
@@ -107,6 +107,25 @@ TEST(LowRankSystem, conjugate_gradients_and_a_direct_solver_solve_it) {
   }
 }
 
+TEST(LowRankSystem, columns_can_be_mixed) {
+  System given({0.5, 2}, -1);
+  LowRank low_rank(some_columns().middleRows(given.first, given.end - given.first).sparseView(),
+                   Eigen::Vector2d(0.5, 2));
+  low_rank.mixing = Eigen::Rotation2Dd(0.7).toRotationMatrix();
+  const Eigen::MatrixXd columns = some_columns() * low_rank.mixing;
+  const Eigen::MatrixXd dense =
+      dense_chain(size, -1) + columns * low_rank.coefficients.asDiagonal() * columns.transpose();
+  given.system.update(low_rank);
+  VecHandle x;
+  VecHandle b;
+  check(MatCreateVecs(given.matrix, x.create(), b.create()));
+  given.set(b, some_values(size));
+  check(MatMult(given.system.matrix(), b, x));
+  EXPECT_LT(given.difference(x, dense * some_values(size)), 1e-13);
+  EXPECT_TRUE(given.system.solve(b, x).converged);
+  EXPECT_LT(given.difference(x, dense.partialPivLu().solve(some_values(size))), 1e-9);
+}
+
 TEST(LowRankSystem, a_matrix_with_a_negative_direction_is_concave) {
   System given({0.5, 2}, -2);
   VecHandle x;
@@ -162,7 +181,8 @@ TEST(BorderedSystem, is_solved_where_only_the_border_holds_the_matrix) {
   const Eigen::VectorXd scales = Eigen::VectorXd::Constant(1, 2);
   const Eigen::MatrixXd dense = dense_bordered(-0.9, {1}, scales, coefficients);
   ASSERT_LT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(given.dense).eigenvalues()[0], 0);
-  given.system.update(some_columns().middleRows(given.first, given.end - given.first), Eigen::Vector2d(20, 5));
+  given.system.update(
+      {some_columns().middleRows(given.first, given.end - given.first).sparseView(), Eigen::Vector2d(20, 5)});
   BorderedSystem system(given.system, {1}, scales);
   VecHandle x;
   VecHandle b;
@@ -183,7 +203,8 @@ TEST(LoadBorder, solves_and_multiplies_as_the_dense_matrix_does) {
       columns.col(0) = columns.col(1);
     }
     System given({0, 0}, -0.9);
-    given.system.update(columns.middleRows(given.first, given.end - given.first), Eigen::Vector2d(of_first, 5));
+    given.system.update(
+        {columns.middleRows(given.first, given.end - given.first).sparseView(), Eigen::Vector2d(of_first, 5)});
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size + 1, size + 1);
     dense.topLeftCorner(size, size) = dense_chain(size, -0.9) + of_first * columns.col(0) * columns.col(0).transpose();
     dense.topRightCorner(size, 1) = load;

@@ -94,7 +94,7 @@ struct FactorisedRing {
   std::optional<int> set(double shift, const Eigen::Vector2d& coefficients) {
     ring.shift = shift;
     tangent.update(position, Curvature::exact);
-    system.update(columns.middleRows(3 * layout.first, 3 * layout.owned), coefficients);
+    system.update({columns.middleRows(3 * layout.first, 3 * layout.owned).sparseView(), coefficients});
     dense = ring.dense() + columns * coefficients.asDiagonal() * columns.transpose();
     return factor.renew();
   }

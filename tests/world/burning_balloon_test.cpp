@@ -100,6 +100,19 @@ TEST(BurningBalloon, CharHasTheShareOfTheStiffnessThatItsMassLeaves) {
   EXPECT_EQ(balloon.energy(), whole);
 }
 
+TEST(BurningBalloon, RubberIsAsStiffAsItIsWarm) {
+  Options options = burning_options();
+  Stretched balloon(options);
+  const double at_reference = balloon.energy();
+  options.wall.reference_temperature = 250;
+  Stretched warm(options);
+  for (const double temperature : {250.0, 300.0, 500.0}) {
+    warm.state.burning->temperature.values().setConstant(temperature);
+    warm.chain.follow(warm.state);
+    EXPECT_NEAR(warm.energy(), temperature / 250 * at_reference, 1e-12 * at_reference);
+  }
+}
+
 // A wall whose material is v times as long has no energy when it is.
 TEST(BurningBalloon, CharShrinksAsTheVolumeOfItsMatter) {
   const Options options = burning_options();

@@ -167,6 +167,47 @@ TEST(FlowingGas, OfTwoBalloonsBeyondTheHighestPressureOneTakesTheGasOfTheOther) 
   }
 }
 
+TEST(FlowingGas, OfFiveBalloonsAtMostOneIsOnTheFallingBranch) {
+  // Mooney and Rivlin with K = 0.1: the pressure falls between the stretches 1.476 and 3.143.
+  constexpr int count = 5;
+  Options options = rubber_ball();
+  options.symmetry.clear();
+  options.prism.inertia = true;
+  options.prism.mass_damping = 50;
+  options.chambers["air"].law = GasLaw::isothermal;
+  const auto name = [](int ball) { return ball == 0 ? "air" : "air_" + std::to_string(ball + 1); };
+  SurfaceMesh mesh = icosphere_mesh(1, 0.05);
+  for (int ball = 0; ball < count; ++ball) {
+    if (ball > 0) {
+      mesh = joined(mesh, icosphere_mesh(1, 0.05), {0.5 * ball, 0, 0});
+      LinkOptions& tube = options.gas.links["tube_" + std::to_string(ball)] = hole(name(ball - 1), 8e-4);
+      tube.to = name(ball);
+      tube.opens = {{1, 0}, {1.1, 1}};
+    }
+    const double flow = 0.1 * (1 - 0.03 * ball);
+    options.gas.links["pump_" + std::to_string(ball)] = pump(name(ball), {{0, flow}, {1, flow}, {1.01, 0}});
+  }
+  StaticBalloon balloons(mesh, options);
+  const auto falling = [&] {
+    const Chambers& chambers = balloons.chain.chambers();
+    const Eigen::VectorXd volumes = chambers.volumes(balloons.state.position);
+    int on_it = 0;
+    for (int ball = 0; ball < count; ++ball) {
+      const double stretch = std::cbrt(volumes[ball] / chambers.initial_volume(ball));
+      on_it += stretch > 1.476 && stretch < 3.143 ? 1 : 0;
+    }
+    return on_it;
+  };
+  while (balloons.state.time < 1) {
+    balloons.reach(balloons.state.time + 0.02);
+  }
+  EXPECT_EQ(falling(), count) << "while no tube is open";
+  while (balloons.state.time < 6) {
+    balloons.reach(balloons.state.time + 0.04);
+  }
+  EXPECT_LE(falling(), 1);
+}
+
 TEST(FlowingGas, WarmGasLiftsByTheWeightOfTheAirThatItDisplaces) {
   Options options = rubber_ball();
   options.symmetry.clear();
