@@ -1,7 +1,7 @@
 """That README.md and docs/ are true of this repository: docs.py SOURCE_FOLDER
 
-Links and anchors, scenes, names of options, columns and fields of the output, blocks of yaml, cpp, diff and console; not what the
-blocks of sh do, which docs_commands.py runs. Prints every fault as file:line: text.
+Links and anchors, scenes, names of options, columns and fields of the output, blocks of yaml, cpp, diff and console, and
+long lines; not what the blocks of sh do, which docs_commands.py runs. Prints every fault as file:line: text.
 """
 
 import pathlib
@@ -15,7 +15,7 @@ def main():
     book = pages.Book(root)
     faults = []
     for check in (book.faults_of_links, book.faults_of_scenes, book.faults_of_options, book.faults_of_output,
-                  book.faults_of_blocks):
+                  book.faults_of_blocks, book.faults_of_lines):
         faults += check()
     readme = (root / "README.md").read_text(encoding="utf-8").count("\n")
     if readme > 150:

@@ -1,9 +1,9 @@
 """That the commands of README.md and docs/ do what they should: docs_commands.py SOURCE_FOLDER BUILD_FOLDER
 
-In a folder of its own, in which the sources and the build lie as in a clone, it runs every block of sh, two steps a run unless
-the command says otherwise, and looks up every column and field that comes out in docs/output.md. It runs the batch job, a
-block of bash, with a stand-in for SLURM that sends the signal. It applies every diff to a copy of the sources and compiles
-what they touch. Prints every fault and ends with 1 if there is one.
+In a folder of its own, in which the sources and the build lie as in a clone, it runs every block of sh, two steps a run
+unless the command says otherwise, and looks up every column and field that comes out in docs/output.md. It runs the
+batch job, a block of bash, with a stand-in for SLURM that sends the signal. It applies every diff to a copy of the
+sources and compiles what they touch. Prints every fault and ends with 1 if there is one.
 """
 
 import concurrent.futures
@@ -54,8 +54,8 @@ def make_clone(source, build, folder):
 
 
 def run(command, folder, **environment):
-    return subprocess.run(["bash", "-c", command], cwd=folder, env={**os.environ, **environment}, text=True, check=False,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return subprocess.run(["bash", "-c", command], cwd=folder, env={**os.environ, **environment}, text=True,
+                          check=False, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
 
 def faults_of_runs(book, folder):
@@ -82,7 +82,8 @@ def faults_of_files(book, folder):
         text = frame.read_text(encoding="utf-8", errors="replace")
         for arrays in re.findall(r"<P(?:Point|Cell)Data.*?</P(?:Point|Cell)Data>", text, re.DOTALL):
             found.update((name, None) for name in re.findall(r'Name="(\w+)"', arrays) if name != "vtkGhostType")
-    if not {"mass_left", "gas_pressure", "temperature", "stress", "self_contacts", "through_tube"} <= {name for name, _ in found}:
+    expected = {"mass_left", "gas_pressure", "temperature", "stress", "self_contacts", "through_tube"}
+    if not expected <= {name for name, _ in found}:
         yield "docs: the runs have written too few tables and fields to look up"
     for name, unit in sorted(found, key=str):
         fault = book.unit_fault(name, unit)

@@ -105,7 +105,8 @@ class Book:
             named.update(ends)
         decks = {path.stem for path in (self.root / "input").glob("*.yaml")}
         for deck in sorted(decks ^ named):
-            yield f"docs/scenes.md:1: {deck}: " + ("a deck without a row" if deck in decks else "no such deck in input/")
+            fault = "a deck without a row" if deck in decks else "no such deck in input/"
+            yield f"docs/scenes.md:1: {deck}: {fault}"
 
     def is_option(self, key):
         """Whether a key of a deck, such as bodies.ball.radius, is one of the table's."""
@@ -144,7 +145,8 @@ class Book:
             for code in INLINE.finditer(prose):
                 where = f"{name}:{line_of(prose, code.start())}"
                 key = re.match(r"([a-z_]+(?:\.[a-zA-Z_]+)+)\b", code[1])
-                if key and key[1].split(".")[0] in self.sections and not re.search(r"\.(csv|md|yaml|py|sh|pvd)\b", key[1]):
+                is_file = key and re.search(r"\.(csv|md|yaml|py|sh|pvd)\b", key[1])
+                if key and key[1].split(".")[0] in self.sections and not is_file:
                     if not (self.is_option(key[1]) or self.is_section(key[1])):
                         yield f"{where}: {key[1]}: no such option"
                 for word in re.findall(r"(?:^| )-([a-z]+_[a-z_0-9]+)", code[1]):
@@ -182,6 +184,12 @@ class Book:
                 if fault:
                     yield f"{path.relative_to(self.root)}:1: {fault}"
 
+    def faults_of_lines(self):
+        for name, text in self.pages.items():
+            for number, line in enumerate(text.splitlines(), 1):
+                if len(line) > 125 and not line.startswith(("|", "![")):
+                    yield f"{name}:{number}: {len(line)} columns, expected at most 125 but for tables and pictures"
+
     def faults_of_blocks(self):
         files = {block.file_name() for block in self.blocks if block.language == "yaml"} - {None}
         for block in self.blocks:
@@ -199,8 +207,7 @@ class Book:
 
     def faults_of_yaml(self, block):
         def keys(value, path):
-            inner = path.rsplit(".", 1)[-1] if path else ""
-            if isinstance(value, dict) and not (path and self.is_option(path) and inner != "objects" and value == {}):
+            if isinstance(value, dict):
                 for key, below in value.items():
                     yield from keys(below, f"{path}.{key}" if path else str(key))
             else:
@@ -218,8 +225,8 @@ class Book:
             yield f"{block.where()}: not found in {first.removeprefix('// ')}"
 
     def faults_of_change(self, block):
-        told = subprocess.run(["git", "apply", "--check", "-C1", "-"], input=block.text, cwd=self.root, capture_output=True,
-                              text=True, check=False)
+        told = subprocess.run(["git", "apply", "--check", "-C1", "-"], input=block.text, cwd=self.root,
+                              capture_output=True, text=True, check=False)
         if told.returncode != 0:
             yield f"{block.where()}: does not apply: {told.stderr.splitlines()[0]}"
 
