@@ -109,7 +109,7 @@ def faults_of_job(block, folder):
         ends.append((told.returncode, asked.read_text(encoding="utf-8").strip() if asked.exists() else "",
                      abs(float(last.split(",")[0]) - 0.5) < 1e-9))
     if ends != [(128 + signal.SIGUSR1, "requeue 17", False), (0, "", True)]:
-        yield f"{block.where()}: the two parts of the job: exit code, requeued, at its end: {ends}: {told.stdout[-400:]}"
+        yield f"{block.where()}: parts of the job: exit code, requeued, at its end: {ends}: {told.stdout[-400:]}"
 
 
 def faults_of_changes(book, source, build, folder):
@@ -118,8 +118,8 @@ def faults_of_changes(book, source, build, folder):
     shutil.copytree(source / "src", copy / "src")
     changes = [block for block in book.blocks if block.language == "diff"]
     for block in changes:
-        told = subprocess.run(["git", "apply", "-C1", "-"], input=block.text, cwd=copy, capture_output=True, text=True,
-                              env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder)}, check=False)
+        told = subprocess.run(["git", "apply", "-C1", "-"], input=block.text, cwd=copy, text=True, check=False,
+                              env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder)}, stderr=subprocess.PIPE)
         if told.returncode != 0:
             yield f"{block.where()}: does not apply: {told.stderr}"
     entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
