@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "base/error.h"
@@ -207,7 +209,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
 }
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-                   const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers)
+                   const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange)
     : surface_(&surface),
       ambient_pressure_(gas.ambient_pressure),
       ambient_temperature_(gas.ambient_temperature),
@@ -219,16 +221,31 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     last = std::max(last, number);
   }
   MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPIU_INT, MPI_MAX, surface.comm());
+  PetscInt parts = 0;
+  if (exchange != nullptr) {
+    last = static_cast<PetscInt>(exchange->parent.size()) - 1;
+    parts = static_cast<PetscInt>((exchange->parent.array() >= 0).count());
+  }
   const auto with_vertex =
       std::count_if(options.begin(), options.end(), [](const auto& chamber) { return chamber.second.vertex >= 0; });
   for (const auto& [name, given] : options) {
     require_valid("chambers." + name, given);
-    const auto pieces = given.vertex < 0 ? static_cast<int>(last + 1 - with_vertex) : 1;
+    const auto pieces = given.vertex < 0 ? static_cast<int>(last + 1 - parts - with_vertex) : 1;
     for (int piece = 1; piece <= pieces; ++piece) {
       add(name_of(name, piece), given);
     }
   }
+  for (PetscInt part = last + 1 - parts; part <= last; ++part) {
+    Chamber chamber = of(static_cast<int>(exchange->parent[part]));
+    chamber.parent = static_cast<int>(exchange->parent[part]);
+    chamber.name = name_of(chamber.name + "_cut", static_cast<int>(part - (last - parts)));
+    chamber.options.amount = {{0, 0}};
+    chambers_.push_back(std::move(chamber));
+  }
   begin();
+  for (PetscInt chamber = 0; exchange != nullptr && chamber <= last; ++chamber) {
+    chambers_[static_cast<std::size_t>(chamber)].initial_volume = exchange->reference_volume[chamber];
+  }
   set_amounts();
   join(gas);
 }
@@ -294,7 +311,7 @@ void Chambers::join(const GasOptions& gas) {
                   std::to_string(self.options.amount.size()) +
                   " key points, expected one, the amount at first: links change it");
     }
-    if (!(self.options.amount.front()[1] > 0)) {
+    if (!(self.options.amount.front()[1] > 0) && self.parent < 0) {
       throw Error(key + ": there is no gas in chamber " + self.name + " at first, expected an amount above 0");
     }
     number = static_cast<int>(vessels.size());
@@ -374,22 +391,8 @@ void Chambers::require_closed(int chamber, const Field& rest, const std::vector<
   }
 }
 
-void Chambers::set_living(const Living& living, const std::vector<PetscInt>& piece) {
-  // The oldest piece of each chamber's wall, of which a triangle has its first corner.
-  std::vector<PetscInt> oldest(chambers_.size(), std::numeric_limits<PetscInt>::max());
+void Chambers::set_living(const Living& living) {
   const auto per_element = static_cast<std::size_t>(surface_->triangles_per_element);
-  const auto piece_of = [&](std::size_t triangle) {
-    return piece.empty() ? 0 : piece[static_cast<std::size_t>(surface_->triangles[triangle].front())];
-  };
-  for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
-    const PetscInt chamber = chamber_of_element_[triangle / per_element];
-    if (chamber >= 0 && living.triangles[triangle] && piece_of(triangle) >= 0) {
-      PetscInt& least = oldest[static_cast<std::size_t>(chamber)];
-      least = std::min(least, piece_of(triangle));
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, oldest.data(), count(), MPIU_INT, MPI_MIN, surface_->comm());
-
   const std::vector<int> before = std::exchange(chamber_of_triangle_, std::vector<int>(living.triangles.size(), -1));
   std::vector<int> venting(living.triangles.size(), -1);
   has_hole_.assign(chambers_.size(), 0);
@@ -400,9 +403,7 @@ void Chambers::set_living(const Living& living, const std::vector<PetscInt>& pie
   };
   for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
     const auto chamber = static_cast<int>(chamber_of_element_[triangle / per_element]);
-    const bool is_there = living.triangles[triangle] && chamber >= 0 &&
-                          (!vents(chamber) || piece_of(triangle) == oldest[static_cast<std::size_t>(chamber)]);
-    if (is_there || (chamber >= 0 && needs_closed_wall(chamber))) {
+    if ((living.triangles[triangle] && chamber >= 0) || (chamber >= 0 && needs_closed_wall(chamber))) {
       chamber_of_triangle_[triangle] = chamber;
       venting[triangle] = vents(chamber) ? chamber : -1;
     } else {
@@ -423,17 +424,112 @@ void Chambers::set_living(const Living& living, const std::vector<PetscInt>& pie
 }
 
 Eigen::VectorXd Chambers::volumes(const Field& positions) const {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
+  return volumes(positions, chamber_of_triangle_, rims_, count());
+}
+
+/// Of the volumes that some triangles and rims enclose. Collective. @param chamber_of_triangle up to the count, -1: none
+Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
+                                  int count) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (const int chamber = of_triangle(triangle); chamber >= 0) {
+    if (const int chamber = chamber_of_triangle[static_cast<std::size_t>(triangle)]; chamber >= 0) {
       const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
       sum[chamber] += enclosed_volume(positions.vector(corners[0]) - origin_, positions.vector(corners[1]) - origin_,
                                       positions.vector(corners[2]) - origin_);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count(), MPI_DOUBLE, MPI_SUM, surface_->comm());
-  rims_.add_volumes(positions, origin_, sum);
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count, MPI_DOUBLE, MPI_SUM, surface_->comm());
+  rims.add_volumes(positions, origin_, sum);
   return sum;
+}
+
+void GasExchange::add_part(int chamber) {
+  const Eigen::Index count = parent.size() + 1;
+  for (Eigen::VectorXd* values :
+       {&amount, &heat, &open, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume}) {
+    values->conservativeResizeLike(Eigen::VectorXd::Zero(count));
+  }
+  parent.conservativeResizeLike(Eigen::VectorXd::Constant(count, chamber));
+  reference_volume.conservativeResizeLike(Eigen::VectorXd::Constant(count, reference_volume[chamber]));
+}
+
+std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
+                                                    const Field& positions, double time) const {
+  constexpr double least_share = 0.01;  // of the volume
+  // The parts of walls: chamber and piece, of which a triangle has its first corner; the same on every rank.
+  using Part = std::pair<int, PetscInt>;
+  std::vector<std::optional<Part>> part_of(surface_->triangles.size());
+  std::set<Part> own;
+  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+    const int chamber = chamber_of_triangle_[triangle];
+    const PetscInt here = piece[static_cast<std::size_t>(surface_->triangles[triangle].front())];
+    if (chamber >= 0 && vents(chamber) && exchange.open[chamber] == 0 && here >= 0) {
+      part_of[triangle] = Part(chamber, here);
+      own.insert(*part_of[triangle]);
+    }
+  }
+  const std::vector<Part> gathered = of_all_ranks(surface_->comm(), std::vector<Part>(own.begin(), own.end()));
+  const std::set<Part> all(gathered.begin(), gathered.end());
+  const auto follows_its_like = [](const Part& a, const Part& b) { return a.first == b.first; };
+  if (std::adjacent_find(all.begin(), all.end(), follows_its_like) == all.end()) {
+    return std::nullopt;
+  }
+  const std::vector<Part> parts(all.begin(), all.end());
+  std::vector<int> number_of(part_of.size(), -1);
+  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+    if (part_of[triangle]) {
+      number_of[triangle] =
+          static_cast<int>(std::lower_bound(parts.begin(), parts.end(), *part_of[triangle]) - parts.begin());
+    }
+  }
+  const Eigen::VectorXd volume_of =
+      volumes(positions, number_of, Rims(*surface_, number_of), static_cast<int>(parts.size()));
+  const Eigen::VectorXd volume = volumes(positions);
+
+  Division division{chamber_of_element_, exchange, {}};
+  std::vector<int> chamber_of_part(parts.size(), -1);
+  for (std::size_t first = 0, end = 0; first < parts.size(); first = end) {
+    const int chamber = parts[first].first;
+    double kept = 0;  // [m^3]
+    std::vector<std::size_t> large;
+    for (end = first; end < parts.size() && parts[end].first == chamber; ++end) {
+      const double enclosed = volume_of[static_cast<Eigen::Index>(end)];
+      if (enclosed > least_share * volume[chamber]) {
+        large.push_back(end);
+        kept += enclosed;
+      }
+    }
+    chamber_of_part[large.empty() ? first : large.front()] = chamber;
+    if (large.size() < 2) {
+      continue;
+    }
+    const GasState gas = state(chamber, volume[chamber], time);
+    std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
+    for (const std::size_t part : large) {
+      int& number = chamber_of_part[part];
+      if (number < 0) {
+        number = static_cast<int>(division.exchange.parent.size());
+        division.exchange.add_part(chamber);
+      }
+      const double enclosed = volume_of[static_cast<Eigen::Index>(part)];
+      const double amount = gas.amount * enclosed / kept;
+      const double given = number == chamber ? first_amount(chamber) : 0;
+      const double temperature = value_on_key_points(of(chamber).options.temperature, 0);
+      const double compression = std::pow(enclosed / of(chamber).initial_volume, of(chamber).gamma - 1);
+      division.exchange.volume[number] = enclosed;
+      division.exchange.amount[number] = amount - given;
+      division.exchange.heat[number] = amount * gas.temperature * compression - given * temperature;
+      line += (part == large.front() ? " " : ", ") + number_text(enclosed) + " m^3";
+    }
+    division.lines.push_back(line);
+  }
+  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+    if (part_of[triangle]) {
+      division.numbers[triangle / static_cast<std::size_t>(surface_->triangles_per_element)] =
+          chamber_of_part[static_cast<std::size_t>(number_of[triangle])];
+    }
+  }
+  return division;
 }
 
 ChamberWalls Chambers::walls(const Field& positions, const Eigen::Vector3d& gravity, double time) const {
@@ -571,7 +667,7 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   }
 
   if (is_joined(chamber) && is_open(chamber)) {
-    const double amount = self.unit_amount * given.amount.front()[1];
+    const double amount = first_amount(chamber);
     gas.amount = amount + exchange_.amount[chamber];
     gas.temperature = self.law == GasLaw::isothermal
                           ? value_on_key_points(given.temperature, time)
@@ -627,7 +723,7 @@ GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& volumes, double t
   for (const int chamber : joined_) {
     const Chamber& self = of(chamber);
     const double temperature = value_on_key_points(self.options.temperature, time);
-    const double amount = self.unit_amount * self.options.amount.front()[1];
+    const double amount = first_amount(chamber);
     step.temperature[static_cast<Eigen::Index>(step.gas.size())] = temperature;
     step.gas.push_back({amount + exchange_.amount[chamber], amount * temperature + exchange_.heat[chamber]});
     if (self.law == GasLaw::isothermal) {
@@ -699,10 +795,67 @@ double Chambers::joined_work(const Eigen::VectorXd& from, const Eigen::VectorXd&
   return work;
 }
 
-GasExchange Chambers::end_step(const Eigen::VectorXd& start, const Eigen::VectorXd& end, double time) const {
+GasExchange Chambers::first_exchange(const Eigen::VectorXd& volumes) const {
+  GasExchange exchange(count(), static_cast<int>(network_.links().size()));
+  exchange.volume = volumes;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    exchange.reference_volume[chamber] = of(chamber).initial_volume;
+    exchange.first_energy[chamber] = energy(chamber, state(chamber, volumes[chamber], 0));
+  }
+  return exchange;
+}
+
+std::string Chambers::imbalance(const Eigen::VectorXd& volumes, double time) const {
+  constexpr double tolerance = 1e-10;
+  // Of each chamber with what has been cut off it: sums that should be 0, and of what they are made.
+  Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(2, count());
+  Eigen::MatrixXd scale = rest;
+  const auto add = [&](int row, int chamber, double value) {
+    while (of(chamber).parent >= 0) {
+      chamber = of(chamber).parent;
+    }
+    rest(row, chamber) += value;
+    scale(row, chamber) += std::abs(value);
+  };
+  for (const int chamber : joined_) {
+    add(0, chamber, exchange_.amount[chamber]);
+    add(0, chamber, exchange_.leak_amount[chamber]);
+    add(1, chamber, energy(chamber, state(chamber, volumes[chamber], time)));
+    for (const double less : {exchange_.first_energy[chamber], exchange_.wall_heat[chamber],
+                              -exchange_.work[chamber], -exchange_.leak_enthalpy[chamber]}) {
+      add(1, chamber, -less);
+    }
+  }
+  for (std::size_t l = 0; l < network_.links().size(); ++l) {
+    const GasNetwork::Link& link = network_.links()[l];
+    for (const auto& [vessel, sign] : {std::pair(link.from, 1.0), std::pair(link.to, -1.0)}) {
+      if (vessel != GasNetwork::ambient) {
+        const int chamber = joined_[static_cast<std::size_t>(vessel)];
+        add(0, chamber, sign * exchange_.link_amount[static_cast<Eigen::Index>(l)]);
+        add(1, chamber, sign * exchange_.link_enthalpy[static_cast<Eigen::Index>(l)]);
+      }
+    }
+  }
+  for (const int chamber : joined_) {
+    const bool keeps_temperature = of(chamber).law == GasLaw::isothermal;
+    for (const int row : {0, 1}) {
+      if ((row == 0 || !keeps_temperature) && !(std::abs(rest(row, chamber)) <= tolerance * scale(row, chamber))) {
+        char text[160];
+        std::snprintf(text, sizeof text, "the ledger of the %s in chamber %s is off by %.2g %s, expected at most %.2g",
+                      row == 0 ? "amount" : "energy", name(chamber).c_str(), rest(row, chamber), row == 0 ? "mol" : "J",
+                      tolerance * scale(row, chamber));
+        return text;
+      }
+    }
+  }
+  return "";
+}
+
+GasExchange Chambers::end_step(const Eigen::VectorXd& end, double time) const {
   constexpr double large_hole = 0.1;
   constexpr double level = 1e-5;
   GasExchange exchange = exchange_;
+  exchange.volume = end;
   const GasNetwork::Step step = network_step(end, time);
   const GasNetwork::End ended = network_.solve(step);
   Eigen::VectorXd energy = ended.wall_heat - ended.leak_enthalpy;  // into each vessel [J]
@@ -737,12 +890,16 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& start, const Eigen::Vector
       continue;
     }
     if (self.law == GasLaw::isothermal) {
-      exchange.work[chamber] += heat * gas_constant * std::log(end[chamber] / start[chamber]);
+      exchange.work[chamber] += heat * gas_constant * std::log(end[chamber] / exchange_.volume[chamber]);
       continue;
     }
     const auto colder = [&](double volume) { return std::pow(volume / self.initial_volume, 1 - self.gamma); };
     exchange.heat[chamber] += energy[vessel] / (capacity * colder(end[chamber]));
-    exchange.work[chamber] += capacity * heat * (colder(start[chamber]) - colder(end[chamber]));
+    exchange.work[chamber] += capacity * heat * (colder(exchange_.volume[chamber]) - colder(end[chamber]));
+    if (is_open(exchange, chamber)) {  // From here on it has no volume of its own.
+      const double first = first_amount(chamber) * self.options.temperature.front()[1];
+      exchange.heat[chamber] = (first + exchange.heat[chamber]) * colder(end[chamber]) - first;
+    }
   }
   return exchange;
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,11 @@ struct GasExchange {
         wall_heat(Eigen::VectorXd::Zero(chambers)),
         work(Eigen::VectorXd::Zero(chambers)),
         link_amount(Eigen::VectorXd::Zero(links)),
-        link_enthalpy(Eigen::VectorXd::Zero(links)) {}
+        link_enthalpy(Eigen::VectorXd::Zero(links)),
+        first_energy(Eigen::VectorXd::Zero(chambers)),
+        volume(Eigen::VectorXd::Zero(chambers)),
+        parent(Eigen::VectorXd::Constant(chambers, -1)),
+        reference_volume(Eigen::VectorXd::Zero(chambers)) {}
 
   Eigen::VectorXd amount;         ///< into each chamber [mol]
   Eigen::VectorXd heat;           ///< likewise, see VesselGas [mol K]
@@ -49,6 +54,14 @@ struct GasExchange {
   Eigen::VectorXd work;           ///< of the gas of each chamber that links or heat join to anything [J]
   Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
   Eigen::VectorXd link_enthalpy;  ///< that it carried [J]
+  Eigen::VectorXd first_energy;   ///< of the gas in each chamber at time 0 [J]
+  Eigen::VectorXd volume;         ///< of each chamber at the end of the last step, up to which work is counted [m^3]
+
+  // Of chambers that have been cut in two.
+  Eigen::VectorXd parent;            ///< number of the chamber that each was a part of; -1: it was there at first
+  Eigen::VectorXd reference_volume;  ///< V0 of each; of a part that of its parent [m^3]
+  /// One chamber more, without gas: a part of another.
+  void add_part(int chamber);
 };
 
 /// What the walls of the chambers are to their gas in a step.
@@ -80,14 +93,17 @@ class Chambers {
   /// Chambers of triangles that have been chosen before, whatever has become of the surface since. Collective. The
   /// surface must outlive the chambers.
   /// @param numbers chamber of each local element, see numbers
+  /// @param exchange of a state that has one, which knows of chambers that have been cut in two
   /// @throws Error on keys that the law lacks or does not know
   Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-           const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers);
+           const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange);
 
   int count() const { return static_cast<int>(chambers_.size()); }
   /// Number of the chamber that each local element bounds, -1: none.
   const std::vector<PetscInt>& numbers() const { return chamber_of_element_; }
   const std::string& name(int chamber) const { return of(chamber).name; }
+  /// Whether it was there at first; others are parts of a chamber that has been cut in two.
+  bool was_there_at_first(int chamber) const { return of(chamber).parent < 0; }
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
   int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[static_cast<std::size_t>(triangle)]; }
 
@@ -101,8 +117,20 @@ class Chambers {
   const Rims& rims() const { return rims_; }
   /// Says which triangles of the local elements there are: the pressure of a chamber that needs no closed wall acts on
   /// no others. Collective.
-  /// @param piece of each local particle (Pieces): only the oldest piece of what a chamber had bounds it still
-  void set_living(const Living& living, const std::vector<PetscInt>& piece = {});
+  void set_living(const Living& living);
+  /// What becomes of chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
+  /// chamber's volume bounds a chamber, with gas by its volume; the oldest of them goes on as the old chamber, with its
+  /// links. Smaller pieces bound none. Nothing: no wall has come apart. Collective.
+  struct Division {
+    std::vector<PetscInt> numbers;  ///< see numbers
+    GasExchange exchange;           ///< of all chambers, the new ones last
+    std::vector<std::string> lines;  ///< which chambers have been cut, and into what
+  };
+  /// @param piece of each local particle (Pieces) @param exchange between steps
+  std::optional<Division> divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
+                                  const Field& positions, double time) const;
+  /// After a division that has left as many chambers as there were; set_living is to follow.
+  void set_numbers(const std::vector<PetscInt>& numbers) { chamber_of_element_ = numbers; }
   /// Whether triangles are missing on which the given pressure of a chamber would act, or its wall has cracked. Then V
   /// is no volume, and dV/dx, by which the pressure acts, is not its gradient.
   bool has_hole(int chamber) const { return has_hole_[static_cast<std::size_t>(chamber)] != 0; }
@@ -152,10 +180,17 @@ class Chambers {
   /// Work of the gas of joined chambers from one volume to another, each pressure that at the end of a step to there:
   /// along a straight line from all volumes to all others [J].
   double joined_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double time) const;
+  /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty: all close.
+  /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall; a
+  /// chamber is looked at together with what has been cut off it. Of a chamber that keeps its temperature only amounts
+  /// are. @param volumes of all chambers [m^3]
+  std::string imbalance(const Eigen::VectorXd& volumes, double time) const;
+  /// What has come in at time 0: nothing. @param volumes of all chambers then [m^3]
+  GasExchange first_exchange(const Eigen::VectorXd& volumes) const;
   /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
   /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
-  /// larger than it. @param start volumes at its beginning @param end likewise [m^3]
-  GasExchange end_step(const Eigen::VectorXd& start, const Eigen::VectorXd& end, double time) const;
+  /// larger than it. @param end volumes of all chambers then [m^3]
+  GasExchange end_step(const Eigen::VectorXd& end, double time) const;
 
   /// The gas at the end of a step in which the pressures p move what encloses it: V is `volumes` + `compliance` p.
   /// @param volumes to which the step leads without the pressures [m^3]
@@ -176,10 +211,13 @@ class Chambers {
     double initial_volume = 0;  ///< V0 [m^3]
     double unit_amount = 1;     ///< what a value of the key points `amount` stands for [mol]
     double gamma = 1;           ///< of the laws isothermal and adiabatic
+    int parent = -1;            ///< see GasExchange
   };
 
   void add(const std::string& name, const ChamberOptions& options);
   void begin();
+  Eigen::VectorXd volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
+                          int count) const;
   void set_amounts();
   void join(const GasOptions& gas);
   /// A pressure that changes with the place, beside the mean on a chamber's wall.
@@ -192,7 +230,14 @@ class Chambers {
   std::vector<UnevenPressure> uneven_pressures(const Field& positions, const Eigen::Vector3d& gravity,
                                                double time) const;
   Eigen::VectorXd areas(const Field& positions) const;
-  bool is_open(int chamber) const { return exchange_.open[chamber] != 0; }
+  static bool is_open(const GasExchange& exchange, int chamber) { return exchange.open[chamber] != 0; }
+  bool is_open(int chamber) const { return is_open(exchange_, chamber); }
+  /// In a joined chamber at time 0 [mol].
+  double first_amount(int chamber) const { return of(chamber).unit_amount * of(chamber).options.amount.front()[1]; }
+  /// Of the gas in a joined chamber [J]; 0 of others.
+  double energy(int chamber, const GasState& gas) const {
+    return is_joined(chamber) ? heat_capacity(chamber) * gas.amount * gas.temperature : 0;
+  }
   GasNetwork::Step network_step(const Eigen::VectorXd& volumes, double time) const;
   GasState moved_state(int chamber, double volume, double compliance, double time) const;
   PetscInt owned_triangles() const { return surface_->triangles_per_element * surface_->elements.owned; }

@@ -44,24 +44,25 @@ const std::vector<std::string>& Burn::stage_names() {
 }
 
 Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock)
-    : Burn(sheet, options, clock, Pins(sheet, options.pins), Textures(sheet.comm())) {}
+    : Burn(sheet, options, clock, Textures(sheet.comm()), nullptr) {}
 
-Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, const std::vector<PetscInt>& pin_numbers)
-    : Burn(sheet, options, clock, Pins(sheet, options.pins, pin_numbers), Textures(sheet.comm())) {}
+Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, const State& state)
+    : Burn(sheet, options, clock, Textures(sheet.comm()), &state) {}
 
-Burn::Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers)
-    : Burn(compacted, before.options_, before.clock_, Pins(compacted, before.options_.pins, pin_numbers),
-           std::move(before.textures_)) {}
+Burn::Burn(const Sheet& left, Burn&& before, const State& state)
+    : Burn(left, before.options_, before.clock_, std::move(before.textures_), &state) {}
 
-Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures)
+Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textures textures, const State* state)
     : sheet_(sheet),
       options_(options),
       clock_(clock),
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
-      pins_(std::move(pins)),
+      pins_(state == nullptr ? Pins(sheet, options.pins) : Pins(sheet, options.pins, state->pin)),
       bodies_(sheet.comm(), options.dynamics == Dynamics::elastic ? no_bodies : options.bodies),
-      chambers_(sheet, options.gas, options.chambers),
+      chambers_(state == nullptr ? Chambers(sheet, options.gas, options.chambers)
+                                 : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
+                                            state->chamber, state->gas)),
       start_(sheet.particles, 3),
       clear_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
@@ -134,9 +135,11 @@ State Burn::initial_state() const {
   state.position.values() = perturbed_positions(sheet_, options_.sheet);
   pins_.impose(state.position, 0);
   state.pin = pins_.numbers();
+  state.chamber = chambers_.numbers();
   state.pressure.assign(static_cast<std::size_t>(chambers_.count()), 0.0);
   if (gas_is_joined(options_)) {
     state.add_gas(chambers_.count(), static_cast<int>(options_.gas.links.size()));
+    *state.gas = chambers_.first_exchange(chambers_.volumes(state.position));
   }
   burning_.begin(state);
   return state;
@@ -144,7 +147,11 @@ State Burn::initial_state() const {
 
 void Burn::follow(State& state) {
   if (state.gas != nullptr) {
+    chambers_.set_numbers(state.chamber);
     chambers_.begin_step(*state.gas, 0);
+  }
+  if (chambers_.count() > 0) {
+    chambers_.set_living(state.living);
   }
   burning_.follow(state);
   set_lengths(state);
@@ -417,7 +424,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   Eigen::MatrixXd free_position;  // and velocity, before the gas pushes
   Eigen::MatrixXd free_velocity;
   if (chambers_.count() > 0) {
-    chambers_.set_living(state.living, state.pieces.of_particle);
+    chambers_.set_living(state.living);
     if (sheet_.layers == 1) {
       follow_corners(sheet_, state.position);
     }
@@ -453,7 +460,11 @@ DynamicsResult Burn::dynamics(State& state, double h) {
     result.converged = false;
     result.reason = gas->disagreement();
   }
-  end_gas(state, h);
+  const std::string imbalance = end_gas(state, h);
+  if (result.converged && !imbalance.empty()) {
+    result.converged = false;
+    result.reason = imbalance;
+  }
   find_velocities(state, contact, result.loads);
   return result;
 }
@@ -493,14 +504,17 @@ void Burn::begin_gas(const State& state, double h) {
   }
 }
 
-/// What has come in. Collective.
-void Burn::end_gas(State& state, double h) {
-  if (state.gas != nullptr) {
-    const Eigen::VectorXd before = state.gas->wall_heat;
-    *state.gas = chambers_.end_step(chambers_.volumes(start_), chambers_.volumes(state.position), state.time + h);
-    chambers_.begin_step(*state.gas, 0);
-    gas_heat_.end_step(state.gas->wall_heat - before, state);
+/// What has come in. Collective. @returns which ledger does not close; empty: all do
+std::string Burn::end_gas(State& state, double h) {
+  if (state.gas == nullptr) {
+    return "";
   }
+  const Eigen::VectorXd before = state.gas->wall_heat;
+  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  *state.gas = chambers_.end_step(volumes, state.time + h);
+  chambers_.begin_step(*state.gas, 0);
+  gas_heat_.end_step(state.gas->wall_heat - before, state);
+  return chambers_.imbalance(volumes, state.time + h);
 }
 
 /// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.

@@ -69,12 +69,11 @@ class Burn {
   /// contradicting options
   Burn(const Sheet& sheet, const Options& options, StageClock& clock);
 
-  /// The chain of a sheet whose particles have been pinned before. @param pin_numbers see State::pin
-  Burn(const Sheet& sheet, const Options& options, StageClock& clock, const std::vector<PetscInt>& pin_numbers);
+  /// The chain of a sheet that goes on from a state: what is pinned, and which cells bound chambers, is known.
+  Burn(const Sheet& sheet, const Options& options, StageClock& clock, const State& state);
 
   /// The same chain for what is left of the sheet, which must outlive it; the old chain is used up. Collective.
-  /// @param pin_numbers of the local particles, see State::pin
-  Burn(const Sheet& compacted, Burn&& before, const std::vector<PetscInt>& pin_numbers);
+  Burn(const Sheet& left, Burn&& before, const State& state);
 
   /// The state at time 0. Collective.
   State initial_state() const;
@@ -134,7 +133,7 @@ class Burn {
   }
 
  private:
-  Burn(const Sheet& sheet, const Options& options, StageClock& clock, Pins pins, Textures textures);
+  Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textures textures, const State* state);
   void make_elastic();
   void set_stiffness_factors(const Field& mass);
   void set_lengths(State& state);
@@ -147,7 +146,7 @@ class Burn {
   ElasticInput elastic_input(const State& state, double h) const;
   void lift(State& state, double h);
   void begin_gas(const State& state, double h);
-  void end_gas(State& state, double h);
+  std::string end_gas(State& state, double h);
   DynamicsResult hold_together(State& state, const ContactStep& contact);
   void leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
 

@@ -180,7 +180,7 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
     state_->add_gas(static_cast<int>(chambers), static_cast<int>(options.gas.links.size()));
   }
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
-  burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, state_->pin);
+  burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, *state_);
   burn_->follow(*state_);
   find_end();
 }
@@ -232,15 +232,34 @@ void BurnRun::restore() { *state_ = *kept_; }
 void BurnRun::accept(double time) {
   state_->time = time;
   find_end();
-  if (!ended_.empty() || burn_->chambers().count() > 0) {
+  if (!ended_.empty()) {
     return;
   }
   const auto timer = output_.clock.time("compaction");
   if (last_.cracked || (last_.died && options_.ablation.strength)) {
     split();
   }
-  if (last_.died && options_.ablation.compact_fraction < 1) {
+  if (burn_->chambers().count() > 0) {  // Of whose walls all cells stay.
+    divide();
+  } else if (last_.died && options_.ablation.compact_fraction < 1) {
     compact();
+  }
+}
+
+/// Divides the chambers whose walls have come apart.
+void BurnRun::divide() {
+  if (!last_.cracked && !last_.died) {
+    return;
+  }
+  const std::vector<std::string> lines =
+      divide_chambers(burn_->chambers(), state_->pieces.of_particle, *state_, state_->chamber);
+  if (!lines.empty()) {
+    state_->pressure.resize(static_cast<std::size_t>(state_->gas->parent.size()));
+    burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_);
+  }
+  burn_->follow(*state_);
+  for (const std::string& line : lines) {
+    output_.console.tell(output_.heading() + line);
   }
 }
 
@@ -274,8 +293,11 @@ void BurnRun::compact() {
 void BurnRun::take_over(LoadedSheet loaded) {
   auto sheet = std::make_unique<Sheet>(std::move(loaded.sheet));
   auto state = std::make_unique<State>(*sheet);
+  if (state_->gas != nullptr) {
+    state->add_gas(burn_->chambers().count(), static_cast<int>(options_.gas.links.size()));
+  }
   pellicle::take_over(*state, *state_, loaded.particles, loaded.cells);
-  auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), state->pin);
+  auto burn = std::make_unique<Burn>(*sheet, std::move(*burn_), *state);
   burn->follow(*state);
 
   kept_ = nullptr;
@@ -350,7 +372,7 @@ void BurnRun::save(Hdf5File& checkpoint) const {
   ledger_->save(checkpoint);
 }
 
-void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), state_->pin); }
+void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_); }
 
 void BurnRun::resume_output(const Hdf5File& checkpoint) {
   ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers(), &checkpoint);

@@ -49,6 +49,7 @@ class BurnRun : public TouchingObject {
   StepResult result();
   void split();
   void compact();
+  void divide();
   void take_over(LoadedSheet loaded);
   void find_end();
   SheetLedger& ledger();

@@ -14,11 +14,25 @@
 namespace pellicle {
 inline namespace world {
 
+namespace {
+
+/// How many chambers there were before any was cut in two; they come first.
+int chambers_at_first(const Chambers& chambers) {
+  int count = 0;
+  while (count < chambers.count() && chambers.was_there_at_first(count)) {
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
 std::vector<History::Column> gas_columns(const Chambers& chambers) {
   std::vector<History::Column> columns{{"gas_volume", "m^3"},  {"gas_volume_ratio", ""},
                                        {"gas_pressure", "Pa"}, {"gas_absolute_pressure", "Pa"},
                                        {"gas_amount", "mol"},  {"gas_temperature", "K"}};
-  for (int chamber = 0; chamber < (chambers.count() > 1 ? chambers.count() : 0); ++chamber) {
+  const int several = chambers_at_first(chambers);
+  for (int chamber = 0; chamber < (several > 1 ? several : 0); ++chamber) {
     columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
     columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
     columns.push_back({"gas_amount_" + chambers.name(chamber), "mol"});
@@ -41,6 +55,7 @@ std::vector<History::Column> gas_columns(const Chambers& chambers) {
 std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure,
                                double time) {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
+  const int several = chambers_at_first(chambers);
   const Eigen::VectorXd volumes = chambers.volumes(state.position);
   GasState all;
   double initial_volume = 0;
@@ -55,8 +70,10 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
     all.pressure += share * gas.pressure;
     all.absolute_pressure += share * gas.absolute_pressure;
     all.temperature += share * gas.temperature;
-    initial_volume += chambers.initial_volume(chamber);
-    if (chambers.count() > 1) {
+    if (chambers.was_there_at_first(chamber)) {
+      initial_volume += chambers.initial_volume(chamber);
+    }
+    if (several > 1 && chamber < several) {
       of_chambers.push_back(gas.volume);
       of_chambers.push_back(gas.pressure);
       of_chambers.push_back(gas.amount);
@@ -93,6 +110,23 @@ std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState&
     }
   }
   return lines;
+}
+
+std::vector<std::string> divide_chambers(const Chambers& chambers, const std::vector<PetscInt>& piece,
+                                         ObjectState& state, std::vector<PetscInt>& numbers) {
+  if (state.gas == nullptr) {
+    return {};
+  }
+  std::optional<Chambers::Division> division = chambers.divided(piece, *state.gas, state.position, state.time);
+  if (!division) {
+    return {};
+  }
+  numbers = std::move(division->numbers);
+  *state.gas = std::move(division->exchange);
+  for (std::string& line : division->lines) {
+    line += " at " + time_text(state.time);
+  }
+  return division->lines;
 }
 
 std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields) {
@@ -138,7 +172,7 @@ std::string torn_open(const Chambers& chambers, const Surface& surface, const Fi
   std::map<PetscInt, int> chamber_of;  // of vertices of triangles that may not part
   for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
     const int chamber = chambers.of_triangle(static_cast<PetscInt>(triangle));
-    if (chamber >= 0 && (surface.has_quads() || chambers.needs_closed_wall(chamber))) {
+    if (chamber >= 0 && chambers.needs_closed_wall(chamber)) {
       for (const PetscInt vertex : surface.triangles[triangle]) {
         chamber_of[vertex] = chamber;
       }

@@ -26,12 +26,17 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
 /// told
 std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told);
 
+/// Divides the chambers whose walls have come apart (Chambers::divided), in the state. Collective.
+/// @param piece of each local particle @param numbers of the chamber of each local element @returns a line for each
+/// chamber that has been cut; if there is any, there are more chambers
+std::vector<std::string> divide_chambers(const Chambers& chambers, const std::vector<PetscInt>& piece,
+                                         ObjectState& state, std::vector<PetscInt>& numbers);
+
 /// Where a chamber that needs a closed surface has a hole: chamber, element, place, in words and the same on all ranks.
 /// Empty: nowhere. Collective.
 std::string hole(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields);
 
-/// The same where cracks part the surface round a chamber that needs it closed, or that round any gas in a sheet, which
-/// is not numbered anew: chamber, vertex, place. Collective.
+/// The same where cracks part the surface round a chamber that needs it closed: chamber, vertex, place. Collective.
 std::string torn_open(const Chambers& chambers, const Surface& surface, const Field& position,
                       const SplitCorners& corners);
 

@@ -150,7 +150,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       chambers_(state == nullptr
                     ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
                                constraints_.has_planes(), constraints_.projectors())
-                    : Chambers(membrane, options.gas, options.chambers, constraints_.origin(), state->chamber)),
+                    : Chambers(membrane, options.gas, options.chambers, constraints_.origin(), state->chamber, state->gas)),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
       bodies_(membrane, options.bodies, options.contact, stiffness_of_bodies(membrane, wall_, options)),
@@ -250,6 +250,9 @@ BalloonState Inflate::initial_state() const {
   if (state.loads != nullptr) {
     *state.loads = loads_.chosen();
   }
+  if (state.gas != nullptr) {
+    *state.gas = chambers_.first_exchange(chambers_.volumes(state.position));
+  }
   elements_.update_thickness(state.position, state.thickness_ratio);
   set_pressures(state);
   if (burning_) {
@@ -321,7 +324,11 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
       }
     }
     elements_.update_thickness(state.position, state.thickness_ratio);
-    end_gas(state);
+    step.reason = end_gas(state);
+    step.converged = step.reason.empty();
+    if (!step.converged) {
+      return;
+    }
   }
   if (volume_preservation_ != nullptr) {
     const auto timer = clock_.time("volume preservation");
@@ -368,17 +375,19 @@ void Inflate::begin_gas(const BalloonState& state) {
   chambers_.begin_step(*state.gas, h_, walls);
 }
 
-/// What has come in. Collective.
-void Inflate::end_gas(BalloonState& state) {
+/// What has come in. Collective. @returns which ledger does not close; empty: all do
+std::string Inflate::end_gas(BalloonState& state) {
   if (state.gas == nullptr) {
-    return;
+    return "";
   }
   const Eigen::VectorXd before = state.gas->wall_heat;
-  *state.gas = chambers_.end_step(chambers_.volumes(start_), chambers_.volumes(state.position), state.time + h_);
+  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  *state.gas = chambers_.end_step(volumes, state.time + h_);
   chambers_.begin_step(*state.gas, 0);
   if (burning_) {
     gas_heat_.end_step(state.gas->wall_heat - before, *state.burning);
   }
+  return chambers_.imbalance(volumes, state.time + h_);
 }
 
 /// What bodies may press on in the step to come.
@@ -484,6 +493,7 @@ bool Inflate::crack(BalloonState& state) {
 
 void Inflate::follow(BalloonState& state) {
   if (state.gas != nullptr) {
+    chambers_.set_numbers(state.chamber);
     chambers_.begin_step(*state.gas, 0);
   }
   if (burning_) {
@@ -513,7 +523,7 @@ void Inflate::take_over(const BalloonState& state) {
     length.push_back(volume_ratio(ratio, combustion));
   }
   elements_.set_burnt(std::move(stiffness), length);
-  chambers_.set_living(fields.living, fields.pieces.of_particle);
+  chambers_.set_living(fields.living);
 }
 
 void Inflate::set_pressures(BalloonState& state) const {

@@ -115,7 +115,7 @@ class Inflate {
   StageResult burn(BalloonState& state, double h, bool& has_burnt);
   bool crack(BalloonState& state);
   void begin_gas(const BalloonState& state);
-  void end_gas(BalloonState& state);
+  std::string end_gas(BalloonState& state);
   void begin_contact(const BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;
   void take_over(const BalloonState& state);

@@ -134,6 +134,23 @@ void InflateRun::accept(double time) {
   if (ended_.empty() && (last_.has_cracked || (last_.has_burnt && inflate_->can_crack()))) {
     split();
   }
+  if (ended_.empty() && (last_.has_cracked || last_.has_burnt)) {
+    divide();
+  }
+}
+
+/// Divides the chambers whose walls have come apart.
+void InflateRun::divide() {
+  const std::vector<std::string> lines =
+      divide_chambers(inflate_->chambers(), state_->burning->pieces.of_particle, *state_, state_->chamber);
+  if (!lines.empty()) {
+    state_->pressure.conservativeResizeLike(Eigen::VectorXd::Zero(state_->gas->parent.size()));
+    inflate_ = std::make_unique<Inflate>(*membrane_, std::move(*inflate_), *state_);
+  }
+  inflate_->follow(*state_);
+  for (const std::string& line : lines) {
+    output_.console.tell(output_.heading() + line);
+  }
 }
 
 /// Splits the vertices at which cracks have parted the wall.

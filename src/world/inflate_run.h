@@ -47,6 +47,7 @@ class InflateRun : public TouchingObject {
  private:
   StepResult result();
   void split();
+  void divide();
   void draw_burnt(Frame& frame, const FrameSink& write);
   void find_end();
   BalloonLedger& ledger();

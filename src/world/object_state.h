@@ -29,6 +29,10 @@ struct ObjectState : FieldRegistry {
     declare({"gas_work", "J", Item::object}, gas->work, chambers);
     declare({"link_amount", "mol", Item::object}, gas->link_amount, links);
     declare({"link_enthalpy", "J", Item::object}, gas->link_enthalpy, links);
+    declare({"gas_first_energy", "J", Item::object}, gas->first_energy, chambers);
+    declare({"gas_last_volume", "m^3", Item::object}, gas->volume, chambers);
+    declare({"gas_parent", "", Item::object}, gas->parent, chambers);
+    declare({"gas_reference_volume", "m^3", Item::object}, gas->reference_volume, chambers);
   }
 
   double& time = add<double>({"time", "s", Item::object});

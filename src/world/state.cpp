@@ -18,6 +18,7 @@ State::State(const Sheet& sheet)
   }
   position.values() = sheet.rest;
   std::fill(pin.begin(), pin.end(), -1);
+  std::fill(chamber.begin(), chamber.end(), -1);
   pressure.clear();
 }
 

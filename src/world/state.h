@@ -21,6 +21,8 @@ struct State : ObjectState, BurningFields {
 
   /// Number of the pin that holds each local particle, -1: none (Pins).
   std::vector<PetscInt>& pin = add<std::vector<PetscInt>>({"pin", "", Item::particle});
+  /// Number of the chamber that each local cell bounds, -1: none (Chambers).
+  std::vector<PetscInt>& chamber = add<std::vector<PetscInt>>({"chamber", "", Item::cell});
   TargetLengths& target_length;  ///< [m]
   /// What has acted in the last step, of each chamber of gas, the same on every rank.
   std::vector<double>& pressure = add<std::vector<double>>({"pressure", "Pa", Item::object});

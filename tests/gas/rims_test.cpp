@@ -94,5 +94,68 @@ TEST(Rims, AJetPushesTheWholeAgainstTheFlow) {
   EXPECT_NEAR(sum.head<2>().norm(), 0, 0.02 * std::abs(sum.z()));
 }
 
+TEST(Rims, AChamberWhoseWallIsCutInTwoBecomesTwoByVolume) {
+  // A band round a ball about z = 0.3 is gone, and a little cap below, which floats: it bounds nothing.
+  Membrane membrane = Holed::ball(3);
+  const std::map<std::string, ChamberOptions> options{{"gas", venting()}};
+  Chambers chambers(membrane, GasOptions(), options);
+  Field position(membrane.particles, 3);
+  position.values() = membrane.rest;
+  Living living(membrane);
+  std::vector<PetscInt> piece(static_cast<std::size_t>(membrane.particles.local()));
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    const double z = membrane.rest(2, static_cast<Eigen::Index>(i));
+    piece[i] = z > 0.3 ? 1 : z > -0.97 ? 0 : 2;
+  }
+  for (std::size_t t = 0; t < membrane.triangles.size(); ++t) {
+    const auto of = [&](std::size_t k) { return piece[static_cast<std::size_t>(membrane.triangles[t][k])]; };
+    living.triangles[t] = of(0) == of(1) && of(1) == of(2);
+  }
+  GasExchange exchange = chambers.first_exchange(chambers.volumes(position));
+  EXPECT_FALSE(chambers.divided(std::vector<PetscInt>(piece.size(), 0), exchange, position, 0));
+  chambers.set_living(living);
+  const double volume = chambers.volumes(position)[0];
+  exchange = chambers.first_exchange(chambers.volumes(position));
+  const GasState before = chambers.state(0, volume, 0);
+
+  const std::optional<Chambers::Division> division = chambers.divided(piece, exchange, position, 0);
+  ASSERT_TRUE(division);
+  ASSERT_EQ(division->exchange.parent.size(), 2);
+  EXPECT_EQ(division->lines.size(), 1U);
+  Chambers parts(membrane, GasOptions(), options, Eigen::Vector3d::Zero(), division->numbers, &division->exchange);
+  EXPECT_EQ(parts.name(0), "gas");
+  EXPECT_EQ(parts.name(1), "gas_cut");
+  parts.begin_step(division->exchange, 0);
+  parts.set_living(living);
+  const Eigen::VectorXd volumes = parts.volumes(position);
+  EXPECT_NEAR(volumes.sum(), volume, 1e-3 * volume) << "but for the little cap";
+  EXPECT_NEAR(volumes[1] / volumes.sum(), 0.7 * 0.7 * (3 - 0.7) / 4, 0.06) << "of a ball's cap of height 0.7";
+  double amount = 0;
+  for (const int part : {0, 1}) {
+    const GasState gas = parts.state(part, volumes[part], 0);
+    amount += gas.amount;
+    EXPECT_NEAR(gas.temperature, before.temperature, 1e-10 * before.temperature);
+    EXPECT_NEAR(gas.absolute_pressure, before.absolute_pressure, 1e-3 * before.absolute_pressure);
+    EXPECT_NEAR(gas.amount / before.amount, volumes[part] / volumes.sum(), 1e-12);
+  }
+  EXPECT_NEAR(amount, before.amount, 1e-12 * amount);
+  EXPECT_EQ(parts.imbalance(volumes, 0), "");
+  EXPECT_FALSE(parts.divided(piece, division->exchange, position, 0));
+
+  // A ledger that does not close is named.
+  GasExchange wrong = division->exchange;
+  wrong.leak_amount[1] += 1e-6;
+  parts.begin_step(wrong, 0);
+  EXPECT_NE(parts.imbalance(volumes, 0).find("the ledger of the amount in chamber gas is off by 1e-06 mol"),
+            std::string::npos)
+      << parts.imbalance(volumes, 0);
+  wrong = division->exchange;
+  wrong.work[0] += 1;
+  parts.begin_step(wrong, 0);
+  EXPECT_NE(parts.imbalance(volumes, 0).find("the ledger of the energy in chamber gas is off by 1 J"),
+            std::string::npos)
+      << parts.imbalance(volumes, 0);
+}
+
 }  // namespace
 }  // namespace pellicle
