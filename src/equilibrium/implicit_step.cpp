@@ -18,7 +18,7 @@ namespace {
 /// By which a tangent that is not positive definite goes over to the positive one, until it is; 1 is the whole way.
 constexpr double share_step = 0.125;
 
-/// Of a linear solve, before the tangent is factorised instead, which costs what some 250 do (README: balloons).
+/// Of a linear solve, before the tangent is factorised instead, which costs what some 250 do (docs/performance.md).
 constexpr int most_linear_iterations = 100;
 
 /// Beyond as many vertices a factor takes too much memory to be made unasked.

@@ -33,7 +33,7 @@ struct ImplicitResult {
 /// Makes what a step is about stationary, by SNES and KSP of prefix `prism_`: of a balloon its wall and its gas
 /// (balloon paper, eq. 18 to 23; StepPotential), or all objects that touch each other.
 ///
-/// Newton's steps are halved until no element turns over in one and the objective falls (README: readings). The gas's
+/// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md). The gas's
 /// rank-one part stays low-rank beside the assembled or matrix-free part.
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do

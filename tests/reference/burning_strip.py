@@ -4,10 +4,10 @@
   burning_strip.py --check   compares what is there with what it would write
 
 It shares nothing with the program: loops over a sheet of 3 x 2 cells, dense systems, Gaussian elimination. Equations
-(eq.) are the paper's as the README reads them. NAME.obj is the mesh, NAME.params.json the input, NAME.expected.json the
-result. Particles are the mesh's vertices, then one lattice point a cell. Springs are numbered within their colour: red
-cell by cell and corner by corner, blue in the order in which a walk round the cells first meets the edges, green in the
-order of the blue edges that they cross, yellow cell by cell.
+(eq.) are the paper's as docs/theory.md reads them. NAME.obj is the mesh, NAME.params.json the input, NAME.expected.json
+the result. Particles are the mesh's vertices, then one lattice point a cell. Springs are numbered within their colour:
+red cell by cell and corner by corner, blue in the order in which a walk round the cells first meets the edges, green
+in the order of the blue edges that they cross, yellow cell by cell.
 """
 
 import json

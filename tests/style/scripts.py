@@ -17,6 +17,7 @@ BAD_ARGUMENTS = {
                     ["--springs", "7"]],
     "tools/check": [],
     "tools/demo": [["nowhere.yaml"], ["README.md"], ["a.yaml", "b.yaml"], ["--frames"]],
+    "tools/docs": [["nowhere"], ["--fast"]],
     "tools/fuzz": [["soon"], ["2", "nowhere"]],
     "tools/mutate": [["no_such_word"]],
     "tools/pvbatch": [[], ["nowhere.py"]],
