@@ -12,3 +12,9 @@ def series(folder):
     if any(not stem.startswith(stems[0] + "_") for stem in stems[1:]):
         return {}
     return {stem[len(stems[0]):]: path for stem, path in zip(stems, paths)}
+
+
+def evenly(count, wanted):
+    """`wanted` of the numbers 0 to count - 1, evenly spread, the first and the last among them."""
+    wanted = max(1, min(count, wanted))
+    return sorted({round(i * (count - 1) / max(1, wanted - 1)) for i in range(wanted)})

@@ -8,6 +8,8 @@ BAD_ARGUMENTS = {
     "input/textures/make_textures.py": [["nowhere"]],
     "postproc/check_output.py": [["nowhere.pvd"], ["README.md"]],
     "postproc/compare.py": [["nowhere", "."], ["nowhere", "nowhere", "--tolerance", "-1"]],
+    "postproc/export.py": [["nowhere", "--format", "ply"], ["."], [".", "--format", "usd"], [".", "--format", "png"],
+                           [".", "--format", "ply", "--frames", "0"]],
     "postproc/folds.py": [["nowhere.pvd"], ["README.md"], [".", "--frame", "last"]],
     "postproc/plots.py": [["nowhere"], ["strip", "--program", "nowhere"]],
     "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"],
@@ -33,7 +35,7 @@ def run(root, script, arguments):
 def main():
     root = pathlib.Path(sys.argv[1])
     files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*"))
-    no_scripts = {"environment", "run_folder.py", "run_frames.py"}
+    no_scripts = {"environment", "materials.py", "run_folder.py", "run_frames.py"}
     scripts = {str(path.relative_to(root)) for path in files
                if path.is_file() and path.suffix in {"", ".py"} and path.name not in no_scripts}
     faults = [f"{script}: not tried by this test" for script in sorted(scripts ^ BAD_ARGUMENTS.keys())]
