@@ -65,52 +65,24 @@ OPTIONS = arguments()
 # After the arguments, since they take a while.
 import numpy  # noqa: E402
 import vtk  # noqa: E402
-from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy  # noqa: E402
+from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray  # noqa: E402
 
 import materials  # noqa: E402
 import run_frames  # noqa: E402
 
 
-class Mesh:
-    """What is left of an object in a frame: triangles, and of the vertices, each of them once, places, ids, uv (0 where the
-    frame has none), mass_ratio and thickness_ratio (or None)."""
+class Mesh(run_frames.Mesh):
+    """What is left of an object in a frame, and its name."""
 
     def __init__(self, name, path):
+        super().__init__(path)
         self.name = name
-        triangles = vtk.vtkTriangleFilter()
-        triangles.SetInputData(run_frames.surface(path))
-        triangles.Update()
-        data = triangles.GetOutput()
-        fields = data.GetPointData()
-        ids = vtk_to_numpy(fields.GetArray("vertex_id")) if data.GetNumberOfPoints() else numpy.zeros(0, int)
-        self.ids, first, number = numpy.unique(ids, return_index=True, return_inverse=True)
-        self.mass_ratio = self.thickness_ratio = None
-        if not len(ids):
-            self.places, self.triangles, self.uv = numpy.zeros((0, 3)), numpy.zeros((0, 3), int), numpy.zeros((0, 2))
-            return
-        self.places = vtk_to_numpy(data.GetPoints().GetData()).astype(float)[first]
-        corners = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-        self.triangles = number[corners]
-        self.uv = vtk_to_numpy(fields.GetArray("TCoords"))[first] if fields.HasArray("TCoords") else 0 * self.places[:, :2]
-        if fields.HasArray("mass_ratio"):
-            self.mass_ratio = vtk_to_numpy(fields.GetArray("mass_ratio"))[first]
-        if data.GetCellData().HasArray("thickness_ratio"):  # of a vertex the mean of its cells
-            of_cells = vtk_to_numpy(data.GetCellData().GetArray("thickness_ratio"))
-            sums, counts = (numpy.bincount(self.triangles.ravel(), weights, len(self.ids))
-                            for weights in (numpy.repeat(of_cells, 3), None))
-            self.thickness_ratio = sums / numpy.maximum(counts, 1)
-
-    def normals(self):
-        a, b, c = (self.places[self.triangles[:, corner]] for corner in range(3))
-        normals = numpy.zeros_like(self.places)
-        for corner in range(3):
-            numpy.add.at(normals, self.triangles[:, corner], numpy.cross(b - a, c - a))
-        lengths = numpy.linalg.norm(normals, axis=1, keepdims=True)
-        return numpy.where(lengths > 0, normals / numpy.where(lengths > 0, lengths, 1), (0.0, 0.0, 1.0))
+        uv = self.of_vertices("TCoords")
+        self.uv = self.places[:, :2] * 0 if uv is None else uv
+        self.ratios = {"mass_ratio": self.of_vertices("mass_ratio"), "thickness_ratio": self.means("thickness_ratio")}
 
     def colours(self, least):
-        """Of the vertices, sRGB from 0 to 1. @param least {field: its least value in all frames}"""
-        return materials.colours(len(self.ids), self.mass_ratio, self.thickness_ratio, least)
+        return materials.colours(len(self.ids), *self.ratios.values(), least)
 
 
 def write_obj(meshes, least, path):
@@ -217,22 +189,18 @@ WRITERS = {"obj": (write_obj, "obj"), "ply": (write_ply, "ply"), "stl": (write_s
 
 def main():
     name = os.path.basename(OPTIONS.pvd)[:-len(".pvd")]
-    of_time = {}  # the objects of each frame
-    for label, entries in run_frames.frames(OPTIONS.pvd).items():
-        for time, path in entries:
-            of_time.setdefault(time, []).append((label or name, path))
-    times = sorted(of_time)
+    times = run_frames.frames_by_time(OPTIONS.pvd)
     chosen = run_folder.evenly(len(times), OPTIONS.frames or len(times))
 
     def meshes_of(frame):
-        return [Mesh(label, path) for label, path in of_time[times[frame]]]
+        return [Mesh(label or name, path) for label, path in times[frame][1].items()]
 
     least = dict.fromkeys(("mass_ratio", "thickness_ratio"), 1.0)
     for frame in chosen if OPTIONS.format != "stl" else []:
         for mesh in meshes_of(frame):
-            for field, value in least.items():
-                values = getattr(mesh, field)
-                least[field] = value if values is None else min(value, float(values.min()))
+            for field, values in mesh.ratios.items():
+                if values is not None and len(values):
+                    least[field] = min(least[field], float(values.min()))
     write, end = WRITERS[OPTIONS.format]
     for frame in chosen:
         path = os.path.join(OPTIONS.to, f"{name}_{frame:04d}.{end}")

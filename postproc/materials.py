@@ -4,9 +4,9 @@ import numpy
 
 PAPER = (0.93, 0.89, 0.80)
 RUBBER = (0.78, 0.06, 0.09)
-# Share of the way from char (0) to paper (1), red, green, blue.
-CHAR_TO_PAPER = [0.0, 0.20, 0.185, 0.18, 0.25, 0.27, 0.20, 0.16, 0.5, 0.46, 0.29, 0.16, 0.75, 0.74, 0.56, 0.36, 0.92,
-                 0.91, 0.83, 0.69, 1.0, *PAPER]
+# Share of the way from ash (0) over char to paper (1), red, green, blue.
+CHAR_TO_PAPER = [0.0, 0.40, 0.385, 0.37, 0.10, 0.19, 0.175, 0.165, 0.28, 0.20, 0.165, 0.145, 0.5, 0.42, 0.27, 0.16,
+                 0.75, 0.74, 0.56, 0.36, 0.92, 0.91, 0.83, 0.69, 1.0, *PAPER]
 # From stretched thin (0) to as thick as at first (1).
 STRETCHED_TO_RUBBER = [0.0, 1.0, 0.62, 0.50, 0.35, 0.96, 0.36, 0.30, 0.7, 0.88, 0.15, 0.16, 1.0, *RUBBER]
 
