@@ -29,3 +29,9 @@ def colours(count, mass_ratio, thickness_ratio, least):
     if thickness_ratio is None:
         return charred
     return on_ramp(STRETCHED_TO_RUBBER, share("thickness_ratio", thickness_ratio)) * charred / PAPER
+
+
+def glow(mass_ratio, temperature, least):
+    """Of vertices that have lost nearly all that burns, from 0 to 1, dull red at 750 K to yellow at 1250 K."""
+    left = (mass_ratio - least) / max(1 - least, 1e-3)
+    return numpy.clip(1 - left / 0.25, 0, 1) * numpy.clip((temperature - 750) / 500, 0, 1)
