@@ -112,7 +112,8 @@ def write_ply(meshes, least, path):
         faces.append(face)
         start += len(row)
     types = {"<f4": "float", "<f8": "double", "<i4": "int", "|u1": "uchar"}
-    header = ["ply", "format binary_little_endian 1.0", *(f"comment object {i}: {mesh.name}" for i, mesh in enumerate(meshes)),
+    header = ["ply", "format binary_little_endian 1.0",
+              *(f"comment object {i}: {mesh.name}" for i, mesh in enumerate(meshes)),
               f"element vertex {start}", *(f"property {types[vertex[name].str]} {name}" for name in vertex.names),
               f"element face {sum(map(len, faces))}", "property list uchar int vertex_indices", "end_header", ""]
     with open(path, "wb") as file:

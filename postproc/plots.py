@@ -207,7 +207,8 @@ def main():
     for run, path in OPTIONS.histories.items():
         folder, name = os.path.split(path)
         projections = os.path.join(folder, name.replace("history", "projection"))
-        tables[run] = History(run, path), History(run, projections, "last of a step") if os.path.isfile(projections) else None
+        of_projections = History(run, projections, "last of a step") if os.path.isfile(projections) else None
+        tables[run] = History(run, path), of_projections
     pyplot.rcParams["font.size"] = 8
     pyplot.rcParams["svg.fonttype"] = "none"  # text that can be edited and found
     figure = pyplot.figure()

@@ -149,7 +149,7 @@ FRAGMENT_CODE = {"//VTK::Normal::Dec": "//VTK::Normal::Dec\nin vec4 shadeVS;", "
   float rim = pow(1.0 - max(dot(normalVCVSOutput, towards), 0.0), 4.0);
   colour += gloss * (0.6 * sunlight * shadeVS.z * glint + 0.25 * sky * rim * ofSky);
   float glow = shadeVS.w;
-  colour += glow * mix(vec3(0.5, 0.03, 0.0), vec3(2.2, 0.75, 0.15), glow);
+  colour = mix(colour, 0.2 * colour, glow) + glow * mix(vec3(0.45, 0.02, 0.0), vec3(1.5, 0.5, 0.06), glow);
   gl_FragData[0] = vec4(pow(colour, vec3(1.0 / 2.2)), opacity);
 """}
 GLOW_CODE = {"//VTK::Light::Impl": """
@@ -274,7 +274,8 @@ class Run:
                 if not len(mesh.ids):
                     continue
                 places = mesh.places * (1, 1, OPTIONS.heights)
-                self.low, self.high = numpy.minimum(self.low, places.min(axis=0)), numpy.maximum(self.high, places.max(axis=0))
+                self.low = numpy.minimum(self.low, places.min(axis=0))
+                self.high = numpy.maximum(self.high, places.max(axis=0))
                 see(places)
                 for field, values in (("mass_ratio", mesh.of_vertices("mass_ratio")),
                                       ("thickness_ratio", mesh.means("thickness_ratio"))):
@@ -287,7 +288,7 @@ class Run:
                 data = run_frames.surface(path)
                 bounds = numpy.reshape(data.GetBounds(), (3, 2)) * [[1], [1], [OPTIONS.heights]]
                 if is_plane(data):
-                    if bounds[2, 1] - bounds[2, 0] < 1e-9 * max(bounds[0, 1] - bounds[0, 0], 1e-30):
+                    if body_part(data).normals[0, 2] > 1 - 1e-9:
                         self.floor = max(self.floor, bounds[2, 0])
                 elif not name.startswith("heat_") and data.GetNumberOfPoints():
                     see(vtk_to_numpy(data.GetPoints().GetData()) * (1, 1, OPTIONS.heights))
@@ -318,7 +319,7 @@ class Run:
                 heats.append(data)
             elif not is_plane(data):
                 bodies.append(body_part(data))
-            elif data.GetBounds()[4] * OPTIONS.heights != self.floor or OPTIONS.no_ground:
+            elif OPTIONS.no_ground or data.GetBounds()[4] * OPTIONS.heights != self.floor:
                 finer = vtk.vtkLinearSubdivisionFilter()  # so that shade has places to fall on
                 finer.SetInputData(triangulated(data))
                 finer.SetNumberOfSubdivisions(6)
@@ -454,6 +455,7 @@ class Camera:
         tangent = math.tan(math.radians(VIEW_ANGLE / 2))
         self.tangents = numpy.array((tangent * aspect, tangent))
         self.furthest = numpy.full((2, 2), -math.inf)  # of what lies to the right and left, above and below
+        self.depth = 0.0  # of what it looks at, towards it
 
     def see(self, places):
         local = places @ self.axes.T
@@ -462,51 +464,44 @@ class Camera:
                 reach = sign * local[:, axis] / self.tangents[axis] + local[:, 2]
                 self.furthest[axis, side] = max(self.furthest[axis, side], reach.max())
 
+    def see_from_all_sides(self, low, high):
+        """Has it take in a box while it goes round."""
+        centre, angle = (low + high) / 2, numpy.linspace(0, 2 * numpy.pi, 33)
+        circle = numpy.linalg.norm((high - low)[:2]) / 2 * numpy.stack([numpy.cos(angle), numpy.sin(angle)])
+        for z in (low[2], high[2]):
+            self.see(numpy.stack([*(centre[:2, None] + circle), numpy.full(len(angle), z)], axis=1))
+
     def place(self, camera, zoom, turn=0.0):
-        """@param turn of the camera round the upright axis through what it looks at [rad]"""
-        distance = (self.furthest.sum(axis=1) / 2).max()
+        """@param turn round the upright axis through what it looks at [rad] @returns its axes, right, up, towards it"""
         offset = self.tangents * (self.furthest[:, 0] - self.furthest[:, 1]) / 2
-        middle = self.middle(distance, offset)
+        middle = numpy.append(offset, self.depth) @ self.axes
+        distance = (self.furthest.sum(axis=1) / 2).max() - self.depth
         cosine, sine = math.cos(turn), math.sin(turn)
         axes = self.axes @ numpy.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]])
-        reach = distance - middle @ self.axes[2]
         camera.SetViewAngle(VIEW_ANGLE)
         camera.SetFocalPoint(*middle)
-        camera.SetPosition(*(middle + 1.12 * reach / zoom * axes[2]))
+        camera.SetPosition(*(middle + 1.12 * distance / zoom * axes[2]))
         camera.SetViewUp(*axes[1])
         return axes
-
-    def middle(self, distance, offset):
-        """The point on the line of sight as far away as what is seen is on average."""
-        return self.axes[0] * offset[0] + self.axes[1] * offset[1] + self.axes[2] * self.depth
-
-    depth = 0.0
 
 
 def main():
     options = OPTIONS
     runs = [Run(folder) for folder in options.folders]
     camera = Camera(options.view, options.size[0] / options.size[1])
-    kept = []
-
-    def see(places):
-        camera.see(places)
-        if options.turntable:
-            kept.append(numpy.stack([places.min(axis=0), places.max(axis=0)]))
-
     for run in runs:
-        run.survey(see)
+        run.survey(camera.see)
         if options.field and options.field not in run.fields:
-            sys.exit(f"render.py: {run.folder}: no field {options.field}; expected one of "
-                     f"{', '.join(sorted(run.fields - {'vtkGhostType'}))}")
+            run_frames.fail(f"{run.folder}: no field {options.field}; expected one of "
+                            f"{', '.join(sorted(run.fields - {'vtkGhostType'}))}")
     low, high = numpy.min([run.low for run in runs], axis=0), numpy.max([run.high for run in runs], axis=0)
     if not numpy.isfinite(low).all():
-        sys.exit(f"render.py: {options.folders[0]}: nothing is left in any frame")
+        run_frames.fail(f"{options.folders[0]}: nothing is left in any frame")
     camera.depth = (low + high) / 2 @ camera.axes[2]
     if options.turntable:
-        round_about(camera, numpy.array([numpy.min([k[0] for k in kept], axis=0), numpy.max([k[1] for k in kept], axis=0)]))
-    right, up, towards = camera.axes
-    sun = -0.55 * right + 0.25 * numpy.cross((0, 0, 1), right) * -1 + numpy.array((0, 0, 1.0))
+        camera.see_from_all_sides(low, high)
+    right, upright = camera.axes[0], numpy.array((0, 0, 1.0))
+    sun = upright - 0.55 * right + 0.25 * numpy.cross(right, upright)  # from the upper left, a little before the sheet
     Run.light = light.Light(sun / numpy.linalg.norm(sun))
 
     window = vtk.vtkRenderWindow()
@@ -533,7 +528,6 @@ def main():
     counts = [len(run.frames) for run in runs]
     chosen = run_folder.evenly(counts[0], options.frames or (counts[0] if options.film else 5))
     film = Film(options.film, window.GetSize(), options.fps) if options.film else None
-    begin = time.monotonic()
     for done, number in enumerate(chosen):
         for run in runs:
             moment = runs[0].frames[number][0]
@@ -549,27 +543,14 @@ def main():
         picture = picture_of(window)
         if film:
             film.add(picture)
-            seconds = (time.monotonic() - begin) / (done + 1)
-            print(f"\r{done + 1} of {len(chosen)} frames, {seconds:.2f} s a frame, {seconds * (len(chosen) - done - 1):.0f} s "
-                  "to go  ", end="", flush=True)
+            film.tell(done + 1, len(chosen))
         else:
             path = os.path.join(options.folders[0], f"{runs[0].name}_{number:04d}.png")
             write_png(picture, path)
             print(path, flush=True)
     if film:
         film.end()
-        print(f"\n{options.film}")
-
-
-def round_about(camera, box):
-    """Has the camera take in a box from all sides."""
-    centre = box.mean(axis=0)
-    radius = numpy.linalg.norm((box[1] - box[0])[:2]) / 2
-    angle = numpy.linspace(0, 2 * numpy.pi, 32)
-    for z in box[:, 2]:
-        camera.see(numpy.stack([centre[0] + radius * numpy.cos(angle), centre[1] + radius * numpy.sin(angle),
-                                numpy.full(32, z)], axis=1))
-    camera.depth = centre @ camera.axes[2]
+        print(options.film)
 
 
 def text_colour(of):
@@ -621,7 +602,7 @@ def write_png(picture, path):
     writer.SetFileName(path)
     writer.Write()
     if writer.GetErrorCode():
-        sys.exit(f"render.py: {path}: cannot be written")
+        run_frames.fail(f"{path}: cannot be written")
 
 
 class Film:
@@ -630,9 +611,10 @@ class Film:
     def __init__(self, path, sides, fps):
         self.path = path
         self.process = subprocess.Popen(
-            ["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", "{}x{}".format(*sides), "-r", str(fps),
-             "-i", "-", "-vf", "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
+            ["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", "{}x{}".format(*sides),
+             "-r", str(fps), "-i", "-", "-vf", "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
              path], stdin=subprocess.PIPE)
+        self.begin = time.monotonic()
 
     def add(self, picture):
         try:
@@ -640,10 +622,18 @@ class Film:
         except BrokenPipeError:
             self.end()
 
+    def tell(self, done, count):
+        """Shows the progress: on a terminal in one line, else a line for each tenth."""
+        terminal = sys.stdout.isatty()
+        if terminal or done * 10 // count > (done - 1) * 10 // count:
+            seconds = (time.monotonic() - self.begin) / done
+            print(f"{done} of {count} frames, {seconds:.2f} s a frame, {seconds * (count - done):.0f} s to go   ",
+                  end="\r" if terminal and done < count else "\n", flush=True)
+
     def end(self):
         self.process.stdin.close()
         if self.process.wait() != 0:
-            sys.exit(f"render.py: {self.path}: ffmpeg could not write it")
+            run_frames.fail(f"{self.path}: ffmpeg could not write it")
 
 
 main()

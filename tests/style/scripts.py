@@ -14,7 +14,7 @@ BAD_ARGUMENTS = {
     "postproc/folds.py": [["nowhere.pvd"], ["README.md"], [".", "--frame", "last"]],
     "postproc/plots.py": [["nowhere"], ["."], [".", "--panels", "luck"]],
     "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"],
-                             [".", "--heights", "0"]],
+                             [".", "--heights", "0"], [".", "--film", "nowhere/film.mp4"], [".", "--range", "0", "1"]],
     "postproc/stands_out.py": [["nowhere"], [".", "--rows", "0"]],
     "tools/bench": [["--peers", "nowhere"], ["--workloads", "w9"], ["--ranks", "0"], ["--measure", "luck"],
                     ["--springs", "7"]],
@@ -36,7 +36,7 @@ def run(root, script, arguments):
 def main():
     root = pathlib.Path(sys.argv[1])
     files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*"))
-    no_scripts = {"environment", "materials.py", "run_folder.py", "run_frames.py"}
+    no_scripts = {"environment", "light.py", "materials.py", "run_folder.py", "run_frames.py"}
     scripts = {str(path.relative_to(root)) for path in files
                if path.is_file() and path.suffix in {"", ".py"} and path.name not in no_scripts}
     faults = [f"{script}: not tried by this test" for script in sorted(scripts ^ BAD_ARGUMENTS.keys())]
