@@ -167,15 +167,21 @@ def plot(rows, path):
     names = [name for name, _ in rows]
     for axes, (column, label, scale) in zip(panels, PANELS):
         values = [row[column] if row else numpy.nan for _, row in rows]
-        axes.barh(range(len(rows)), [value if value > 0 else numpy.nan for value in values], color="tab:red")
+        if scale == "log":  # where a bar has no foot
+            axes.set_xscale("log")
+            axes.plot([value if value > 0 else numpy.nan for value in values], range(len(rows)), "o", color="tab:red")
+            axes.xaxis.set_minor_formatter("")
+            known = [value for value in values if value > 0] or [1]
+            axes.set_xlim(10 ** numpy.floor(numpy.log10(min(known)) - 0.1), 10 ** numpy.ceil(numpy.log10(max(known)) + 0.1))
+        else:
+            axes.barh(range(len(rows)), values, color="tab:red")
         for place, value in enumerate(values):
             if numpy.isnan(value):
                 axes.text(0.02, place, "failed", va="center", transform=axes.get_yaxis_transform())
-        axes.set(xlabel=label, xscale=scale)
+        axes.set(xlabel=label, ylim=(len(rows) - 0.5, -0.5))
         axes.grid(axis="x", alpha=0.3)
     panels[0].set_yticks(range(len(rows)), names)
-    panels[0].invert_yaxis()
-    figure.suptitle(" ".join(os.path.basename(deck) for deck in OPTIONS.decks) + f", {OPTIONS.np} ranks")
+    figure.suptitle(" ".join(os.path.basename(deck) for deck in OPTIONS.decks) + f", {OPTIONS.np} rank" + "s" * (OPTIONS.np != "1"))
     figure.tight_layout()
     for end in ("png", "svg"):
         figure.savefig(f"{path}.{end}", dpi=110)
