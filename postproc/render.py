@@ -124,6 +124,7 @@ except ImportError as missing:
 
 BACKGROUND = (0.02, 0.02, 0.03) if OPTIONS.dark else (0.96, 0.96, 0.955)
 SKY, SUN = (0.07, 0.09) if OPTIONS.dark else (0.5, 0.62)  # on the flat below the open sky; facing the sun
+FIRE = 1.0 if OPTIONS.dark else 0.4  # light of a ball of heat on its surface
 GROUND_CELLS = 256
 MOST_HEATS = 4  # balls of heat that give light
 
@@ -142,7 +143,7 @@ FRAGMENT_CODE = {"//VTK::Normal::Dec": "//VTK::Normal::Dec\nin vec4 shadeVS;", "
     float distance = max(length(way), heats[i].w);
     float ofHeat = dot(normalVCVSOutput, way) / distance;
     float share = heats[i].w / distance;
-    light += share * share * (max(ofHeat, 0.0) + through * max(-ofHeat, 0.0)) * vec3(1.3, 0.6, 0.2);
+    light += fire * share * share * (max(ofHeat, 0.0) + through * max(-ofHeat, 0.0)) * vec3(1.3, 0.6, 0.2);
   }
   vec3 colour = pow(diffuseColor, vec3(2.2)) * light;
   float glint = pow(max(dot(normalVCVSOutput, normalize(sun + towards)), 0.0), 60.0);
@@ -201,7 +202,8 @@ class Part:
         mapper.MapDataArrayToVertexAttribute("shade", "shade", vtk.vtkDataObject.FIELD_ASSOCIATION_POINTS, -1)
         actor = shaded(mapper, FRAGMENT_CODE, VERTEX_CODE)
         uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
-        for name, number in (("sky", SKY), ("sunlight", SUN), ("gloss", self.gloss), ("through", self.through)):
+        for name, number in (("sky", SKY), ("sunlight", SUN), ("fire", FIRE), ("gloss", self.gloss),
+                             ("through", self.through)):
             uniforms.SetUniformf(name, number)
         uniforms.SetUniformi("heatCount", len(heats))
         rows = vtk.vtkMatrix4x4()

@@ -54,7 +54,7 @@ def main():
                     if number >= 0:
                         largest = max(largest, numpy.linalg.norm(of_run[number] - of_tight[number]))
             faults.unless(abs(float(row["error [m]"]) - largest) <= 1e-12 and int(row["vertices of one only"]) == lacking,
-                          f"{row}, expected an error of {largest}, and {lacking} vertices of one only")
+                          f"{row}, expected an error of {largest}, {lacking} vertices of one only")
         for pc in ("icc", "jacobi"):
             coarse, fine = (float(rows[pc, rtol]["error [m]"]) for rtol in ("1e-1", "1e-6"))
             faults.unless(fine < coarse, f"{pc}: errors {coarse} of 1e-1, {fine} of 1e-6")
