@@ -53,7 +53,8 @@ def main():
                 for number in of_run.keys() & of_tight.keys():
                     if number >= 0:
                         largest = max(largest, numpy.linalg.norm(of_run[number] - of_tight[number]))
-            faults.unless(abs(float(row["error [m]"]) - largest) <= 1e-12 and int(row["vertices of one only"]) == lacking,
+            found = float(row["error [m]"]), int(row["vertices of one only"])
+            faults.unless(abs(found[0] - largest) <= 1e-12 and found[1] == lacking,
                           f"{row}, expected an error of {largest}, {lacking} vertices of one only")
         for pc in ("icc", "jacobi"):
             coarse, fine = (float(rows[pc, rtol]["error [m]"]) for rtol in ("1e-1", "1e-6"))
