@@ -6,6 +6,7 @@
   tools/pvbatch postproc/render.py output/hot_ball --field temperature --range 300 1000 --view front
   tools/pvbatch postproc/render.py output/coarse output/fine --frames 3     # side by side, in the first folder
   tools/pvbatch postproc/render.py output/burning_lantern --dark --film lantern.mp4
+  tools/pvbatch postproc/render.py output/burning_paper --texture letter.png
 
 OUT is the folder of a run, of which all objects are drawn. A picture has the number of its frame. The camera takes in all
 frames of the run.
@@ -71,6 +72,16 @@ def direction(text):
     return components
 
 
+def picture_kind(path):
+    """"PNG", "JPEG", or None, by what the file begins with."""
+    try:
+        with open(path, "rb") as file:
+            begin = file.read(4)
+    except OSError:
+        return None
+    return "PNG" if begin == b"\x89PNG" else "JPEG" if begin[:3] == b"\xff\xd8\xff" else None
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", metavar="OUT")
@@ -82,6 +93,7 @@ def arguments():
     parser.add_argument("--field", help="colour by this point or cell field, with a legend; of a vector its length")
     parser.add_argument("--range", type=float, nargs=2, metavar=("LOW", "HIGH"),
                         help="of the colours of the field (that of the field in the run)")
+    parser.add_argument("--texture", metavar="FILE", help="a PNG or JPEG on the surfaces, by their texture coordinates")
     parser.add_argument("--size", type=size, default=[1200, 900], metavar="SIZE",
                         help="WIDTHxHEIGHT in pixels, of each run (1200x900)")
     parser.add_argument("--view", type=direction, default=DIRECTIONS["oblique"], metavar="VIEW",
@@ -99,6 +111,8 @@ def arguments():
             parser.error(f"{folder}: no .pvd of a run, or of several; expected the folder of one")
     if options.range and not options.field:
         parser.error("--range: expected with --field")
+    if options.texture and picture_kind(options.texture) is None:
+        parser.error(f"--texture {options.texture}: expected a PNG or JPEG")
     if options.film:
         if not os.path.isdir(os.path.dirname(options.film) or "."):
             parser.error(f"--film {options.film}: no such folder {os.path.dirname(options.film)}")
@@ -183,6 +197,7 @@ class Part:
         self.gloss, self.through = gloss, through  # shine of rubber; light that goes through paper
         self.colours, self.glow = None, numpy.zeros(len(places))
         self.one_sided = False
+        self.uv = None  # where a texture goes on it
 
     def actor(self, shade, axes, heats):
         """@param axes of the camera, the rows right, up, towards it @param heats rows of place and radius, seen by it"""
@@ -212,6 +227,9 @@ class Part:
         uniforms.SetUniform3f("sun", list(axes @ Run.light.sun))
         uniforms.SetUniform3f("up", list(axes @ (0, 0, 1)))
         actor.GetProperty().SetBackfaceCulling(self.one_sided)
+        if self.uv is not None:
+            data.GetPointData().SetTCoords(numpy_to_vtk(numpy.ascontiguousarray(self.uv, numpy.float32), deep=True))
+            actor.SetTexture(Run.texture)
         return actor
 
     def edges(self):
@@ -244,7 +262,7 @@ def length(values):
 class Run:
     """A run that is drawn, in its own part of the window."""
 
-    light = None
+    light = texture = None
 
     def __init__(self, folder):
         series = run_folder.series(folder)
@@ -312,6 +330,8 @@ class Run:
                 part.colours = materials.colours(len(mesh.ids), mass, thickness, self.least)
                 if mass is not None and temperature is not None:
                     part.glow = materials.glow(mass, temperature, self.least["mass_ratio"])
+            if OPTIONS.texture:
+                part.uv = mesh.of_vertices("TCoords")
             objects.append(part)
         for name, path in self.bodies.get(self.frames[number][0], {}).items():
             data = run_frames.surface(path)
@@ -506,6 +526,9 @@ def main():
     sun = upright - 0.55 * right + 0.25 * numpy.cross(right, upright)  # from the upper left, a little before the sheet
     Run.light = light.Light(sun / numpy.linalg.norm(sun))
 
+    if options.texture:
+        Run.texture = texture_of(options.texture)
+
     window = vtk.vtkRenderWindow()
     window.OffScreenRenderingOn()
     window.SetMultiSamples(4)
@@ -553,6 +576,16 @@ def main():
     if film:
         film.end()
         print(options.film)
+
+
+def texture_of(path):
+    reader = vtk.vtkPNGReader() if picture_kind(path) == "PNG" else vtk.vtkJPEGReader()
+    reader.SetFileName(path)
+    texture = vtk.vtkTexture()
+    texture.SetInputConnection(reader.GetOutputPort())
+    texture.InterpolateOn()
+    texture.MipmapOn()
+    return texture
 
 
 def text_colour(of):

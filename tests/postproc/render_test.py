@@ -61,6 +61,10 @@ def main():
         (top, left), (bottom, right) = (end(numpy.argwhere(rubber | paper), axis=0) for end in (numpy.min, numpy.max))
         faults.unless(2 < left < right < 197 and 2 < top < bottom < 147 and right - left > 120,
                       f"framing: columns {left} to {right}, rows {top} to {bottom}")
+        dark = (picture.max(axis=2) < 0.15).mean()
+        picture = pixels(render("--frames", "1", "--size", "200x150", "--no-ground", "--texture",
+                                f"{source}/input/textures/halves.png")[0])
+        faults.unless((picture.max(axis=2) < 0.15).mean() > dark + 0.02, "no black half of the texture")
         picture = pixels(render(out, "--frames", "1", "--size", "200x150", "--dark", "--edges", "--field",
                                 "temperature")[0])
         faults.unless(picture.shape == (150, 400, 3), f"two runs make a picture of {picture.shape}")
