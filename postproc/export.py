@@ -3,7 +3,7 @@
 
   postproc/export.py output/burning_paper --format obj               # output/burning_paper/obj/burning_paper_0000.obj ...
   postproc/export.py output/leaking_balloon --format gltf --frames 5 --to models
-  postproc/export.py output/sheet_and_balloon --format ply --frames 1000000     # every frame
+  postproc/export.py output/sheet_and_balloon --format ply --frames 1
 
 OUT is the folder of a run. Files have the number of their frame. What has burnt away is not in them, and cells that are
 cut are cut. A vertex on which pieces of several ranks meet is written once.
