@@ -12,3 +12,20 @@ def series(folder):
     if any(not stem.startswith(stems[0] + "_") for stem in stems[1:]):
         return {}
     return {stem[len(stems[0]):]: path for stem, path in zip(stems, paths)}
+
+
+def evenly(count, wanted):
+    """`wanted` of the numbers 0 to count - 1, evenly spread, the first and the last among them."""
+    wanted = max(1, min(count, wanted))
+    return sorted({round(i * (count - 1) / max(1, wanted - 1)) for i in range(wanted)})
+
+
+def histories(folder):
+    """The tables of a run with a row a step. @returns {object: path}, the object "" where a run has one without a name; of
+    what has no row yet there is none"""
+    found = {}
+    for path in sorted(glob.glob(os.path.join(glob.escape(folder), "history*.csv"))):
+        with open(path, encoding="utf-8") as file:
+            if len(file.readlines(2**16)) > 1:
+                found[os.path.basename(path)[len("history"):-len(".csv")].lstrip("_")] = path
+    return found

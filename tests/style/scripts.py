@@ -8,10 +8,17 @@ BAD_ARGUMENTS = {
     "input/textures/make_textures.py": [["nowhere"]],
     "postproc/check_output.py": [["nowhere.pvd"], ["README.md"]],
     "postproc/compare.py": [["nowhere", "."], ["nowhere", "nowhere", "--tolerance", "-1"]],
+    "postproc/elastic_plots.py": [["nowhere"], ["strip", "--program", "nowhere"]],
+    "postproc/ensemble.py": [[], ["nowhere.yaml", "-project_pc_type", "icc,jacobi"], ["input/disc.yaml"],
+                             ["input/disc.yaml", "-prism_pc_type", "lu,jacobi", "-program", "nowhere"],
+                             ["input/disc.yaml", "-prism_pc_type", "lu,jacobi", "-np", "0"]],
+    "postproc/export.py": [["nowhere", "--format", "ply"], ["."], [".", "--format", "usd"], [".", "--format", "png"],
+                           [".", "--format", "ply", "--frames", "0"]],
     "postproc/folds.py": [["nowhere.pvd"], ["README.md"], [".", "--frame", "last"]],
-    "postproc/plots.py": [["nowhere"], ["strip", "--program", "nowhere"]],
+    "postproc/plots.py": [["nowhere"], ["."], [".", "--panels", "luck"]],
     "postproc/render.py": [["nowhere"], [".", "--size", "12"], [".", "--frames", "0"], [".", "--view", "up"],
-                             [".", "--heights", "0"]],
+                             [".", "--heights", "0"], [".", "--film", "nowhere/film.mp4"], [".", "--range", "0", "1"],
+                             [".", "--texture", "README.md"]],
     "postproc/stands_out.py": [["nowhere"], [".", "--rows", "0"]],
     "tools/bench": [["--peers", "nowhere"], ["--workloads", "w9"], ["--ranks", "0"], ["--measure", "luck"],
                     ["--springs", "7"]],
@@ -34,7 +41,7 @@ def run(root, script, arguments):
 def main():
     root = pathlib.Path(sys.argv[1])
     files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*"))
-    no_scripts = {"environment", "run_folder.py", "run_frames.py"}
+    no_scripts = {"environment", "light.py", "materials.py", "run_folder.py", "run_frames.py"}
     scripts = {str(path.relative_to(root)) for path in files
                if path.is_file() and path.suffix in {"", ".py"} and path.name not in no_scripts}
     faults = [f"{script}: not tried by this test" for script in sorted(scripts ^ BAD_ARGUMENTS.keys())]

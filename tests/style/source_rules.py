@@ -35,7 +35,7 @@ MAY_INCLUDE = {
 }
 GENERATED = {"revision_text.h"}
 # These mirror none of src/.
-OWN_TESTS = {"program", "allocations", "external", "fuzz", "reference", "style", "benchmark", "support"}
+OWN_TESTS = {"program", "allocations", "external", "fuzz", "reference", "style", "benchmark", "support", "postproc"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
