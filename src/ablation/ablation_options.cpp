@@ -25,7 +25,7 @@ void describe(OptionTable& table, AblationOptions& options) {
           "force per width at which the unburnt sheet, or a balloon's wall, cracks along sides of its cells. Nothing "
           "cracks "
           "unless given")
-      .source("burning paper, section 8.2; README: readings");
+      .source("burning paper, section 8.2; docs/theory.md: readings");
   const Condition tears{"ablation.strength", [&options] { return options.strength.has_value(); }};
   table.add("ablation.strength_texture", options.strength_texture)
       .file()

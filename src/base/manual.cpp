@@ -117,7 +117,9 @@ const std::string objects =
     "one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do: gas that escapes through a hole (the run ends there) or in a sheet; flames and air.";
+    "What the program does not do stands in docs/limits.md: flames, air that gives way, gas that flows between "
+    "objects, "
+    "and others.";
 
 const std::string no_effect =
     "An option that is given but cannot act in the run, for want of what it needs (in braces below; in the table under "

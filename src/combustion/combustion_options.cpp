@@ -10,12 +10,12 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .unit("K")
       .at_least(0)
       .help("above this temperature a particle loses mass")
-      .source("burning paper, eq. 4; README: parameters");
+      .source("burning paper, eq. 4; docs/theory.md: parameters");
   table.add("combustion.mass_loss_rate", options.mass_loss_rate)
       .unit("1/(K s)")
       .at_least(0)
       .help("mu: the fraction of the initial mass lost per second and kelvin above ignition; 0: nothing burns")
-      .source("burning paper, eq. 4; README: parameters");
+      .source("burning paper, eq. 4; docs/theory.md: parameters");
   table.add("combustion.mass_loss_texture", options.mass_loss_texture)
       .file()
       .help("image whose brightness at the uv coordinates weights the mass-loss rate of each particle")
@@ -24,7 +24,7 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .length(2)
       .acts_with({"combustion.mass_loss_texture", [&options] { return !options.mass_loss_texture.empty(); }})
       .help("factors on the mass-loss rate where the image is black and where it is white")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("combustion.corner_factor", options.corner_factor)
       .at_least(0)
       .help("factor on the mass-loss rate of the corner points, the blue layer")
@@ -36,7 +36,7 @@ void describe(OptionTable& table, CombustionOptions& options) {
   table.add("combustion.min_mass", options.min_mass)
       .range(1e-3, 1)
       .help("the least mass that a particle can have, as a fraction of its initial mass")
-      .source("burning paper, section 6; README: parameters");
+      .source("burning paper, section 6; docs/theory.md: parameters");
   table.add("combustion.initial_density", options.initial_density)
       .unit("kg/m^3")
       .more_than(0)
@@ -46,13 +46,13 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .unit("kg/m^3")
       .more_than(0)
       .help("density of what is left at the least mass")
-      .source("burning paper, eq. 5; README: parameters");
+      .source("burning paper, eq. 5; docs/theory.md: parameters");
   table.add("combustion.char_stiffness", options.char_stiffness)
       .more_than(0)
       .help(
           "factor on the elastic energy of a balloon's wall at the least mass; in between it is linear in the mass; 1: "
           "char is as stiff as the wall")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
 }
 
 }  // namespace combustion

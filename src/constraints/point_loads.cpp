@@ -15,7 +15,7 @@ void describe(OptionTable& table, AttachmentOptions& options) {
       .unit("N/m")
       .more_than(0)
       .help("stiffness of all springs together; each has its vertex's share of the area")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
 }
 
 void describe(OptionTable& table, PushOptions& options) {

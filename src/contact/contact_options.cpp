@@ -20,7 +20,7 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
       .help(
           "gap at which surfaces begin to press: two parts of a surface, by half of their undeformed distance at most, "
           "and bodies, beyond their margin; unless given a fifth of the mean side of the mesh, for bodies a tenth")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("contact.friction", options.friction)
       .at_least(0)
       .acts_with({"contact.self: true", [&options] { return options.self; }})
@@ -33,13 +33,13 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
           "c of the pressure with which surfaces press whose gap g is less than contact.thickness d: 2 c (d - g)^2/d, "
           "1e8 Pa/m unless given; of bodies c (0.975 d - g) where g < 0.95 d, and less and less further out: unless "
           "given much stiffer than the mesh in the plane and its mass in a step")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("contact.slip_speed", options.slip_speed)
       .unit("m/s")
       .more_than(0)
       .acts_with(either(body_friction, "a body with friction, or contact.friction", true))
       .help("along a surface: friction grows up to this speed, at which it is Coulomb's")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
 }
 
 }  // namespace contact

@@ -14,7 +14,7 @@ constexpr double default_bending_stiffness = 1e-3;  // [N m]
 }  // namespace
 
 void describe(OptionTable& table, SheetMaterial& options) {
-  const char* const readings = "README: a sheet as a material";
+  const char* const readings = "docs/sheets.md";
   table.add("sheet.tensile_stiffness", options.tensile_stiffness)
       .unit("N/m")
       .more_than(0)

@@ -9,7 +9,7 @@ void describe(OptionTable& table, GasOptions& options) {
       .help(
           "derivative of the pressure force: with the factor 1/27 as printed, with the right factor 1/9, or with the "
           "load's geometric stiffness too")
-      .source("balloon paper, eq. 16; README: readings");
+      .source("balloon paper, eq. 16; docs/theory.md: readings");
   table.add("gas.ambient_pressure", options.ambient_pressure)
       .unit("Pa")
       .at_least(0)
@@ -94,7 +94,7 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .help(
           "in place of amount: n over the amount that fills the undeformed volume at ambient pressure and the "
           "temperature at time 0; 1 unless given")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
   table.add("temperature", options.temperature)
       .unit("s,K")
       .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
@@ -104,7 +104,7 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .more_than(1)
       .acts_with(law({GasLaw::adiabatic}))
       .help("ratio of the heat capacities; 1.4, air, unless given")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
   table.add("hole_discharge", options.hole_discharge)
       .range(0, 1)
       .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
@@ -134,12 +134,12 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .unit("s,1")
       .acts_with(law({GasLaw::volume}))
       .help("enclosed volume over the undeformed one")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
   table.add("volume", options.volume)
       .unit("s,m^3")
       .acts_with(law({GasLaw::volume}))
       .help("in place of volume_ratio")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
 }
 
 }  // namespace gas

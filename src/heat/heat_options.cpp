@@ -21,7 +21,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .unit("m^2/s")
       .at_least(0)
       .help("thermal diffusivity alpha")
-      .source("burning paper, eq. 2; README: parameters");
+      .source("burning paper, eq. 2; docs/theory.md: parameters");
   table.add("heat.diffusivity_texture", options.diffusivity_texture)
       .file()
       .help("image whose brightness at the uv coordinates weights the diffusivity of each particle")
@@ -34,7 +34,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .unit("K")
       .at_least(0)
       .help("eta: the rise of temperature per unit of lost mass fraction")
-      .source("burning paper, eq. 1; README: readings");
+      .source("burning paper, eq. 1; docs/theory.md: readings");
   table.add("heat.capacity", options.capacity)
       .unit("J/(kg K)")
       .more_than(0)

@@ -27,7 +27,7 @@ void describe(OptionTable& table, HeatSource& source) {
       .unit("1/s")
       .at_least(0)
       .help("how fast the surface takes on the source's temperature")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("start_time", source.start_time).unit("s").help("when the source begins to heat");
   table.add("end_time", source.end_time).unit("s").help("when the source stops heating; never unless given");
   const Condition ball = one_of("shape", source.shape, {SourceShape::ball});
@@ -37,7 +37,7 @@ void describe(OptionTable& table, HeatSource& source) {
       .more_than(0)
       .acts_with(ball)
       .help("radius of a ball")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("centre", source.centre)
       .unit("m")
       .acts_with(ball)

@@ -39,7 +39,7 @@ void describe(OptionTable& table, PrismOptions& options) {
           "iterations, and for some steps more, of up to 200,000 vertices and unless pc_type, ksp_type or ksp_max_it "
           "is "
           "given; always, never")
-      .source("measured: README, balloons");
+      .source("measured: docs/balloons.md");
   table.add("prism.patch_size", options.patch_size)
       .at_least(10)
       .acts_with({"prism.inertia", [&options] { return options.inertia; }})
@@ -52,17 +52,17 @@ void describe(OptionTable& table, PrismOptions& options) {
       .help(
           "stiffness of the elements: exact: from the metric, eight elements at once; gradient: the same from the "
           "stored deformation gradient; paper: without the derivative of the director")
-      .source("balloon paper, eq. 11; README: readings");
+      .source("balloon paper, eq. 11; docs/theory.md: readings");
   table.add("prism.positive_elements", options.positive_elements)
       .acts_with(one_of("prism.tangent", options.tangent, {ElementTangent::exact}))
       .help(
           "leave compressive stresses out of the geometric stiffness, so that no element's matrix has a negative "
           "eigenvalue; a step in time of newton: converged leaves them out only where the tangent is not positive "
           "definite, and as little of them as it must")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
   table.add("prism.line_search", options.line_search)
       .help("halve a Newton step until no element turns over and the potential of the step falls")
-      .source("README: readings");
+      .source("docs/theory.md: readings");
   table.add("prism.inertia", options.inertia)
       .help(
           "false: quasi-static, without acceleration; the damping stays, mass_damping as a drag: 0 for steps from "
@@ -71,7 +71,7 @@ void describe(OptionTable& table, PrismOptions& options) {
       .unit("1/s")
       .at_least(0)
       .help("a of the damping C = a M + b K; without inertia a drag on every vertex all the same")
-      .source("balloon paper, eq. 18; README: parameters");
+      .source("balloon paper, eq. 18; docs/theory.md: parameters");
   table.add("prism.stiffness_damping", options.stiffness_damping)
       .unit("s")
       .at_least(0)

@@ -27,11 +27,11 @@ void describe(OptionTable& table, VolumeOptions& options) {
       .help(
           "how far volume preservation moves each vertex: mass solves the linearised constraint exactly; printed is "
           "the paper's formula, which diverges; muller06 the older one of position based dynamics")
-      .source("balloon paper, eq. 27; README: readings");
+      .source("balloon paper, eq. 27; docs/theory.md: readings");
   table.add("volume.tolerance", options.tolerance)
       .range(1e-13, 1)
       .help("relative error of the rubber's volume at which volume preservation ends")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("volume.max_iterations", options.max_iterations)
       .at_least(1)
       .help("corrections of volume preservation in a step; the paper's: 1")

@@ -35,14 +35,14 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
                                 [&material] { return !material.young_modulus.has_value(); }};
   table.add(prefix + "material", material.law)
       .help("law of the hyperelastic material")
-      .source("balloon paper, section 4; README: readings");
+      .source("balloon paper, section 4; docs/theory.md: readings");
   table.add(prefix + "mu", material.mu)
       .unit("Pa")
       .more_than(0)
       .acts_with(has_shear_modulus)
       .acts_with(without_young)
       .help("shear modulus")
-      .source("balloon paper, eq. 6; README: parameters");
+      .source("balloon paper, eq. 6; docs/theory.md: parameters");
   table.add(prefix + "lambda", material.lambda)
       .unit("Pa")
       .acts_with(without_young)
@@ -52,7 +52,7 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
       .help(
           "Lame's first parameter, of all laws: what a change of volume costs; where every element keeps its volume it "
           "matters to St. Venant-Kirchhoff only")
-      .source("balloon paper, eq. 6; README: parameters");
+      .source("balloon paper, eq. 6; docs/theory.md: parameters");
   table.add(prefix + "c1", material.c1)
       .unit("Pa")
       .at_least(0)
@@ -128,7 +128,7 @@ void describe(OptionTable& table, WallOptions& options) {
           "what becomes of the wall's thickness: global, the paper's way: fixed while a step is solved, then volume "
           "preservation; incompressible: every element keeps its volume; plane_stress: the stress across the wall "
           "vanishes; fixed: stays as it is")
-      .source("balloon paper, sections 4 and 7; README: readings");
+      .source("balloon paper, sections 4 and 7; docs/theory.md: readings");
   table.add("wall.bending", options.bending)
       .help(
           "plate: the wall resists bending as a plate of its present thickness h, E h^3 / (12 (1 - nu^2)), and is "
@@ -160,7 +160,7 @@ void describe(OptionTable& table, WallOptions& options) {
       .unit("kg/m^3")
       .more_than(0)
       .help("undeformed density of the wall")
-      .source("balloon paper, eq. 19; README: parameters");
+      .source("balloon paper, eq. 19; docs/theory.md: parameters");
   table.add("wall.reference_temperature", options.reference_temperature)
       .unit("K")
       .more_than(0)
@@ -182,7 +182,7 @@ void describe(OptionTable& table, WallOptions& options) {
       .help(
           "share of the shear modulus by which the undeformed wall is stressed in all directions, so that it has some "
           "stiffness where it is slack, too; much less than the strains")
-      .source("README: balloons");
+      .source("docs/balloons.md");
   // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
   const auto is_used = [&options](Material::Law law) {
     const Material::Law of_wall = options.material.law;

@@ -61,23 +61,23 @@ void describe(OptionTable& table, ProjectOptions& options) {
       .help(
           "true: J M^-1 J^T, light particles give way and momentum is conserved; equal: J J^T, the paper's, all "
           "particles move alike and the momentum of a sheet of uneven mass drifts")
-      .source("burning paper, eq. 16; README: readings");
+      .source("burning paper, eq. 16; docs/theory.md: readings");
   table.add("project.pins", options.pins)
       .help("exact: a pinned particle has no inverse mass; paper: it counts in J J^T although it does not move")
-      .source("README: readings; burning paper, Table 1");
+      .source("docs/theory.md: readings; burning paper, Table 1");
   table.add("project.shift", options.shift)
       .range(0, 1)
       .help(
           "diagonal shift of the Gram matrices, relative to their largest diagonal entry; with true masses to the "
           "largest that a spring between particles of half the mean mass can have")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   for (const Colour colour : all_colours) {
     const auto index = static_cast<std::size_t>(colour);
     table.add(std::string("project.weight_") + colour_names[index], options.weight[index])
         .range(0, 1)
         .help(std::string("share of the constraint error that a projection corrects, ") + colour_names[index] +
               " springs; less is softer")
-        .source("burning paper, eq. 19; README: readings");
+        .source("burning paper, eq. 19; docs/theory.md: readings");
   }
   table.add("project.weight_texture", options.weight_texture)
       .file()

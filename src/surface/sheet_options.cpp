@@ -20,19 +20,19 @@ void describe(OptionTable& table, SheetOptions& options) {
       .help(
           "distance of the lattice points from the layer of the corner points; a quarter of a cell gives fine "
           "crumples, a half folds")
-      .source("burning paper, section 3.2; README: parameters");
+      .source("burning paper, section 3.2; docs/theory.md: parameters");
   table.add("sheet.areal_density", options.areal_density)
       .unit("kg/m^2")
       .more_than(0)
       .help("mass per area: half of a cell's mass goes to its lattice point, an eighth to each corner")
-      .source("README: readings; 80 g/m^2 is office paper");
+      .source("docs/theory.md: readings; 80 g/m^2 is office paper");
   table.add("sheet.partitioner", options.partitioner).help("what splits the cells over the ranks");
   table.add("sheet.perturbation", options.perturbation)
       .range(0, 0.5)
       .help(
           "amplitude of the noise added to the initial positions, as a share of the mean cell edge, so that a flat "
           "sheet can buckle; depends on the persistent ids only, never on ranks")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   table.add("sheet.seed", options.seed)
       .at_least(0)
       .acts_with({"sheet.perturbation: more than 0", [&options] { return options.perturbation > 0; }})

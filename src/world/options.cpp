@@ -62,7 +62,7 @@ void describe(OptionTable& table, ForceOptions& options) {
           "rate c at which velocities of a sheet fade, whatever moves with it: v exp(-c h), also of a free fall and of "
           "a sheet as a whole. Unless given 0 with dynamics elastic, where sheet.damping damps what deforms, and 2/s "
           "otherwise; of a balloon: prism.mass_damping; by the air: force.air_density")
-      .source("README: parameters");
+      .source("docs/theory.md: parameters");
   describe(table, options.air);
 }
 
