@@ -20,13 +20,14 @@ inline namespace base {
 
 namespace {
 
-// The first words of PETSc's options for solvers, and of the prefixes that PETSc 3.18 gives the solvers nested in one.
-constexpr std::array<const char*, 37> solver_words{
+// The first words of PETSc's options for solvers, and of the prefixes that PETSc 3.18 gives the solvers nested in one;
+// and save_system (solvers/saved_system.h).
+constexpr std::array<const char*, 38> solver_words{
     "ksp_",         "pc_",        "snes_",   "mat_",       "dm_",           "linesearch_", "npc_",       "fas_",
     "mg_",          "gamg_",      "hmg_",    "sub_",       "esteig_",       "fieldsplit_", "schur_",     "inner_",
     "upper_",       "redundant_", "repart_", "telescope_", "redistribute_", "deflation_",  "galerkin_",  "fetidp_",
     "exotic_",      "gdsw_",      "nn_",     "lsc_",       "mpi_",          "lmvm_",       "multigrid_", "exact_",
-    "approximate_", "hierarch_",  "power_",  "pseudo_",    "harmonic_"};
+    "approximate_", "hierarch_",  "power_",  "pseudo_",    "harmonic_",     "save_system"};
 
 // Those that are suggested for a misspelt one.
 constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",

@@ -11,6 +11,7 @@
 #include "base/spelling.h"
 #include "solvers/named_fields.h"
 #include "solvers/own_preconditioner.h"
+#include "solvers/saved_system.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -388,6 +389,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   if (ranks > 1 && (is(type, PCICC) || is(type, PCILU))) {
     make_parallel(ksp, pc, type);
   }
+  save_systems(ksp, prefix);
   return ksp;
 }
 

@@ -225,6 +225,12 @@ void describe(OptionTable& table, Options& options) {
     table.add_objects("bodies", options.bodies, "solids that sheets and balloons cannot enter");
     describe(table, options.output);
     describe(table, options.checkpoint);
+    table.add("replay", options.replay)
+        .file()
+        .help(
+            "in place of a run, solves the linear system of this file, which -heat_save_system FILE (or -project_red_, "
+            "-elastic_, -prism_, ...) has written, by the solver of -replay_ksp_type, -replay_pc_type and so on");
+    table.add_solver_prefix("replay_");
     table.add("restart", options.restart)
         .file()
         .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");

@@ -103,6 +103,7 @@ struct Options {
   std::map<std::string, PinOptions> pins;
   OutputOptions output;
   CheckpointOptions checkpoint;
+  std::string replay;      ///< file of a saved system to solve in place of a run (solvers/saved_system.h), or empty
   std::string restart;     ///< folder of a run, or file of a checkpoint, at which the run goes on; empty: it begins
   int verify_restart = 0;  ///< so many steps are run straight and from a checkpoint, and compared; 0: an ordinary run
 };

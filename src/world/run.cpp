@@ -8,6 +8,7 @@
 #include "base/stage_clock.h"
 #include "base/units.h"
 #include "io/console.h"
+#include "solvers/saved_system.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
 #include "world/burn_run.h"
@@ -285,6 +286,10 @@ void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
   const OutputOptions& output = objects.front().options.output;
   Console console(comm, output.monitor);
   console.say(record.program + " " + record.revision);
+  if (const std::string& file = objects.front().options.replay; !file.empty()) {
+    replay(comm, file);
+    return;
+  }
   if (objects.front().options.mesh_only) {
     mesh_only(comm, objects, std::move(record));
     return;

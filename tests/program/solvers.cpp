@@ -45,6 +45,38 @@ TEST_F(SolversTest, KrylovMethodsAndPreconditionersOnOneRank) {
   }
 }
 
+TEST_F(SolversTest, ASavedSystemIsSolvedAgain) {
+  run(2, {"-heat_mat_type", "aij", "-heat_save_system", "heat.bin", "-project_mat_type", "aij",
+          "-project_blue_save_system", "blue.bin"});
+  for (const char* file : {"heat.bin", "blue.bin"}) {
+    for (const int ranks : {1, 3}) {
+      const std::string printed =
+          succeed(ranks, {"-replay", file, "-replay_ksp_rtol", "1e-10", "-replay_pc_type", "jacobi"}).output;
+      std::smatch found;
+      ASSERT_TRUE(std::regex_search(printed, found,
+                                    std::regex("(\\d+) rows, \\d+ entries\ncg, jacobi: (\\d+) iterations, .* "
+                                               "true residual ([0-9.e+-]+) of the right-hand side")))
+          << printed;
+      EXPECT_GT(std::stoi(found[1]), 100);
+      EXPECT_GT(std::stoi(found[2]), 1);
+      EXPECT_LT(std::stod(found[3]), 1e-8);
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder() / "output"));
+  write("text.bin", "no system");
+  for (const auto& [arguments, words] :
+       {std::pair(Arguments{"-replay", "nowhere.bin"}, "nowhere.bin, expected a file"),
+        std::pair(Arguments{"-replay", "text.bin"}, "text.bin holds no matrix"),
+        std::pair(Arguments{"-replay", "heat.bin", "-replay_ksp_max_it", "1"}, "did not converge"),
+        std::pair(Arguments{write("scene.yaml", burning_scene), "-heat_mat_type", "shell", "-heat_save_system", "b"},
+                  "-heat_save_system: the matrix is not assembled")}) {
+    const CommandResult result = pellicle(1, arguments);
+    EXPECT_EQ(result.exit_code, 1) << result;
+    EXPECT_EQ(result.error_lines().size(), 1U) << result;
+    EXPECT_NE(result.errors.find(words), std::string::npos) << result;
+  }
+}
+
 TEST_F(SolversTest, KrylovMethodsWithTheDefaultPreconditioner) {
   const DrawnFrame reference = run(1, {"-project_mat_type", "aij", "-project_pc_type", "icc"});
   for (const int ranks : {1, 2}) {

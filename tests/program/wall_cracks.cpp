@@ -118,5 +118,52 @@ output: {name: shell, interval_steps: 20}
   EXPECT_GT(sides.back(), sides[38]) << "it cracks meanwhile";
 }
 
+/// A balloon that is pumped up until it bursts, at 12 ms; 2 ms later its wall is in pieces.
+const std::string burst_deck = R"(
+chain: inflate
+mesh: {shape: icosphere, level: 3, radius: 0.1 m}
+wall: {thickness: 0.3 mm, density: 1000, material: mooney_rivlin, c1: 0.18 MPa, c2: 0.02 MPa}
+prism: {newton: fixed, snes_max_it: 6, mass_damping: 20}
+force: {gravity: [0, 0, 0]}
+chambers: {air: {law: adiabatic, hole_discharge: 0.6}}
+gas_network: {links: {pump: {to: air, flow: [[0 s, 20], [1 s, 20]]}}}
+ablation: {strength: 150 N/m, strength_scatter: 0.3}
+time: {step: 0.5 ms, end: 16 ms}
+output: {name: burst}
+)";
+
+TEST_F(WallCracksTest, ABalloonThatBurstsIsTheSameOnAnyRanksUntilItCracks) {
+  const std::string deck = write("burst.yaml", burst_deck);
+  std::map<std::string, std::vector<double>> one;
+  for (const int ranks : {1, 2, 3}) {
+    run(ranks, {deck});
+    const auto found = history();
+    one = ranks == 1 ? found : one;
+    const std::vector<double>& sides = found.at("cracked_sides");
+    const auto first = static_cast<std::size_t>(
+        std::find_if(sides.begin(), sides.end(), [](double count) { return count > 0; }) - sides.begin());
+    ASSERT_LT(first, sides.size());
+    for (const char* column : {"gas_pressure", "gas_amount", "gas_temperature", "cracked_sides", "elastic_energy"}) {
+      for (std::size_t row = 1; row <= first; ++row) {
+        EXPECT_NEAR(found.at(column)[row], one.at(column)[row], 1e-4 * std::abs(one.at(column)[row]))
+            << column << " on " << ranks << " ranks, row " << row;
+      }
+    }
+    EXPECT_GT(found.at("gas_pressure")[first], 1500);
+    EXPECT_EQ(found.at("gas_pressure").back(), 0) << "open for good";
+    EXPECT_GT(found.at("pieces").back(), 3);
+    EXPECT_GT(found.at("gas_leak").back(), 0.1);
+    EXPECT_NEAR(sides.back(), one.at("cracked_sides").back(), 0.1 * sides.back()) << "and in its statistics then";
+  }
+}
+
+TEST_F(WallCracksTest, ACheckpointInTheMiddleOfABurstLeadsToTheSame) {
+  const std::string deck = write("burst.yaml", burst_deck);
+  for (const int ranks : {1, 2}) {
+    const std::string printed = run(ranks, {deck, "-verify_restart", "26"});
+    EXPECT_NE(printed.find("fields are the same"), std::string::npos) << printed;
+  }
+}
+
 }  // namespace
 }  // namespace pellicle::wall_cracks_test
