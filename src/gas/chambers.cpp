@@ -248,6 +248,9 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   }
   set_amounts();
   join(gas);
+  if (exchange != nullptr) {
+    exchange_ = *exchange;
+  }
 }
 
 void Chambers::add(const std::string& name, const ChamberOptions& options) {
@@ -494,20 +497,19 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   std::vector<int> chamber_of_part(parts.size(), -1);
   for (std::size_t first = 0, end = 0; first < parts.size(); first = end) {
     const int chamber = parts[first].first;
-    double kept = 0;  // [m^3]
+    const double whole = exchange.volume[chamber];
     std::vector<std::size_t> large;
     for (end = first; end < parts.size() && parts[end].first == chamber; ++end) {
-      const double enclosed = volume_of[static_cast<Eigen::Index>(end)];
-      if (enclosed > least_share * volume[chamber]) {
+      if (volume_of[static_cast<Eigen::Index>(end)] > least_share * whole) {
         large.push_back(end);
-        kept += enclosed;
       }
     }
     chamber_of_part[large.empty() ? first : large.front()] = chamber;
     if (large.size() < 2) {
       continue;
     }
-    const GasState gas = state(chamber, volume[chamber], time);
+    const GasState gas = state(chamber, whole, time);
+    double kept = 0;  // [mol]
     std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
     for (const std::size_t part : large) {
       int& number = chamber_of_part[part];
@@ -516,15 +518,14 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
         division.exchange.add_part(chamber);
       }
       const double enclosed = volume_of[static_cast<Eigen::Index>(part)];
-      const double amount = gas.amount * enclosed / kept;
-      const double given = number == chamber ? first_amount(chamber) : 0;
-      const double temperature = value_on_key_points(of(chamber).options.temperature, 0);
-      const double compression = std::pow(enclosed / of(chamber).initial_volume, of(chamber).gamma - 1);
-      division.exchange.volume[number] = enclosed;
-      division.exchange.amount[number] = amount - given;
-      division.exchange.heat[number] = amount * gas.temperature * compression - given * temperature;
-      line += (part == large.front() ? " " : ", ") + number_text(enclosed) + " m^3";
+      const double amount = gas.amount * enclosed / whole;
+      kept += amount;
+      fill(division.exchange, number, chamber, amount, gas.temperature, enclosed);
+      char text[32];
+      std::snprintf(text, sizeof text, "%s %.4g m^3", part == large.front() ? "" : ",", enclosed);
+      line += text;
     }
+    leak(division.exchange, chamber, gas.amount - kept, gas.temperature);
     division.lines.push_back(line);
   }
   for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
@@ -534,6 +535,37 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
     }
   }
   return division;
+}
+
+/// Sets what is in a chamber, or in what will be one. @param like a chamber of its law and reference volume
+void Chambers::fill(GasExchange& exchange, int number, int like, double amount, double temperature,
+                    double volume) const {
+  const double given = number < count() ? first_amount(number) : 0;
+  const double compression = std::pow(volume / of(like).initial_volume, of(like).gamma - 1);
+  exchange.volume[number] = volume;
+  exchange.amount[number] = amount - given;
+  exchange.heat[number] =
+      amount * temperature * compression - given * value_on_key_points(of(like).options.temperature, 0);
+}
+
+/// Counts gas as leaked that is outside from now on.
+void Chambers::leak(GasExchange& exchange, int chamber, double amount, double temperature) const {
+  exchange.leak_amount[chamber] += amount;
+  exchange.leak_enthalpy[chamber] += heat_capacity(chamber) * amount * temperature;
+}
+
+GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& volumes, double time) const {
+  GasExchange result = exchange;
+  for (const int chamber : joined_) {
+    const double before = exchange.volume[chamber];
+    if (vents(chamber) && !is_open(exchange, chamber) && before > 0 && volumes[chamber] > 0) {
+      const GasState gas = state(chamber, before, time);
+      const double amount = gas.amount * volumes[chamber] / before;
+      fill(result, chamber, chamber, amount, gas.temperature, volumes[chamber]);
+      leak(result, chamber, gas.amount - amount, gas.temperature);
+    }
+  }
+  return result;
 }
 
 ChamberWalls Chambers::walls(const Field& positions, const Eigen::Vector3d& gravity, double time) const {
@@ -730,19 +762,11 @@ GasState Chambers::state(int chamber, double volume, double time) const {
     return gas;
   }
 
-  if (is_joined(chamber) && is_open(chamber)) {
-    const double amount = first_amount(chamber);
-    gas.amount = amount + exchange_.amount[chamber];
-    gas.temperature = self.law == GasLaw::isothermal
-                          ? value_on_key_points(given.temperature, time)
-                          : (amount * given.temperature.front()[1] + exchange_.heat[chamber]) / gas.amount;
-    gas.absolute_pressure = ambient_pressure_;
-    return gas;
-  }
-
   // Inside: absolute pressure q = (e/V0) (V0/V)^k with its potential, -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1).
+  const bool has_opened = is_joined(chamber) && is_open(chamber);
+  const double inside = has_opened ? exchange_.volume[chamber] : volume;
   const double initial_volume = self.initial_volume;
-  const double strain = volume > 0 ? std::log(volume / initial_volume) : std::numeric_limits<double>::quiet_NaN();
+  const double strain = inside > 0 ? std::log(inside / initial_volume) : std::numeric_limits<double>::quiet_NaN();
   double outside = ambient_pressure_;
   double exponent = 1;
   double energy = 0;  // e [J]
@@ -762,6 +786,10 @@ GasState Chambers::state(int chamber, double volume, double time) const {
     }
     gas.temperature = heat / gas.amount * std::exp((1 - exponent) * strain);
     energy = heat * gas_constant;
+  }
+  if (has_opened) {
+    gas.absolute_pressure = outside;
+    return gas;
   }
   const double compression = std::expm1((1 - exponent) * strain);  // (V0/V)^(k-1) - 1
   gas.absolute_pressure = energy * (1 + compression) / volume;
@@ -805,7 +833,7 @@ GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& volumes, double t
   for (int vessel = 0; vessel < network_.count(); ++vessel) {
     const int chamber = joined_[static_cast<std::size_t>(vessel)];
     if (is_open(chamber)) {
-      step.volume[vessel] = of(chamber).initial_volume;
+      step.volume[vessel] = exchange_.volume[chamber];
       step.leaks.push_back({vessel, wide, 0});
     }
   }
@@ -919,7 +947,7 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& end, double time) const {
   constexpr double large_hole = 0.1;
   constexpr double level = 1e-5;
   GasExchange exchange = exchange_;
-  exchange.volume = end;
+  exchange.volume = (exchange_.open.array() > 0).select(exchange_.volume, end);
   const GasNetwork::Step step = network_step(end, time);
   const GasNetwork::End ended = network_.solve(step);
   Eigen::VectorXd energy = ended.wall_heat - ended.leak_enthalpy;  // into each vessel [J]
@@ -944,26 +972,19 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& end, double time) const {
     exchange.leak_amount[chamber] += ended.leak[vessel];
     exchange.leak_enthalpy[chamber] += ended.leak_enthalpy[vessel];
     exchange.wall_heat[chamber] += ended.wall_heat[vessel];
-    const bool was_open = is_open(chamber);
+    const double from = exchange_.volume[chamber];
+    const double to = exchange.volume[chamber];
     const bool is_level = std::abs(ended.pressure[vessel] - ambient_pressure_) <= level * ambient_pressure_;
     if (vents(chamber) && walls_.hole_area[chamber] > (is_level ? large_hole : 1) * walls_.area[chamber]) {
       exchange.open[chamber] = 1;
     }
-    if (was_open) {
-      exchange.heat[chamber] += energy[vessel] / capacity;
-      continue;
-    }
     if (self.law == GasLaw::isothermal) {
-      exchange.work[chamber] += heat * gas_constant * std::log(end[chamber] / exchange_.volume[chamber]);
+      exchange.work[chamber] += heat * gas_constant * std::log(to / from);
       continue;
     }
     const auto colder = [&](double volume) { return std::pow(volume / self.initial_volume, 1 - self.gamma); };
-    exchange.heat[chamber] += energy[vessel] / (capacity * colder(end[chamber]));
-    exchange.work[chamber] += capacity * heat * (colder(exchange_.volume[chamber]) - colder(end[chamber]));
-    if (is_open(exchange, chamber)) {  // From here on it has no volume of its own.
-      const double first = first_amount(chamber) * self.options.temperature.front()[1];
-      exchange.heat[chamber] = (first + exchange.heat[chamber]) * colder(end[chamber]) - first;
-    }
+    exchange.heat[chamber] += energy[vessel] / (capacity * colder(to));
+    exchange.work[chamber] += capacity * heat * (colder(from) - colder(to));
   }
   return exchange;
 }

@@ -56,7 +56,9 @@ struct GasExchange {
   Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
   Eigen::VectorXd link_enthalpy;  ///< that it carried [J]
   Eigen::VectorXd first_energy;   ///< of the gas in each chamber at time 0 [J]
-  Eigen::VectorXd volume;         ///< of each chamber at the end of the last step, up to which work is counted [m^3]
+  /// Of each chamber at the end of the last step, up to which work is counted; of one that is open at which it opened,
+  /// which stands for what is left of it [m^3].
+  Eigen::VectorXd volume;
 
   // Of chambers that have been cut in two.
   Eigen::VectorXd parent;            ///< number of the chamber that each was a part of; -1: it was there at first
@@ -120,8 +122,9 @@ class Chambers {
   /// no others. Collective.
   void set_living(const Living& living);
   /// What becomes of chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
-  /// chamber's volume bounds a chamber, with gas by its volume; the oldest of them goes on as the old chamber, with its
-  /// links. Smaller pieces bound none. Nothing: no wall has come apart. Collective.
+  /// chamber's volume bounds a chamber, with gas of its state by its volume; the oldest of them goes on as the old
+  /// chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. Nothing: no wall has come
+  /// apart. Collective.
   struct Division {
     std::vector<PetscInt> numbers;   ///< see numbers
     GasExchange exchange;            ///< of all chambers, the new ones last
@@ -190,6 +193,9 @@ class Chambers {
   std::string imbalance(const Eigen::VectorXd& volumes, double time) const;
   /// What has come in at time 0: nothing. @param volumes of all chambers then [m^3]
   GasExchange first_exchange(const Eigen::VectorXd& volumes) const;
+  /// Caps move at once where holes grow or join, and with them volumes: what has come in if the gas keeps its state,
+  /// and what is outside now has leaked. @param volumes of all chambers at the same positions [m^3]
+  GasExchange recapped(const GasExchange& exchange, const Eigen::VectorXd& volumes, double time) const;
   /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
   /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
   /// larger than it. @param end volumes of all chambers then [m^3]
@@ -220,6 +226,8 @@ class Chambers {
   void add(const std::string& name, const ChamberOptions& options);
   void begin();
   void find_particles();
+  void fill(GasExchange& exchange, int number, int like, double amount, double temperature, double volume) const;
+  void leak(GasExchange& exchange, int chamber, double amount, double temperature) const;
   Eigen::VectorXd volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                           int count) const;
   void set_amounts();

@@ -496,8 +496,9 @@ void Burn::lift(State& state, double h) {
 }
 
 /// What is in the chambers, and may come in during the step. Collective.
-void Burn::begin_gas(const State& state, double h) {
+void Burn::begin_gas(State& state, double h) {
   if (state.gas != nullptr) {
+    *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(start_), state.time);
     ChamberWalls walls = chambers_.walls(start_, gravity_of_gas(options_), state.time);
     gas_heat_.begin_step(chambers_, sheet_, start_, state, options_.heat.capacity, h, walls);
     chambers_.begin_step(*state.gas, h, walls);

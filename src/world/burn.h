@@ -145,7 +145,7 @@ class Burn {
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
   ElasticInput elastic_input(const State& state, double h) const;
   void lift(State& state, double h);
-  void begin_gas(const State& state, double h);
+  void begin_gas(State& state, double h);
   std::string end_gas(State& state, double h);
   DynamicsResult hold_together(State& state, const ContactStep& contact);
   void leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);

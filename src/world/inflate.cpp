@@ -360,7 +360,7 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
 }
 
 /// What is in the chambers, and may come in during the step. Collective.
-void Inflate::begin_gas(const BalloonState& state) {
+void Inflate::begin_gas(BalloonState& state) {
   if (lift_ != nullptr) {
     uneven_.values().leftCols(membrane_.particles.owned) =
         chambers_.uneven_forces(state.position, gravity_of_gas(options_), state.time_of_loads());
@@ -368,6 +368,7 @@ void Inflate::begin_gas(const BalloonState& state) {
   if (state.gas == nullptr) {
     return;
   }
+  *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(state.position), state.time);
   ChamberWalls walls = chambers_.walls(state.position, gravity_of_gas(options_), state.time_of_loads());
   if (burning_) {
     gas_heat_.begin_step(chambers_, membrane_, state.position, *state.burning, options_.heat.capacity, h_, walls);

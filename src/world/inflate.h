@@ -114,7 +114,7 @@ class Inflate {
   void make_solvers();
   StageResult burn(BalloonState& state, double h, bool& has_burnt);
   bool crack(BalloonState& state);
-  void begin_gas(const BalloonState& state);
+  void begin_gas(BalloonState& state);
   std::string end_gas(BalloonState& state);
   void begin_contact(const BalloonState& state);
   void hold_what_has_left(BalloonState& state) const;

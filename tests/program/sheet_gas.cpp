@@ -214,6 +214,33 @@ TEST_F(SheetGasTest, ABallThatBurstsLosesItsGas) {
             std::string::npos);
 }
 
+TEST_F(SheetGasTest, AShellThatIsTornInTwoHasTwoChambers) {
+  const std::string deck = write("torn.yaml", R"(
+mesh: {shape: quad_ellipsoid, level: 3, semi_axes: [0.1 m, 0.1 m, 0.4 m]}
+sheet: {areal_density: 0.1, tensile_stiffness: 2000 N/m, damping: 5 ms}
+force: {gravity: [0, 0, 0], damping: 5}
+pins:
+  top: {box: [-1, -1, 0.3, 1, 1, 1], velocity: [0, 0, 8]}
+  bottom: {box: [-1, -1, -1, 1, 1, -0.3], velocity: [0, 0, -8]}
+ablation: {strength: 100 N/m, strength_scatter: 0.02}
+chambers: {air: {law: adiabatic, hole_discharge: 0.02}}
+time: {step: 0.5 ms, end: 10 ms}
+output: {directory: torn, name: torn}
+)");
+  for (const int ranks : {1, 2}) {
+    const std::string printed = succeed(ranks, {deck}).output;
+    EXPECT_NE(printed.find("chamber air is cut in 2 of"), std::string::npos) << printed;
+    EXPECT_NE(printed.find("chamber air_cut is open for good"), std::string::npos) << printed;
+    const auto found = history_of(folder() / "torn");
+    for (std::size_t row = 1; row < found.at("time").size(); ++row) {
+      EXPECT_LT(found.at("gas_pressure")[row], 2000) << "no jump at " << found.at("time")[row];
+      EXPECT_NEAR(found.at("gas_amount")[row] + found.at("gas_leak")[row], found.at("gas_amount")[0], 1e-12);
+      EXPECT_NEAR(found.at("gas_temperature")[row], 293.15, 2);
+    }
+    EXPECT_NE(succeed(ranks, {deck, "-verify_restart", "15"}).output.find("fields are the same"), std::string::npos);
+  }
+}
+
 TEST_F(SheetGasTest, PressureActsOnWhatIsLeftAndNoCellIsTakenOut) {
   const std::string printed = run(2, fire,
                                   {"-chambers_air_law", "pressure", "-chambers_air_amount_ratio", "",
