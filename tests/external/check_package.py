@@ -1,7 +1,7 @@
 """That cpack makes a Debian package that works: check_package.py SOURCE_FOLDER BUILD_FOLDER WORK_FOLDER MPIEXEC
 
-The package is installed below WORK_FOLDER/root by dpkg, which there has a copy of this machine's list of installed packages,
-and so refuses one with dependencies that this machine lacks; its own database it only reads. Programs and decks are run
+The package is installed below WORK_FOLDER/root by dpkg, with a copy there of this machine's list of installed packages,
+so that dpkg refuses it where this machine lacks a dependency; the list itself is only read. Program and decks are run
 from there with the machine's libraries. Exit code 77 where a tool is missing.
 """
 
@@ -16,15 +16,15 @@ SOURCE, BUILD, WORK = (pathlib.Path(folder).resolve() for folder in sys.argv[1:4
 MPIEXEC = sys.argv[4]
 ROOT = WORK / "root"
 SHARE = ROOT / "usr" / "share"
-DEPENDENCIES = ("openmpi-bin", "libpetsc", "libvtk9", "libhdf5-openmpi", "libopenmpi", "libmetis", "libyaml-cpp", "libpng",
-                "zlib1g", "libc6")
+DEPENDENCIES = ("openmpi-bin", "libpetsc", "libvtk9", "libhdf5-openmpi", "libopenmpi", "libmetis", "libyaml-cpp",
+                "libpng", "zlib1g", "libc6")
 # Completes the last of the words that follow by the function of the installed file.
 COMPLETE = 'source "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pellicle; printf "%s\\n" "${COMPREPLY[@]}"'
 
 
 def run(*words, **more):
-    told = subprocess.run([str(word) for word in words], cwd=WORK, stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                          check=False, **more)
+    told = subprocess.run([str(word) for word in words], cwd=WORK, stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, check=False, **more)
     if told.returncode != 0:
         sys.exit(f"{' '.join(str(word) for word in words)}: ended with {told.returncode}:\n{told.stdout}{told.stderr}")
     return told.stdout
@@ -40,7 +40,7 @@ def as_root():
     if os.geteuid() == 0:
         return []
     words = ["unshare", "--map-root-user"]
-    if shutil.which(words[0]) is None or subprocess.run([*words, "true"], capture_output=True, check=False).returncode != 0:
+    if shutil.which("unshare") is None or subprocess.run([*words, "true"], check=False).returncode != 0:
         skip("neither root nor unshare --map-root-user")
     return words
 
@@ -113,7 +113,8 @@ def check_manual(names, version):
     for name in ("a.yaml", "a.yml", "a.txt"):
         (WORK / name).touch()
     for words, expected in ((("-heat_capa",), {"-heat_capacity"}), (("-chain", ""), {"burn", "inflate"}),
-                            (("-bodies_ball_sh",), {"-bodies_ball_shape"}), (("-bodies_ball_shape", "cap"), {"capsule"}),
+                            (("-bodies_ball_sh",), {"-bodies_ball_shape"}),
+                            (("-bodies_ball_shape", "cap"), {"capsule"}),
                             (("a",), {"a.yaml", "a.yml", "a_folder"}), (("-mesh_file", "a.t"), {"a.txt"})):
         found = set(complete(*words))
         check(found == expected, f"{words}: completed to {found}, expected {expected}")
@@ -136,7 +137,7 @@ def main():
     run(*dpkg, f"--root={ROOT}", "--install", package)
     program = ROOT / "usr/bin/pellicle"
     version = run("dpkg-deb", "--field", package, "Version").strip()
-    check(run(program, "-version").startswith(f"pellicle {version} "), "the program has another version than the package")
+    check(run(program, "-version").startswith(f"pellicle {version} "), "the program is of another version")
     check(f"\n## {version} " in (SOURCE / "docs/CHANGELOG.md").read_text(encoding="utf-8"), f"no changes of {version}")
     for name in ("usr/share/doc/pellicle/copyright", "usr/share/doc/pellicle/changelog.gz",
                  "usr/include/pellicle/world/burn.h", "usr/lib/cmake/pellicle/pellicleConfig.cmake"):
@@ -147,7 +148,7 @@ def main():
     for deck in ("hot_ball", "curtain"):  # with a texture, and with a mesh from a file
         run(MPIEXEC, "-n", "2", program, SHARE / f"pellicle/input/{deck}.yaml", "-time_max_steps", "2")
         history = (WORK / f"output/{deck}/history.csv").read_text(encoding="utf-8").splitlines()
-        check(len(history) == 4, f"{deck}: {len(history)} lines in history.csv, expected a heading, the start and two steps")
+        check(len(history) == 4, f"{deck}: {len(history)} lines in history.csv, expected 4: heading, start, two steps")
 
     run(*dpkg, f"--root={ROOT}", "--purge", "pellicle")
     left = [path for path in ROOT.rglob("*") if path.is_file() and "var" not in path.relative_to(ROOT).parts]
