@@ -45,7 +45,8 @@ foreach(header ${headers})
   endforeach()
 endforeach()
 
-foreach(file bin/pellicle share/pellicle/input/OPTIONS.md share/doc/pellicle/LICENSE)
+foreach(file bin/pellicle share/pellicle/input/OPTIONS.md share/doc/pellicle/copyright
+        share/man/man1/pellicle.1.gz share/bash-completion/completions/pellicle)
   if(NOT EXISTS ${prefix}/${file})
     message(FATAL_ERROR "${file} is not installed")
   endif()

@@ -195,7 +195,7 @@ class Book:
         for block in self.blocks:
             if block.language == "yaml":
                 yield from self.faults_of_yaml(block)
-            elif block.language == "cpp":
+            elif block.language in {"cpp", "cmake"}:
                 yield from self.faults_of_quotation(block)
             elif block.language == "diff":
                 yield from self.faults_of_change(block)
@@ -218,11 +218,12 @@ class Book:
 
     def faults_of_quotation(self, block):
         first, _, text = block.text.partition("\n")
-        path = self.root / first.removeprefix("// ")
+        name = first.removeprefix("# " if block.language == "cmake" else "// ")
+        path = self.root / name
         if not path.is_file():
-            yield f"{block.where()}: expected a first line // FILE, the source that is quoted"
+            yield f"{block.where()}: expected a first line // FILE (cmake: # FILE), the source that is quoted"
         elif text.rstrip() not in path.read_text(encoding="utf-8"):
-            yield f"{block.where()}: not found in {first.removeprefix('// ')}"
+            yield f"{block.where()}: not found in {name}"
 
     def faults_of_change(self, block):
         told = subprocess.run(["git", "apply", "--check", "-C1", "-"], input=block.text, cwd=self.root,
@@ -235,7 +236,7 @@ class Book:
         if words[0] == "mpirun":
             words = words[3:] if words[1] == "-n" else words[1:]
         program = words[0]
-        if program in {"cmake", "ctest"}:
+        if program in {"cmake", "cpack", "ctest"}:
             presets = (self.root / "CMakePresets.json").read_text(encoding="utf-8")
             for preset in [words[i + 1] for i, word in enumerate(words) if word == "--preset"]:
                 if f'"name": "{preset}"' not in presets:

@@ -26,6 +26,7 @@ BAD_ARGUMENTS = {
     "tools/demo": [["nowhere.yaml"], ["README.md"], ["a.yaml", "b.yaml"], ["--frames"]],
     "tools/docs": [["nowhere"], ["--fast"]],
     "tools/fuzz": [["soon"], ["2", "nowhere"]],
+    "tools/manual": [[], ["nowhere"], ["man_page", "completion"]],
     "tools/mutate": [["no_such_word"]],
     "tools/pvbatch": [[], ["nowhere.py"]],
     "tools/setup": [["--fast"]],
