@@ -1,4 +1,7 @@
-"""That the verification report compares, and fails where a bound is not kept: verify_test.py SOURCE_FOLDER MPIEXEC PROGRAM"""
+"""That the verification report compares, and fails where a bound is not kept.
+
+verify_test.py SOURCE_FOLDER MPIEXEC PROGRAM
+"""
 
 import pathlib
 import re
