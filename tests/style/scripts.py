@@ -31,6 +31,7 @@ BAD_ARGUMENTS = {
     "tools/pvbatch": [[], ["nowhere.py"]],
     "tools/setup": [["--fast"]],
     "tools/tidy": [["nowhere.cpp"]],
+    "tools/verify": [["luck"], ["--jobs", "0"], ["--bounds", "-1"], ["--program", "nowhere"], ["--fast"]],
 }
 
 
