@@ -183,7 +183,7 @@ RIM_AND_CORE = "1.0, 0.42, 0.05", "1.0, 0.86, 0.5" if OPTIONS.dark else "1.0, 0.
 GLOW_CODE = {"//VTK::Light::Impl": f"""
   float thick = max(normalVCVSOutput.z, 0.0);
   gl_FragData[0] = vec4(mix(vec3({RIM_AND_CORE[0]}), vec3({RIM_AND_CORE[1]}), thick * thick),
-                        {"0.75 * pow(thick, 2.5)" if OPTIONS.dark else "0.9 * pow(thick, 1.5)"});
+                        {"0.75 * pow(thick, 2.5)" if OPTIONS.dark else "0.5 * pow(thick, 1.5)"});
 """}
 
 
@@ -286,6 +286,7 @@ class Run:
         self.least, self.field_range = dict.fromkeys(("mass_ratio", "thickness_ratio"), 1.0), (math.inf, -math.inf)
         self.low, self.high, self.fields = numpy.full(3, math.inf), numpy.full(3, -math.inf), set()
         self.floor = -math.inf  # the highest horizontal plane of the bodies
+        self.lowest = math.inf  # point of the balls of heat
         self.renderer = vtk.vtkRenderer()
         self.renderer.SetBackground(BACKGROUND)
 
@@ -330,7 +331,9 @@ class Run:
                 if is_plane(data):
                     if body_part(data).normals[0, 2] > 1 - 1e-9:
                         self.floor = max(self.floor, bounds[2, 0])
-                elif number in framed and not name.startswith("heat_") and data.GetNumberOfPoints():
+                elif number in framed and name.startswith("heat_"):
+                    self.lowest = min(self.lowest, bounds[2, 0])
+                elif number in framed and data.GetNumberOfPoints():
                     see(vtk_to_numpy(data.GetPoints().GetData()) * (1, 1, OPTIONS.heights))
 
     def parts(self, number, colour_map):
@@ -409,7 +412,7 @@ class Run:
         """A square below what casts shade, as large as the shade may be."""
         floor = self.floor
         if not math.isfinite(floor):
-            floor = self.low[2] - 0.02 * numpy.linalg.norm(self.high - self.low)
+            floor = min(self.lowest, self.low[2]) - 0.02 * numpy.linalg.norm(self.high - self.low)
         radius = self.light.radius
         if radius == 0:
             return None
@@ -543,7 +546,9 @@ def main():
     if options.turntable:
         camera.see_from_all_sides(low, high)
     right, upright = camera.axes[0], numpy.array((0, 0, 1.0))
-    sun = upright - 0.55 * right + 0.25 * numpy.cross(right, upright)  # from the upper left, a little before the sheet
+    # From the upper left, before what is upright the more the less the camera looks down.
+    before = 0.25 + 0.6 * (1 - abs(camera.axes[2, 2])) ** 2
+    sun = upright - 0.55 * right + before * numpy.cross(right, upright)
     Run.light = light.Light(sun / numpy.linalg.norm(sun))
 
     if options.texture:
