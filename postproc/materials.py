@@ -21,14 +21,15 @@ def colours(count, mass_ratio, thickness_ratio, least):
     """The colours (count, 3) of vertices, sRGB from 0 to 1: of paper that chars, and of rubber that is stretched and chars.
     @param mass_ratio of the vertices, or None @param thickness_ratio likewise, which only rubber has
     @param least {field: the least value that it has in the run}"""
-    def share(name, values):
-        low = min(least[name], 1 - 1e-3)
+    def share(name, values, highest_low):
+        low = min(least[name], highest_low)
         return (values - low) / (1 - low)
     paper = numpy.tile(PAPER, (count, 1))
-    charred = paper if mass_ratio is None else on_ramp(CHAR_TO_PAPER, share("mass_ratio", mass_ratio))
+    charred = paper if mass_ratio is None else on_ramp(CHAR_TO_PAPER, share("mass_ratio", mass_ratio, 1 - 1e-3))
     if thickness_ratio is None:
         return charred
-    return on_ramp(STRETCHED_TO_RUBBER, share("thickness_ratio", thickness_ratio)) * charred / PAPER
+    # Rubber that is hardly stretched anywhere is not pale.
+    return on_ramp(STRETCHED_TO_RUBBER, share("thickness_ratio", thickness_ratio, 0.8)) * charred / PAPER
 
 
 def glow(mass_ratio, temperature, least):

@@ -3,13 +3,14 @@
   tools/pvbatch postproc/render.py output/burning_paper                     # 5 pictures, NAME_0000.png and so on, in OUT
   tools/pvbatch postproc/render.py output/burning_paper --film paper.mp4    # all frames
   tools/pvbatch postproc/render.py output/teddy --film teddy.mp4 --turntable --fps 30
+  tools/pvbatch postproc/render.py output/burst --at 0,0.06,0.07            # these moments, in seconds
   tools/pvbatch postproc/render.py output/hot_ball --field temperature --range 300 1000 --view front
   tools/pvbatch postproc/render.py output/coarse output/fine --frames 3     # side by side, in the first folder
   tools/pvbatch postproc/render.py output/burning_lantern --dark --film lantern.mp4
   tools/pvbatch postproc/render.py output/burning_paper --texture letter.png
 
 OUT is the folder of a run, of which all objects are drawn. A picture has the number of its frame. The camera takes in all
-frames of the run.
+frames of the run, or those of --at.
 Paper has the colour of its mass ratio, from paper over char to ash, and glows where it is charred and hotter than 750 K;
 rubber is the paler the thinner it is. Bodies are grey, balls of heat glow. Light comes from the sky and from a sun at the
 upper left; the shade falls on a ground, which is the highest horizontal plane of the bodies, or lies below the run. Planes
@@ -53,6 +54,13 @@ def positive(text):
     return value
 
 
+def moments(text):
+    try:
+        return sorted(float(moment) for moment in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}; expected times in seconds, such as 0,0.25") from None
+
+
 def size(text):
     sides = text.split("x")
     if len(sides) != 2 or not all(side.isdecimal() and 0 < int(side) <= 16384 for side in sides):
@@ -85,8 +93,11 @@ def picture_kind(path):
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", metavar="OUT")
-    parser.add_argument("--frames", type=at_least_one, metavar="N",
-                        help="how many, spread evenly from the first to the last (5; of a film all)")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--frames", type=at_least_one, metavar="N",
+                       help="how many, spread evenly from the first to the last (5; of a film all)")
+    which.add_argument("--at", type=moments, metavar="TIME,TIME",
+                       help="the frames nearest to these times [s]; the camera takes in these alone")
     parser.add_argument("--film", metavar="FILE.mp4", help="write a film in place of pictures, by ffmpeg")
     parser.add_argument("--fps", type=positive, default=25, metavar="N", help="frames of the film in a second (25)")
     parser.add_argument("--turntable", action="store_true", help="the camera goes once round from first to last picture")
@@ -167,9 +178,12 @@ FRAGMENT_CODE = {"//VTK::Normal::Dec": "//VTK::Normal::Dec\nin vec4 shadeVS;", "
   colour = mix(colour, 0.2 * colour, glow) + glow * mix(vec3(0.45, 0.02, 0.0), vec3(1.5, 0.5, 0.06), glow);
   gl_FragData[0] = vec4(pow(colour, vec3(1.0 / 2.2)), opacity);
 """}
-GLOW_CODE = {"//VTK::Light::Impl": """
+# By day a ball of heat has to stand out from what is bright.
+RIM_AND_CORE = "1.0, 0.42, 0.05", "1.0, 0.86, 0.5" if OPTIONS.dark else "1.0, 0.7, 0.2"
+GLOW_CODE = {"//VTK::Light::Impl": f"""
   float thick = max(normalVCVSOutput.z, 0.0);
-  gl_FragData[0] = vec4(mix(vec3(1.0, 0.42, 0.05), vec3(1.0, 0.86, 0.5), thick * thick), 0.75 * pow(thick, 2.5));
+  gl_FragData[0] = vec4(mix(vec3({RIM_AND_CORE[0]}), vec3({RIM_AND_CORE[1]}), thick * thick),
+                        {"0.75 * pow(thick, 2.5)" if OPTIONS.dark else "0.5 * pow(thick, 1.5)"});
 """}
 
 
@@ -272,8 +286,13 @@ class Run:
         self.least, self.field_range = dict.fromkeys(("mass_ratio", "thickness_ratio"), 1.0), (math.inf, -math.inf)
         self.low, self.high, self.fields = numpy.full(3, math.inf), numpy.full(3, -math.inf), set()
         self.floor = -math.inf  # the highest horizontal plane of the bodies
+        self.lowest = math.inf  # point of the balls of heat
         self.renderer = vtk.vtkRenderer()
         self.renderer.SetBackground(BACKGROUND)
+
+    def nearest(self, moment):
+        """The number of the frame whose time is nearest to a moment."""
+        return min(range(len(self.frames)), key=lambda number: abs(self.frames[number][0] - moment))
 
     def meshes(self, number):
         return [run_frames.Mesh(path) for path in self.frames[number][1].values()]
@@ -286,17 +305,19 @@ class Run:
         return None if values is None else length(values)
 
     def survey(self, see):
-        """Looks through all frames. @param see function of the places of each"""
+        """Looks through all frames. @param see function of the places of those that the camera takes in"""
+        framed = {self.nearest(moment) for moment in OPTIONS.at} if OPTIONS.at else range(len(self.frames))
         for number, (moment, _) in enumerate(self.frames):
             for mesh in self.meshes(number):
                 for data in (mesh.data.GetPointData(), mesh.data.GetCellData()):
                     self.fields |= {data.GetArrayName(i) for i in range(data.GetNumberOfArrays())}
                 if not len(mesh.ids):
                     continue
-                places = mesh.places * (1, 1, OPTIONS.heights)
-                self.low = numpy.minimum(self.low, places.min(axis=0))
-                self.high = numpy.maximum(self.high, places.max(axis=0))
-                see(places)
+                if number in framed:
+                    places = mesh.places * (1, 1, OPTIONS.heights)
+                    self.low = numpy.minimum(self.low, places.min(axis=0))
+                    self.high = numpy.maximum(self.high, places.max(axis=0))
+                    see(places)
                 for field, values in (("mass_ratio", mesh.of_vertices("mass_ratio")),
                                       ("thickness_ratio", mesh.means("thickness_ratio"))):
                     if values is not None:
@@ -310,7 +331,9 @@ class Run:
                 if is_plane(data):
                     if body_part(data).normals[0, 2] > 1 - 1e-9:
                         self.floor = max(self.floor, bounds[2, 0])
-                elif not name.startswith("heat_") and data.GetNumberOfPoints():
+                elif number in framed and name.startswith("heat_"):
+                    self.lowest = min(self.lowest, bounds[2, 0])
+                elif number in framed and data.GetNumberOfPoints():
                     see(vtk_to_numpy(data.GetPoints().GetData()) * (1, 1, OPTIONS.heights))
 
     def parts(self, number, colour_map):
@@ -389,7 +412,7 @@ class Run:
         """A square below what casts shade, as large as the shade may be."""
         floor = self.floor
         if not math.isfinite(floor):
-            floor = self.low[2] - 0.02 * numpy.linalg.norm(self.high - self.low)
+            floor = min(self.lowest, self.low[2]) - 0.02 * numpy.linalg.norm(self.high - self.low)
         radius = self.light.radius
         if radius == 0:
             return None
@@ -523,7 +546,9 @@ def main():
     if options.turntable:
         camera.see_from_all_sides(low, high)
     right, upright = camera.axes[0], numpy.array((0, 0, 1.0))
-    sun = upright - 0.55 * right + 0.25 * numpy.cross(right, upright)  # from the upper left, a little before the sheet
+    # From the upper left, before what is upright the more the less the camera looks down.
+    before = 0.25 + 0.6 * (1 - abs(camera.axes[2, 2])) ** 2
+    sun = upright - 0.55 * right + before * numpy.cross(right, upright)
     Run.light = light.Light(sun / numpy.linalg.norm(sun))
 
     if options.texture:
@@ -552,11 +577,12 @@ def main():
 
     counts = [len(run.frames) for run in runs]
     chosen = run_folder.evenly(counts[0], options.frames or (counts[0] if options.film else 5))
+    if options.at:
+        chosen = sorted({runs[0].nearest(moment) for moment in options.at})
     film = Film(options.film, window.GetSize(), options.fps) if options.film else None
     for done, number in enumerate(chosen):
         for run in runs:
-            moment = runs[0].frames[number][0]
-            nearest = min(range(len(run.frames)), key=lambda frame: abs(run.frames[frame][0] - moment))
+            nearest = run.nearest(runs[0].frames[number][0])
             axes = camera.place(run.renderer.GetActiveCamera(), options.zoom,
                                 2 * math.pi * done / len(chosen) if options.turntable else 0.0)
             run.draw(nearest, axes, colour_map)
