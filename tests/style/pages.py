@@ -13,7 +13,7 @@ INLINE = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 # Options of PETSc's solvers stand below these, and those of the program itself beside the table.
-SOLVERS = {"project", "spring", "elastic", "prism", "heat", "gas"}
+SOLVERS = {"project", "spring", "elastic", "prism", "heat", "gas", "replay"}
 OF_THE_PROGRAM = {"help", "version", "options_table", "log_view", "options_file", "mesh_only"}
 # Where columns of tables and fields of frames are declared as {"name", "unit"} and {"name", components, values}.
 COLUMN = re.compile(r'\{"([a-z_0-9]+)",\s*"([^"]*)"\}')
@@ -130,7 +130,7 @@ class Book:
         if word in OF_THE_PROGRAM or word in {key.replace(".", "_") for key in self.options}:
             return True
         section = word.split("_")[0]
-        if section in SOLVERS and re.search(r"_(ksp|pc|mat|snes|dm|fieldsplit)_", word):
+        if section in SOLVERS and re.search(r"_(ksp|pc|mat|snes|dm|fieldsplit|save)_", word):
             return True
         return any(re.fullmatch(re.escape(key.replace(".", "_")).replace("NAME", "[a-z0-9_]+"), word)
                    for key in self.options if "NAME" in key)
