@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Makes the textures of the decks: fibres.png (the mass-loss rate of paper), clouds.png (soft noise) and halves.png
-(black on the left, white on the right, a soft step between).
+"""Makes the textures of the decks: fibres.png (the mass-loss rate of paper), clouds.png (soft noise), flocs.png (blots of
+a sixteenth of its width) and halves.png (black on the left, white on the right, a soft step between).
 
-The first two repeat at their edges; all have the mean 1/2.
+The first three repeat at their edges; all have the mean 1/2.
 """
 
 import argparse
@@ -43,6 +43,11 @@ def fibres(random):
     return picture
 
 
+def flocs(random):
+    """Noise of about 8 waves across, in all directions, as fibres clot in paper."""
+    return filtered_noise(random, lambda kx, ky: numpy.exp(-(((numpy.hypot(kx, ky) - 8) / 3.2) ** 2)))
+
+
 def grey(picture):
     """Mean 1/2, deviation 1/5, cut at black and white."""
     picture = 0.5 + 0.2 * (picture - picture.mean()) / picture.std()
@@ -80,7 +85,7 @@ def arguments():
 
 def main():
     folder = arguments().folder
-    for number, (name, make) in enumerate([("fibres", fibres), ("clouds", clouds)]):
+    for number, (name, make) in enumerate([("fibres", fibres), ("clouds", clouds), ("flocs", flocs)]):
         write(grey(make(numpy.random.default_rng(7 + number))), os.path.join(folder, name + ".png"))
     write(halves(), os.path.join(folder, "halves.png"))
 

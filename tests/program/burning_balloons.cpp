@@ -245,7 +245,7 @@ TEST_F(BurningBalloonsTest, WhatDoesNotActOnABalloonIsRefused) {
     const CommandResult result = refuse(Arguments{deck} + arguments);
     EXPECT_NE(result.errors.find(words), std::string::npos) << result;
   }
-  const CommandResult result = refuse({deck_path("uniform_shrink"), "-combustion_char_stiffness", "0.5"});
+  const CommandResult result = refuse({deck_path("uniform_shrink_spring"), "-combustion_char_stiffness", "0.5"});
   EXPECT_NE(result.errors.find("chain: inflate"), std::string::npos) << result;
 }
 

@@ -32,11 +32,12 @@ class DecksTest : public ProgramTest, public testing::WithParamInterface<std::st
 };
 
 TEST_P(DecksTest, RunsTwoSteps) {
-  // A deck without a mesh is a set of options to be laid over any scene.
+  // A deck without a mesh is a set of options to be laid over any scene, the solvers of the paper over a projected sheet.
   const YAML::Node deck = YAML::LoadFile(deck_path(GetParam()));
   const bool is_scene = deck["mesh"].IsDefined() || deck["objects"].IsDefined();
+  const std::string scene = GetParam() == "paper_solver" ? "peer_w1" : "uniform_shrink";
   const Arguments decks =
-      is_scene ? Arguments{deck_path(GetParam())} : Arguments{deck_path("uniform_shrink"), deck_path(GetParam())};
+      is_scene ? Arguments{deck_path(GetParam())} : Arguments{deck_path(scene), deck_path(GetParam())};
   const CommandResult result =
       succeed(2, decks + Arguments{"-time_max_steps", "2", "-output_directory", "out", "-output_name", "deck"});
   EXPECT_EQ(result.errors, "");
