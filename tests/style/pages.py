@@ -202,7 +202,7 @@ class Book:
             elif block.language in {"sh", "console"}:
                 for words in block.commands():
                     yield from (f"{block.where()}: {fault}" for fault in self.faults_of_command(words, files))
-            elif block.language not in {"bash", "c++"}:
+            elif block.language not in {"bash", "c++", "math"}:
                 yield f"{block.where()}: a block of the language '{block.language}', expected one that a test knows"
 
     def faults_of_yaml(self, block):
