@@ -20,7 +20,8 @@ def opened(file):
         return
     text = file.read_text(encoding="utf-8")
     begin = text.index('type="PVDReader" id="') + len('type="PVDReader" id="')
-    simple.LoadState(str(file), filenames=[{"name": "PVDReader1", "id": text[begin:text.index('"', begin)], "FileName": RUN}])
+    number = text[begin:text.index('"', begin)]
+    simple.LoadState(str(file), filenames=[{"name": "PVDReader1", "id": number, "FileName": RUN}])
     simple.GetAnimationScene().GoToLast()
 
 

@@ -37,7 +37,8 @@ def check_views(faults, source, pvd, folder):
         faults.unless(str(pvd) in view["runs"], f"another run is shown: {view}")
         low, high = view["range"]
         hot = view["field"] == "temperature"
-        faults.unless(299 < low < 301 and 900 < high < 1200 if hot else 1.7e-4 < low < high < 3.01e-4, f"colours: {view}")
+        is_right = 299 < low < 301 and 900 < high < 1200 if hot else 1.7e-4 < low < high < 3.01e-4
+        faults.unless(is_right, f"colours: {view}")
         faults.unless(view["legend"] == ("Temperature [K]" if hot else "Thickness [m]"), f"legend: {view}")
         picture = pixels(view["picture"])
         coloured = (picture.max(axis=2) - picture.min(axis=2) > 0.2)[:, :200]  # left of the legend

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""That figures and pictures are not older than what they were made from: figures.py SOURCE_FOLDER [--renew PAGE|SCENE ...]
+"""That figures and pictures are not older than what they were made from.
 
-A line "<!-- figures of input/a.yaml tools/b: 0123456789ab -->" in a page says from which files the figures below it come,
-and what these were like then: a digest. Likewise docs/pictures/gallery/sources.txt for the pictures of docs/gallery.md,
-which tools/gallery keeps. Comments in decks and scripts do not count. Where a file has changed, make the figures anew by
-the commands of the page, or see that they stay, then renew the digests of the page, or of the scene.
+figures.py SOURCE_FOLDER [--renew PAGE|SCENE ...]
+
+A line "<!-- figures of input/a.yaml tools/b: 0123456789ab -->" in a page names the files from which the figures
+below it come, with a digest of what these were like then. Likewise docs/pictures/gallery/sources.txt for the
+pictures of docs/gallery.md, which tools/gallery keeps. Comments in decks and scripts do not count. Where a file has
+changed, make the figures anew by the commands of the page, or see that they stay, then renew the digests of the
+page, or of the scene.
 """
 
 import argparse
@@ -53,12 +56,13 @@ def sources_of_scenes(root):
 
 
 def renew_scenes(root, scenes):
-    """Notes what the decks of these scenes are like now, when their pictures have been made. Scenes that the page has not
-    any more are left out."""
+    """Notes what the decks of these scenes are like now, when their pictures have been made. Scenes that are not in the
+    page any more are left out."""
     path, sources = root / PICTURES, sources_of_scenes(root)
     known = dict(line.split() for line in path.read_text(encoding="utf-8").splitlines()) if path.is_file() else {}
     known.update((scene, digest(root, sources[scene])) for scene in scenes)
-    path.write_text("".join(f"{scene} {known[scene]}\n" for scene in sorted(known.keys() & sources.keys())), encoding="utf-8")
+    lines = [f"{scene} {known[scene]}\n" for scene in sorted(known.keys() & sources.keys())]
+    path.write_text("".join(lines), encoding="utf-8")
 
 
 def main():
@@ -77,7 +81,8 @@ def main():
         for mark in MARK.finditer(text):
             marks += 1
             line = text.count("\n", 0, mark.start()) + 1
-            faults += [f"{page}:{line}: {name}: no such file" for name in mark[1].split() if not (root / name).is_file()]
+            missing = [name for name in mark[1].split() if not (root / name).is_file()]
+            faults += [f"{page}:{line}: {name}: no such file" for name in missing]
             if mark[2] != digest(root, mark[1].split()):
                 faults.append(f"{page}:{line}: the figures below are older than one of {mark[1]} (figures.py --help)")
     known = dict(line.split() for line in (root / PICTURES).read_text(encoding="utf-8").splitlines())
