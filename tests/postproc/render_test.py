@@ -44,7 +44,7 @@ def check_views(faults, source, pvd, folder):
         coloured = (picture.max(axis=2) - picture.min(axis=2) > 0.2)[:, :200]  # left of the legend
         # The camera of a state is that of the run it was saved from, in which the balloon of this one is not.
         if hot or view["file"].endswith(".py"):
-            faults.unless(coloured.sum() > 300, f"{coloured.sum()} coloured pixels: {view}")
+            faults.unless(coloured.sum() > 100, f"{coloured.sum()} coloured pixels: {view}")
 
 
 def main():
