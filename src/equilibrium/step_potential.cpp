@@ -1,6 +1,5 @@
 #include "equilibrium/step_potential.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "geometry/principal_axes.h"
 #include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 
@@ -435,10 +435,10 @@ void StepPotential::mix_joined_columns(double left, LowRank& low_rank) const {
   }
   const std::vector<int>& joined = model_.chambers.joined();
   const Eigen::MatrixXd slopes = model_.chambers.joined_slopes(volumes_, time_);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> principal(-(slopes + slopes.transpose()) / 2);
-  low_rank.mixing(joined, joined) = principal.eigenvectors();
+  const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
+  low_rank.mixing(joined, joined) = principal.axes;
   for (std::size_t k = 0; k < joined.size(); ++k) {
-    const double stiffness = rank_one_share(model_.gas_tangent) * principal.eigenvalues()[static_cast<Eigen::Index>(k)];
+    const double stiffness = rank_one_share(model_.gas_tangent) * principal.values[static_cast<Eigen::Index>(k)];
     low_rank.coefficients[joined[k]] = std::max(stiffness, left * stiffness);
   }
 }

@@ -76,7 +76,8 @@ Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
   if (a.trace() > 2 * least && a.determinant() > least * a.trace()) {
     return a;  // both eigenvalues are larger
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(a);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(a);
   return axes.eigenvectors() * axes.eigenvalues().cwiseMax(least).asDiagonal() * axes.eigenvectors().transpose();
 }
 
