@@ -1,6 +1,5 @@
 #include "equilibrium/step_potential.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "geometry/principal_axes.h"
 #include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 
@@ -46,6 +46,11 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   }
   multiplier_.setZero(static_cast<Eigen::Index>(prescribed_.size()));
   gas_.resize(static_cast<std::size_t>(model_.chambers.count()));
+  for (PetscInt i = 0; i < owned(); ++i) {
+    if (!model_.constraints.projectors()[static_cast<std::size_t>(i)].isIdentity(0)) {
+      constrained_.push_back(i);
+    }
+  }
 
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
@@ -131,6 +136,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   keep_clear();
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   multiplier_ = pressure(prescribed_);
+  is_evaluated_ = false;
 }
 
 /// Where Newton's method begins nothing has passed through anything. Collective.
@@ -155,6 +161,7 @@ bool StepPotential::leaves_held_behind() {
 
 /// What a step is about. @param share of it at which forces are in balance
 void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
+  is_evaluated_ = false;
   h_ = start.h;
   time_end_ = start.time + start.h;
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
@@ -168,6 +175,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
 
 /// What acts by arc length, at the loads' present time.
 void StepPotential::set_load_time() {
+  is_evaluated_ = false;
   model_.loads.set_time(time_);
   if (model_.bodies != nullptr) {
     model_.bodies->set_time(time_, h_);
@@ -283,14 +291,16 @@ Eigen::VectorXd StepPotential::own_unknowns() const {
 }
 
 void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
+  const Eigen::VectorXd multiplier = integrator_.arc_length() ? multiplier_ : own.cwiseProduct(pressure_scales());
+  const bool stays = position_.values() == position.values() && multiplier_ == multiplier;
+  is_evaluated_ = is_evaluated_ && !on_any_rank(comm(), !stays);
   position_.values() = position.values();
+  multiplier_ = multiplier;
   if (integrator_.arc_length()) {
     time_ = own[0];
     time_end_ = time_;
     set_load_time();
     lead_held();
-  } else {
-    multiplier_ = own.cwiseProduct(pressure_scales());
   }
 }
 
@@ -312,30 +322,30 @@ double StepPotential::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-void StepPotential::evaluate_gas() {
+/// Gas, value and gradient of Pi at x, unless they are known. Collective.
+void StepPotential::evaluate() {
+  if (std::exchange(is_evaluated_, true)) {
+    return;
+  }
   volumes_ = model_.chambers.volumes(position_);
   gas_ = model_.chambers.end_states(volumes_, time_);
   for (std::size_t c = 0; c < prescribed_.size(); ++c) {
     gas_[static_cast<std::size_t>(prescribed_[c])].pressure = multiplier_[static_cast<Eigen::Index>(c)];
   }
-}
-
-/// Of Pi at x by the owned vertices, where they may move. Collective.
-Eigen::Matrix3Xd StepPotential::gradient() {
-  evaluate_gas();
+  potentials_value_ = 0;
   squared_forces_.clear();
-  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, owned());
-  const auto add = [&](Eigen::Matrix3Xd gradient) {
-    for (PetscInt i = 0; i < owned(); ++i) {
-      gradient.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
+  gradient_.setZero(3, owned());
+  const auto add_part = [this] {
+    for (const PetscInt i : constrained_) {
+      part_.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * part_.col(i)).eval();
     }
-    squared_forces_.push_back(gradient.squaredNorm());
-    sum += gradient;
+    squared_forces_.push_back(part_.squaredNorm());
+    gradient_ += part_;
   };
   for (const Potential* potential : potentials_) {
-    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
-    potential->add_gradient(position_, gradient);
-    add(std::move(gradient));
+    part_.setZero(3, owned());
+    potentials_value_ += potential->add_value_and_gradient(position_, part_);
+    add_part();
   }
   const Eigen::SparseMatrix<double> gradients = model_.chambers.volume_gradients(position_);
   Eigen::VectorXd pressure(model_.chambers.count());
@@ -345,10 +355,15 @@ Eigen::Matrix3Xd StepPotential::gradient() {
     pressure[chamber] = state.pressure;
     absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
   }
-  add((gradients * -pressure).reshaped(3, owned()));
+  part_ = (gradients * -pressure).reshaped(3, owned());
+  add_part();
   constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
   gas_rounding_ = share * std::sqrt(sum_over_ranks(comm(), absolute));
-  return sum;
+}
+
+Eigen::Matrix3Xd StepPotential::gradient() {
+  evaluate();
+  return gradient_;
 }
 
 Eigen::VectorXd StepPotential::own_rows() {
@@ -359,7 +374,7 @@ Eigen::VectorXd StepPotential::own_rows() {
 }
 
 LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share) {
-  evaluate_gas();
+  evaluate();
   volumes_of_tangent_ = volumes_;
   position_of_tangent_ = position_.values();
   for (Potential* potential : potentials_) {
@@ -420,10 +435,10 @@ void StepPotential::mix_joined_columns(double left, LowRank& low_rank) const {
   }
   const std::vector<int>& joined = model_.chambers.joined();
   const Eigen::MatrixXd slopes = model_.chambers.joined_slopes(volumes_, time_);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> principal(-(slopes + slopes.transpose()) / 2);
-  low_rank.mixing(joined, joined) = principal.eigenvectors();
+  const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
+  low_rank.mixing(joined, joined) = principal.axes;
   for (std::size_t k = 0; k < joined.size(); ++k) {
-    const double stiffness = rank_one_share(model_.gas_tangent) * principal.eigenvalues()[static_cast<Eigen::Index>(k)];
+    const double stiffness = rank_one_share(model_.gas_tangent) * principal.values[static_cast<Eigen::Index>(k)];
     low_rank.coefficients[joined[k]] = std::max(stiffness, left * stiffness);
   }
 }
@@ -466,11 +481,8 @@ double StepPotential::joined_work_on_rest() {
 }
 
 double StepPotential::value() {
-  evaluate_gas();
-  double sum = 0;
-  for (const Potential* potential : potentials_) {
-    sum += potential->value(position_);
-  }
+  evaluate();
+  double sum = potentials_value_;
   for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
     if (model_.chambers.has_hole(chamber)) {
       sum -= work_on_rest(chamber);

@@ -118,6 +118,7 @@ class StepPotential : public StepPart {
   const Field& position() const override { return position_; }
   /// @param own the multipliers over their scales, or by arc length the loads' time
   void move_to(const Field& position, const Eigen::VectorXd& own) override;
+  void forget() override { is_evaluated_ = false; }
   Eigen::VectorXd own_unknowns() const override;
   bool leaves_held_behind() override;
 
@@ -155,7 +156,7 @@ class StepPotential : public StepPart {
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;
-  void evaluate_gas();
+  void evaluate();
   void mix_joined_columns(double left, LowRank& low_rank) const;
   double work_on_rest(int chamber);
   double joined_work_on_rest();
@@ -174,6 +175,7 @@ class StepPotential : public StepPart {
   double force_scale_ = 0;
   double total_mass_ = 0;  ///< [kg]
   std::vector<int> prescribed_;
+  std::vector<PetscInt> constrained_;  ///< owned vertices that may not move in all directions
 
   // The step in progress.
   double h_ = 0;
@@ -184,15 +186,21 @@ class StepPotential : public StepPart {
   Field between_;                         ///< on the way from x^n to x
   Eigen::Matrix3Xd unaccelerated_;        ///< x_a of the local vertices
   Eigen::Matrix3Xd still_;                ///< x_v of the local vertices
-  Eigen::VectorXd volumes_;               ///< of the chambers at `position_`
   Eigen::Matrix3Xd position_of_tangent_;  ///< of all local vertices, where the tangent was last taken
   Eigen::VectorXd volumes_of_tangent_;    ///< where the tangent was last taken
-  std::vector<GasState> gas_;             ///< at `volumes_`; of a prescribed chamber the pressure is the unknown
   Eigen::VectorXd multiplier_;            ///< pressures of the prescribed chambers [Pa]
   Field direction_;                       ///< c, if by arc length
   double path_length_ = 0;                ///< s [m]
-  double gas_rounding_ = 0;               ///< of differences of absolute pressures, in the last residual [N]
-  std::vector<double> squared_forces_;    ///< this rank's part, in the last residual [N^2]
+
+  // At `position_`, if it is evaluated.
+  bool is_evaluated_ = false;
+  Eigen::VectorXd volumes_;             ///< of the chambers
+  std::vector<GasState> gas_;           ///< of a prescribed chamber the pressure is the unknown
+  double potentials_value_ = 0;         ///< this rank's share of the sum of all potentials [J]
+  Eigen::Matrix3Xd gradient_;           ///< of Pi, (3 x owned) [N]
+  Eigen::Matrix3Xd part_;               ///< of the gradient, by one potential
+  double gas_rounding_ = 0;             ///< of differences of absolute pressures in the gradient [N]
+  std::vector<double> squared_forces_;  ///< this rank's part [N^2]
 };
 
 }  // namespace equilibrium

@@ -1,17 +1,7 @@
 #include "geometry/pressure_load.h"
 
-#include <Eigen/Geometry>
-
 namespace pellicle {
 inline namespace geometry {
-
-double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {
-  return x1.dot(x2.cross(x3)) / 6;
-}
-
-Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {
-  return 0.5 * (x2 - x1).cross(x3 - x1);
-}
 
 void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], const Eigen::Vector3d w[3],
                                    Eigen::Vector3d result[3]) {
