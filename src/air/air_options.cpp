@@ -7,7 +7,7 @@ void describe(OptionTable& table, AirOptions& options) {
   table.add("force.air_density", options.density)
       .unit("kg/m^3")
       .at_least(0)
-      .help("density of the air, which drags at what moves relative to it; 0: there is none; at 15 degC: 1.2");
+      .help("density of the air, whose drag acts on what moves relative to it; 0: no air; at 15 degC: 1.2");
   table.add_under({"force.air_density: more than 0", [&options] { return options.density > 0; }}, [&] {
     table.add("force.drag", options.drag)
         .at_least(0)

@@ -117,15 +117,15 @@ const std::string objects =
     "one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do stands in docs/limits.md: flames, air that gives way, gas that flows between "
-    "objects, "
-    "and others.";
+    "What the program does not do stands in docs/limits.md: flames, air that the sheet moves, gas that flows "
+    "between objects, and others.";
 
 const std::string no_effect =
-    "An option that is given but cannot act in the run, for want of what it needs (in braces below; in the table under "
-    "\"needs\"), is refused. Two exceptions are named once as not used: settings of solvers (project, spring, prism, "
+    "An option that is given but cannot act in the run, because what it needs is missing (in braces below; in the "
+    "table under \"needs\"), is refused. Two exceptions are named once as not used: settings of solvers (project, "
+    "spring, prism, "
     "volume, the solvers of heat and gas) in a deck after the first, or in PETSc's files of options, which may be for "
-    "both chains; and what a later deck or the command line has made superfluous.";
+    "both chains; and what a later deck or the command line has made useless.";
 
 const std::string petsc_sources =
     "Later ones win: decks, in their order; ~/.petscrc, .petscrc and petscrc; PETSC_OPTIONS; the command line, with "

@@ -31,7 +31,7 @@ void keep_last(std::vector<PetscOption>& options);
 std::vector<std::string> petsc_arguments(const std::vector<PetscOption>& options, const ObjectTables& tables);
 
 /// One line for each option in PETSc's database that nothing has used, by the name that the user wrote. An option
-/// handed on counts once, and only when nobody has used it.
+/// handed on counts once, and only when it was not used anywhere.
 std::vector<std::string> unused_petsc_options(const std::vector<PetscOption>& options, const ObjectTables& tables);
 
 /// Prints `unused_petsc_options` on rank 0's standard error. Call it when all solvers have been set up.

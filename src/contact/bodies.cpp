@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "geometry/rigid_motion.h"
 #include "meshing/mesh_check.h"
 #include "meshing/readers.h"
 #include "meshing/triangulation.h"
@@ -110,7 +111,7 @@ RigidMotion motion_of(const BodyOptions& options) {
   motion.start.place = is_plane ? options.point : options.centre;
   const Eigen::Vector3d up = is_plane ? options.normal : options.axis;
   if (is_plane || has_axis(options.shape)) {
-    motion.start.turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up).toRotationMatrix();
+    motion.start.turn = rotation_between(Eigen::Vector3d::UnitZ(), up);
   }
   motion.velocity = options.velocity;
   motion.path = options.path;

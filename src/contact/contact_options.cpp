@@ -31,8 +31,8 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
       .acts_with(either(bodies, "bodies, or contact.self", false))
       .help(
           "c of the pressure with which surfaces press whose gap g is less than contact.thickness d: 2 c (d - g)^2/d, "
-          "1e8 Pa/m unless given; of bodies c (0.975 d - g) where g < 0.95 d, and less and less further out: unless "
-          "given much stiffer than the mesh in the plane and its mass in a step")
+          "1e8 Pa/m unless given; of bodies c (0.975 d - g) where g < 0.95 d, then falling smoothly to 0 at d: "
+          "unless given much stiffer than the mesh in the plane and its mass in a step")
       .source("docs/theory.md: parameters");
   table.add("contact.slip_speed", options.slip_speed)
       .unit("m/s")

@@ -41,7 +41,7 @@ struct ElasticResult : StageResult {
 ///
 ///     x = argmin sum_i m_i |x_i - x~_i|^2 / (2 h^2) + U_springs(x) + U_bending(x),
 ///
-/// with viscosity as springs and bending that remember the step's start. Newton's method with positive tangents and a
+/// with viscosity as springs and bending relative to the step's start. Newton's method with positive tangents and a
 /// line search, so that the sum falls with every iteration; KSP prefix `elastic_`.
 ///
 /// With a strain limit (StrainLimit) the sum is made least with the limit's energy continued beyond a share of it,

@@ -356,8 +356,8 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
 }
 
 /// Steps back from Newton's step until no element turns over in it and the potential falls; with prescribed volumes the
-/// potential and what the multipliers make of the volumes' errors. In a step in time an element may turn as far as it
-/// likes, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
+/// potential and what the multipliers make of the volumes' errors. In a step in time an element may turn by any
+/// angle, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   objective_.move_to(step.position);
   before_.values() = objective_.position().values();

@@ -1,9 +1,10 @@
 #include "equilibrium/step_gas.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "geometry/principal_axes.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -98,8 +99,10 @@ const std::vector<GasState>& StepGas::states(std::size_t part) {
 }
 
 void StepGas::set_multiplier(std::size_t part, const Eigen::VectorXd& pressure) {
-  parts_[part].multiplier = pressure;
-  move();
+  if (parts_[part].multiplier != pressure) {
+    parts_[part].multiplier = pressure;
+    move();
+  }
 }
 
 Eigen::VectorXd StepGas::pressure_scales(std::size_t part) const {
@@ -175,10 +178,10 @@ void StepGas::join(LowRank& all, const std::vector<Eigen::Index>& first, double 
     return;
   }
   const Eigen::MatrixXd slopes = flow_.slopes(step_, end_);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> principal(-(slopes + slopes.transpose()) / 2);
-  all.mixing(columns, columns) = principal.eigenvectors();
+  const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
+  all.mixing(columns, columns) = principal.axes;
   for (std::size_t k = 0; k < columns.size(); ++k) {
-    const double stiffness = share[columns[k]] * principal.eigenvalues()[static_cast<Eigen::Index>(k)];
+    const double stiffness = share[columns[k]] * principal.values[static_cast<Eigen::Index>(k)];
     all.coefficients[columns[k]] = std::max(stiffness, left * stiffness);
   }
 }

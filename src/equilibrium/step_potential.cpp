@@ -34,6 +34,11 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       still_(3, model.elements.membrane().particles.local()),
       direction_(model.elements.membrane().particles, 3) {
   const Membrane& membrane = model_.elements.membrane();
+  for (PetscInt i = 0; i < owned(); ++i) {
+    if (!model_.constraints.projectors()[static_cast<std::size_t>(i)].isIdentity(0)) {
+      constrained_.push_back(i);
+    }
+  }
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
@@ -120,6 +125,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   gas_->begin_step(time_);
   gas_->set_multiplier(part_, pressure(gas_->prescribed(part_)));
+  is_evaluated_ = false;
 }
 
 /// Where Newton's method begins nothing has passed through anything. Collective.
@@ -144,6 +150,7 @@ bool StepPotential::leaves_held_behind() {
 
 /// What a step is about. @param share of it at which forces are in balance
 void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
+  is_evaluated_ = false;
   h_ = start.h;
   time_end_ = start.time + start.h;
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
@@ -157,6 +164,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
 
 /// What acts by arc length, at the loads' present time.
 void StepPotential::set_load_time() {
+  is_evaluated_ = false;
   model_.loads.set_time(time_);
   gas_->set_time(time_);
   if (model_.bodies != nullptr) {
@@ -274,7 +282,11 @@ Eigen::VectorXd StepPotential::own_unknowns() const {
 }
 
 void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
-  position_.values() = position.values();
+  if (on_any_rank(comm(), position_.values() != position.values())) {
+    position_.values() = position.values();
+    is_evaluated_ = false;
+    gas_->move();
+  }
   if (integrator_.arc_length()) {
     time_ = own[0];
     time_end_ = time_;
@@ -283,31 +295,44 @@ void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
   } else {
     gas_->set_multiplier(part_, own.cwiseProduct(pressure_scales()));
   }
-  gas_->move();
 }
 
 double StepPotential::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
+/// Value and gradient of the potentials at x, unless they are known. Collective.
+void StepPotential::evaluate() {
+  if (std::exchange(is_evaluated_, true)) {
+    return;
+  }
+  potentials_value_ = 0;
+  squared_forces_.clear();
+  gradient_.setZero(3, owned());
+  for (const Potential* potential : potentials_) {
+    of_potential_.setZero(3, owned());
+    potentials_value_ += potential->add_value_and_gradient(position_, of_potential_);
+    leave_out_held(of_potential_);
+    squared_forces_.push_back(of_potential_.squaredNorm());
+    gradient_ += of_potential_;
+  }
+}
+
+/// Of forces on the owned vertices what acts where they may move.
+void StepPotential::leave_out_held(Eigen::Matrix3Xd& forces) const {
+  for (const PetscInt i : constrained_) {
+    forces.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * forces.col(i)).eval();
+  }
+}
+
 /// Of Pi at x by the owned vertices, where they may move. Collective.
 Eigen::Matrix3Xd StepPotential::gradient() {
-  squared_forces_.clear();
-  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, owned());
-  const auto add = [&](Eigen::Matrix3Xd gradient) {
-    for (PetscInt i = 0; i < owned(); ++i) {
-      gradient.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
-    }
-    squared_forces_.push_back(gradient.squaredNorm());
-    sum += gradient;
-  };
-  for (const Potential* potential : potentials_) {
-    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
-    potential->add_gradient(position_, gradient);
-    add(std::move(gradient));
-  }
-  add(gas_->gradient(part_));
-  return sum;
+  evaluate();
+  Eigen::Matrix3Xd of_gas = gas_->gradient(part_);
+  leave_out_held(of_gas);
+  squared_forces_.resize(potentials_.size());
+  squared_forces_.push_back(of_gas.squaredNorm());
+  return gradient_ + of_gas;
 }
 
 Eigen::VectorXd StepPotential::own_rows() {
@@ -349,11 +374,8 @@ LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share)
 }
 
 double StepPotential::value() {
-  double sum = 0;
-  for (const Potential* potential : potentials_) {
-    sum += potential->value(position_);
-  }
-  return sum_over_ranks(comm(), sum) + gas_->value(part_);
+  evaluate();
+  return sum_over_ranks(comm(), potentials_value_) + gas_->value(part_);
 }
 
 }  // namespace equilibrium

@@ -123,6 +123,7 @@ class StepPotential : public StepPart, public GasFilled {
   const Field& position() const override { return position_; }
   /// @param own the multipliers over their scales, or by arc length the loads' time
   void move_to(const Field& position, const Eigen::VectorXd& own) override;
+  void forget() override { is_evaluated_ = false; }
   Eigen::VectorXd own_unknowns() const override;
   bool leaves_held_behind() override;
 
@@ -160,6 +161,8 @@ class StepPotential : public StepPart, public GasFilled {
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;
+  void evaluate();
+  void leave_out_held(Eigen::Matrix3Xd& forces) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
   MPI_Comm comm() const { return model_.elements.membrane().comm(); }
 
@@ -174,19 +177,26 @@ class StepPotential : public StepPart, public GasFilled {
   double force_scale_ = 0;
   double total_mass_ = 0;  ///< [kg]
   std::shared_ptr<StepGas> gas_;
-  std::size_t part_ = 0;  ///< of the gas
+  std::size_t part_ = 0;               ///< of the gas
+  std::vector<PetscInt> constrained_;  ///< owned vertices that may not move in all directions
 
   // The step in progress.
   double h_ = 0;
-  double time_end_ = 0;                 ///< t^{n+1} [s]
-  double time_ = 0;                     ///< of balance [s]
-  Field start_;                         ///< x^n
-  Field position_;                      ///< x
-  Eigen::Matrix3Xd unaccelerated_;      ///< x_a of the local vertices
-  Eigen::Matrix3Xd still_;              ///< x_v of the local vertices
-  Field direction_;                     ///< c, if by arc length
-  double path_length_ = 0;              ///< s [m]
-  std::vector<double> squared_forces_;  ///< this rank's part, in the last residual [N^2]
+  double time_end_ = 0;             ///< t^{n+1} [s]
+  double time_ = 0;                 ///< of balance [s]
+  Field start_;                     ///< x^n
+  Field position_;                  ///< x
+  Eigen::Matrix3Xd unaccelerated_;  ///< x_a of the local vertices
+  Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
+  Field direction_;                 ///< c, if by arc length
+  double path_length_ = 0;          ///< s [m]
+
+  // Of the potentials at `position_`, if they are evaluated; the gas beside them knows of its own.
+  bool is_evaluated_ = false;
+  double potentials_value_ = 0;         ///< this rank's share of their sum [J]
+  Eigen::Matrix3Xd gradient_;           ///< of the sum (3 x owned) [N]
+  Eigen::Matrix3Xd of_potential_;       ///< the gradient of one of them
+  std::vector<double> squared_forces_;  ///< of each, and of the gas last: this rank's part [N^2]
 };
 
 }  // namespace equilibrium

@@ -559,7 +559,7 @@ void Chambers::set_living(const Living& living) {
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, surface_->comm());
-  if (before != chamber_of_triangle_) {
+  if (before != chamber_of_triangle_ || before.empty()) {
     find_particles();
   }
   const bool can_vent = std::any_of(chambers_.begin(), chambers_.end(),
@@ -922,10 +922,18 @@ void Chambers::find_particles() {
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  particles_of_.assign(chambers_.size(), {});
-  for (const auto& [chamber, particle] : pairs) {
-    particles_of_[static_cast<std::size_t>(chamber)].push_back(particle);
+  no_gradients_ = Eigen::SparseMatrix<double>(3 * surface_->particles.owned, count());
+  no_gradients_.reserve(3 * static_cast<Eigen::Index>(pairs.size()));
+  auto pair = pairs.begin();
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    no_gradients_.startVec(chamber);
+    for (; pair != pairs.end() && pair->first == chamber; ++pair) {
+      for (int k = 0; k < 3; ++k) {
+        no_gradients_.insertBack(3 * pair->second + k, chamber) = 0;
+      }
+    }
   }
+  no_gradients_.finalize();
   place_of_corner_.clear();
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
@@ -938,22 +946,8 @@ void Chambers::find_particles() {
 }
 
 Eigen::SparseMatrix<double> Chambers::volume_gradients(const Field& positions) const {
-  Eigen::SparseMatrix<double> gradients(3 * surface_->particles.owned, count());
-  Eigen::Index entries = 0;
-  for (const std::vector<PetscInt>& particles : particles_of_) {
-    entries += 3 * static_cast<Eigen::Index>(particles.size());
-  }
-  gradients.reserve(entries);
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    gradients.startVec(chamber);
-    for (const PetscInt particle : particles_of_[static_cast<std::size_t>(chamber)]) {
-      for (int k = 0; k < 3; ++k) {
-        gradients.insertBack(3 * particle + k, chamber) = 0;
-      }
-    }
-  }
-  gradients.finalize();
-  Eigen::Map<Eigen::Matrix3Xd> values(gradients.valuePtr(), 3, entries / 3);
+  Eigen::SparseMatrix<double> gradients = no_gradients_;
+  Eigen::Map<Eigen::Matrix3Xd> values(gradients.valuePtr(), 3, gradients.nonZeros() / 3);
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     if (chamber_of_triangle_[triangle] < 0) {
       continue;

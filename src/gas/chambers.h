@@ -322,9 +322,9 @@ class Chambers {
   std::vector<Chamber> chambers_;
   std::vector<PetscInt> chamber_of_element_;  ///< of each local element, -1: none
   std::vector<int> chamber_of_triangle_;      ///< of what is left of their triangles, -1: none
-  /// Owned particles by which the volume of each chamber changes, ascending, and the place there of each corner of the
-  /// triangles, chamber after chamber; -1: it is a ghost's, or bounds no chamber.
-  std::vector<std::vector<PetscInt>> particles_of_;
+  /// See volume_gradients, without values: three rows for each owned particle by which a chamber's volume changes.
+  Eigen::SparseMatrix<double> no_gradients_;
+  /// Which of these threes of entries each corner of the triangles has, -1: it is a ghost's, or bounds no chamber.
   std::vector<PetscInt> place_of_corner_;
   Rims rims_;                  ///< of chambers that vent
   std::vector<int> has_hole_;  ///< of each chamber

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace pellicle {
 inline namespace geometry {
@@ -10,7 +11,9 @@ inline namespace geometry {
 // derivative is symmetric; at sides without a neighbour it is not, and rim_stiffness leads to its symmetric part.
 
 /// Share of a triangle in the enclosed volume (balloon paper, eq. 13) [m^3].
-double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3);
+inline double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {
+  return x1.dot(x2.cross(x3)) / 6;
+}
 
 /// Solid angle of a triangle as seen from the origin, positive where its normal points away (Van Oosterom and Strackee
 /// 1983) [sr].
@@ -18,7 +21,9 @@ double solid_angle(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const E
 
 /// Area vector of a triangle, A n [m^2]; a third of it is the derivative of the volume by each corner, summed over the
 /// triangles round a vertex (balloon paper, eq. 15).
-Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3);
+inline Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {
+  return 0.5 * (x2 - x1).cross(x3 - x1);
+}
 
 /// Adds the load's stiffness, minus the derivative of the force by the corners' positions `x` [m] at constant pressure,
 /// times their displacements `w` [m] to `result` [N].

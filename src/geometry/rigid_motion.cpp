@@ -1,8 +1,10 @@
 #include "geometry/rigid_motion.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "geometry/key_points.h"
+#include "geometry/pi.h"
 
 namespace pellicle {
 inline namespace geometry {
@@ -13,6 +15,16 @@ Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector) {
     return Eigen::Matrix3d::Identity();
   }
   return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+// Not Quaterniond::FromTwoVectors, whose singular value decomposition takes long to compile.
+Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d axis = from.cross(to);
+  const double sine = axis.norm(), cosine = from.dot(to);  // times the lengths
+  if (sine == 0) {
+    return cosine < 0 ? rotation_matrix(pi * from.unitOrthogonal()) : Eigen::Matrix3d::Identity().eval();
+  }
+  return rotation_matrix(std::atan2(sine, cosine) / sine * axis);
 }
 
 Pose RigidMotion::at(double time) const {

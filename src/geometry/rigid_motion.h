@@ -19,6 +19,9 @@ struct Pose {
 /// The rotation about the direction of `vector` by its length [rad].
 Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector);
 
+/// The smallest rotation that turns one direction into another; of opposite ones half a turn about some axis across.
+Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// How a solid moves: its origin along key points or at a constant velocity, and it turns about its origin by a
 /// rotation vector with key points or at a constant angular velocity.
 struct RigidMotion {

@@ -14,7 +14,7 @@ class StageClock;
 }  // namespace base
 inline namespace io {
 
-/// What a progress line tells of a step.
+/// The figures of a progress line.
 struct Progress {
   int step = 0;
   double time = 0;      ///< [s]
@@ -27,18 +27,18 @@ struct Progress {
 /// own output is, so under it mpirun's output is what counts.
 bool stdout_is_terminal();
 
-/// What a run tells while it goes on; rank 0 prints. Where nobody watches, that is where the output is no terminal and
-/// progress lines are not asked for (`-output_monitor N`), it prints what a log needs: the lines that are told, and a
-/// progress line now and then.
+/// Prints what happens in a run; rank 0 prints. Unwatched, that is where the output is no terminal and progress lines
+/// are not requested (`-output_monitor N`), it prints what a log needs: the lines of `tell`, and a progress line from
+/// time to time.
 class Console {
  public:
   /// @param monitor a progress line every so many steps; 0: every step on a terminal, none elsewhere
-  /// @param longest_silence after so long without a line the next step has a progress line, also where nobody watches
+  /// @param longest_silence after so long without a line the next step has a progress line, also unwatched
   /// [s]
   Console(MPI_Comm comm, int monitor, std::ostream& stream = std::cout, bool terminal = stdout_is_terminal(),
           double longest_silence = 300);
 
-  /// Prints a line for somebody who watches: a line of the header, a table.
+  /// Prints a line that is left out unwatched: a line of the header, a table.
   void say(const std::string& line);
   /// Prints a line that every run's log needs: what the mesh is, a warning, a step that failed, how the run ended.
   void tell(const std::string& line);
@@ -51,7 +51,7 @@ class Console {
  private:
   MPI_Comm comm_;
   bool is_root_;
-  int interval_;  ///< steps between progress lines; 0: nobody watches
+  int interval_;  ///< steps between progress lines; 0: unwatched
   std::ostream& stream_;
   double longest_silence_;  ///< [s]
   double start_;
@@ -61,7 +61,7 @@ class Console {
 /// A moment of a run [s] as people read it, six digits: "0.125 s".
 std::string time_text(double seconds);
 
-/// A span of time as people say it: "0.35 s", "12 s", "3 min 05 s", "2 h 10 min".
+/// A span of time in words: "0.35 s", "12 s", "3 min 05 s", "2 h 10 min".
 std::string duration_text(double seconds);
 
 }  // namespace io

@@ -73,7 +73,7 @@ void OpenFile::append(const std::string& text) {
     write(text, end);
   } catch (const Error&) {
     if (ftruncate(descriptor_, end) != 0) {
-      // The fault that is told is the first one.
+      // The first fault is the one that is reported.
     }
     throw;
   }

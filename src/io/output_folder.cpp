@@ -291,7 +291,7 @@ void OutputFolder::list(const std::vector<std::string>& names) {
   }
   list_.append(listed(files, false));
   files_.insert(files.begin(), files.end());
-  std::error_code ignored;  // What is made there tells.
+  std::error_code ignored;  // Files in it then fail.
   fs::create_directory(path(parts_name), ignored);
 }
 

@@ -8,6 +8,7 @@
 #include "base/options.h"
 #include "base/units.h"
 #include "geometry/pi.h"
+#include "geometry/rigid_motion.h"
 #include "geometry/solid_distance.h"
 #include "meshing/implicit_surface.h"
 
@@ -26,8 +27,7 @@ bool has_two_ends(const BlobOptions& options) {
 
 Eigen::Matrix3d rotation_of(const BlobOptions& options) {
   if (has_two_ends(options)) {
-    return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), options.end - options.centre)
-        .toRotationMatrix();
+    return rotation_between(Eigen::Vector3d::UnitZ(), options.end - options.centre);
   }
   return (Eigen::AngleAxisd(options.rotation.z(), Eigen::Vector3d::UnitZ()) *
           Eigen::AngleAxisd(options.rotation.y(), Eigen::Vector3d::UnitY()) *

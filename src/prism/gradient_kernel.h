@@ -11,7 +11,7 @@ inline namespace prism {
 // action of the tangent are made of it. In exact arithmetic with the director varied the same as `metric_energy`, which
 // needs less. Axes of the undeformed element: those of `inverse_edges`, and its normal.
 
-/// What becomes of the director in the tangent.
+/// How the tangent treats the director.
 enum class Director {
   varied,   ///< it stays normal: then no transverse shear arises, and nothing across the wall does work
   left_out  ///< the paper's: dF has no third column, which adds a transverse shear stiffness

@@ -12,7 +12,7 @@ inline namespace prism {
 // energy, forces and tangent follow from U(a), a = (e12.e12, e12.e13, e13.e13), exactly, the director's derivatives
 // included.
 
-/// What becomes of the wall's thickness while the element deforms.
+/// How the wall's thickness changes while the element deforms.
 enum class ThicknessRule {
   fixed,           ///< c given (also the paper's way, "global": c is no unknown of the solve)
   incompressible,  ///< the element keeps its volume: c = 1/det of the in-plane block

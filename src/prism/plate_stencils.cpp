@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "geometry/principal_axes.h"
+#include "geometry/rigid_motion.h"
 #include "parallel/collective.h"
 #include "parallel/field.h"
 #include "parallel/route.h"
@@ -24,6 +26,10 @@ constexpr double negligible = 1e-4;
 constexpr double weight_beyond = 0.1;
 /// Neighbours with which a vertex needs no further points.
 constexpr std::size_t enough = 5;
+/// What is fitted has at most five terms: bounded matrices are multiplied without Eigen's blocked products, whose
+/// compilation takes a minute.
+using FittedTerms = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Eigen::Dynamic, 5>;
+using NormalMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5>;
 /// Cosine up to which a plane stands across the wall.
 constexpr double across = 0.1;
 
@@ -296,7 +302,7 @@ void PlateStencils::add_corners(const PlateStencil& stencil, const std::vector<W
     const Eigen::Vector3d to_next = rest.col(number(wedge.next)) - here;
     const Eigen::Vector3d to_previous = rest.col(number(wedge.previous)) - here;
     // The triangle's plane is turned into the tangent plane on the shortest way.
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(to_next.cross(to_previous), stencil.normal);
+    const Eigen::Matrix3d turn = rotation_between(to_next.cross(to_previous), stencil.normal);
     Eigen::Matrix2d edges;
     edges << axes_.transpose() * (turn * to_next), axes_.transpose() * (turn * to_previous);
     corners_.push_back({wedge.element, edges.inverse()});
@@ -316,20 +322,21 @@ bool PlateStencils::fit(PlateStencil& stencil, const Eigen::Matrix3Xd& rest) {
   }
   // Coordinates in which the neighbours are as far all round: the fit does not depend on how long the triangles are.
   Eigen::Matrix2Xd r = axes_.transpose() * arms;
-  Eigen::Matrix2d moments = r * r.transpose() / static_cast<double>(count);
+  Eigen::Matrix2d moments = r.lazyProduct(r.transpose()) / static_cast<double>(count);
   if (is_mirrored) {
     moments(0, 1) = moments(1, 0) = 0;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> extents(moments);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> extents;
+  extents.computeDirect(moments);
   if (!(extents.eigenvalues()[0] > 1e-6 * extents.eigenvalues()[1])) {
     return false;
   }
   const Eigen::Matrix2d to_even = extents.operatorInverseSqrt();
-  r = (to_even * r).eval();
+  r = to_even.lazyProduct(r).eval();
 
   const int tilts = stencil.has_fixed_normal ? 0 : is_mirrored ? 1 : 2;
   const int bends = is_mirrored && !stencil.has_fixed_normal ? 2 : 3;
-  Eigen::MatrixXd terms(count, tilts + bends);
+  FittedTerms terms(count, tilts + bends);
   Eigen::VectorXd row_weight(count);
   for (Eigen::Index p = 0; p < count; ++p) {
     const double x = r(0, p), y = r(1, p);
@@ -345,8 +352,8 @@ bool PlateStencils::fit(PlateStencil& stencil, const Eigen::Matrix3Xd& rest) {
     }
   }
   terms = (row_weight.asDiagonal() * terms).eval();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> normal_matrix(terms.transpose() * terms);
-  const Eigen::VectorXd& values = normal_matrix.eigenvalues();
+  const PrincipalAxes normal_matrix = principal_axes(terms.transpose().lazyProduct(terms));
+  const Eigen::VectorXd& values = normal_matrix.values;
   const double least = negligible * values.maxCoeff();
   if (!stencil.has_fixed_normal && !(values.minCoeff() > least)) {
     return false;
@@ -355,9 +362,9 @@ bool PlateStencils::fit(PlateStencil& stencil, const Eigen::Matrix3Xd& rest) {
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     inverse[k] = values[k] > least ? 1 / values[k] : 0;
   }
-  const Eigen::MatrixXd coefficients = normal_matrix.eigenvectors() * inverse.asDiagonal() *
-                                       normal_matrix.eigenvectors().transpose() * terms.transpose() *
-                                       row_weight.asDiagonal();
+  const NormalMatrix pseudo_inverse =
+      (normal_matrix.axes * inverse.asDiagonal()).lazyProduct(normal_matrix.axes.transpose());
+  const Eigen::MatrixXd coefficients = pseudo_inverse.lazyProduct(terms.transpose()) * row_weight.asDiagonal();
   weights_.resize(stencil.last);
   weights_[stencil.first].setZero();
   stencil.rest.setZero();

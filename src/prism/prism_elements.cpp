@@ -17,6 +17,10 @@ namespace {
 /// An element whose area is less than this share of its undeformed area has collapsed.
 constexpr double collapsed_area = 1e-12;
 
+double finite_or_infinite(double energy) {
+  return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
+}
+
 /// A n [m^2].
 Eigen::Vector3d element_area(const Field& positions, const std::array<PetscInt, 3>& triangle) {
   const auto [e12, e13] = edges_of(positions.data(), triangle);
@@ -89,19 +93,22 @@ double PrismElements::energy(const Field& positions, const std::vector<double>& 
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
     sum += element_energy(e, positions, thickness_ratio[e]).energy;
   }
-  return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+  return finite_or_infinite(sum);
 }
 
-void PrismElements::add_force(const Field& positions, const std::vector<double>& thickness_ratio,
-                              Eigen::Matrix3Xd& force) const {
+double PrismElements::add_force(const Field& positions, const std::vector<double>& thickness_ratio,
+                                Eigen::Matrix3Xd& force) const {
   static const PetscLogEvent event = log_event("PrismGradient");
   constexpr double by_corners = 2 * 10 + 6 + 9;  // by x2 and x3, by x1, and the sums of the vertices
   const LogScope scope(event, local_flops_ + by_corners * static_cast<double>(membrane_->triangles.size()));
   const PetscInt owned = membrane_->particles.owned;
+  double sum = 0;
   for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
     const auto [e12, e13] = edges_of(positions.data(), triangle);
-    const Eigen::Vector3d gradient = element_energy(e, positions, thickness_ratio[e]).gradient;
+    const MetricEnergy energy = element_energy(e, positions, thickness_ratio[e]);
+    const Eigen::Vector3d& gradient = energy.gradient;
+    sum += static_cast<PetscInt>(e) < membrane_->elements.owned ? energy.energy : 0;
     // dU/dx through a = (e12.e12, e12.e13, e13.e13)
     const Eigen::Vector3d by_x2 = 2 * gradient[0] * e12 + gradient[1] * e13;
     const Eigen::Vector3d by_x3 = gradient[1] * e12 + 2 * gradient[2] * e13;
@@ -112,6 +119,7 @@ void PrismElements::add_force(const Field& positions, const std::vector<double>&
       }
     }
   }
+  return finite_or_infinite(sum);
 }
 
 void PrismElements::update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const {

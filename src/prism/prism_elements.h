@@ -29,8 +29,8 @@ class PrismElements {
   /// @param thickness_ratio h/h0 of the local elements: what ThicknessRule::fixed keeps, a starting value otherwise
   double energy(const Field& positions, const std::vector<double>& thickness_ratio) const;
 
-  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8).
-  void add_force(const Field& positions, const std::vector<double>& thickness_ratio, Eigen::Matrix3Xd& force) const;
+  /// Adds -dU/dx of the owned vertices to `force`, (3 x owned) [N] (eq. 8). @returns what `energy` does
+  double add_force(const Field& positions, const std::vector<double>& thickness_ratio, Eigen::Matrix3Xd& force) const;
 
   /// h/h0 of the local elements as the rule makes it; leaves ThicknessRule::fixed as it is.
   void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;

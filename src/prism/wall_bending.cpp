@@ -76,7 +76,8 @@ Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
   if (a.trace() > 2 * least && a.determinant() > least * a.trace()) {
     return a;  // both eigenvalues are larger
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(a);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(a);
   return axes.eigenvectors() * axes.eigenvalues().cwiseMax(least).asDiagonal() * axes.eigenvectors().transpose();
 }
 
@@ -229,24 +230,26 @@ double WallBending::sum_of(const std::vector<Plate>& plates, const Field& x) con
   for (std::size_t s = 0; s < stencils_.owned(); ++s) {
     if (plates[s].reference > 0) {
       const State at = state(stencils_.stencils()[s], plates[s], positions);
-      sum += at.moments.dot(at.bent.transpose() * at.normal - plates[s].target) / 2;
+      sum += at.energy(plates[s]);
     }
   }
   return sum;
 }
 
-void WallBending::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+double WallBending::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   static const PetscLogEvent event = log_event("BendGradient");
   const LogScope scope(event, 600.0 * static_cast<double>(stencils_.stencils().size()));
   const double* positions = reach(x);
   const Eigen::Index owned = elements_.membrane().particles.owned;
   Eigen::Matrix3Xd turning(3, most_points_);
+  double sum = 0;
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     if (plates_[s].reference == 0) {
       continue;
     }
     const PlateStencil& stencil = stencils_.stencils()[s];
     const State at = state(stencil, plates_[s], positions);
+    sum += s < stencils_.owned() ? at.energy(plates_[s]) : 0;
     Eigen::Vector3d by_area = Eigen::Vector3d::Zero();
     if (!stencil.has_fixed_normal) {
       const Eigen::Vector3d by_normal = at.bent * at.moments;
@@ -264,6 +267,7 @@ void WallBending::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const
       }
     }
   }
+  return sum;
 }
 
 std::vector<VertexPair> WallBending::pattern() const {

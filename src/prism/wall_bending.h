@@ -41,7 +41,8 @@ class WallBending : public Potential {
   }
 
   double value(const Field& x) const override { return sum_of(plates_, x); }
-  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override { add_value_and_gradient(x, gradient); }
+  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   /// The positive part leaves out what bending moments add as the normals turn.
   void update_hessian(const Field& x, Curvature curvature) override;
@@ -65,6 +66,8 @@ class WallBending : public Potential {
     Eigen::Vector3d normal;
     double length;            ///< of N, kept from 0 [m^2]
     Eigen::Vector3d moments;  ///< by b [J m]
+
+    double energy(const Plate& plate) const { return moments.dot(bent.transpose() * normal - plate.target) / 2; }
   };
 
   std::vector<Plate> plates(const Field& start, const std::vector<double>& thickness_ratio) const;

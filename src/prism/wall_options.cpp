@@ -50,7 +50,8 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
           {laws.of({Material::Law::st_venant_kirchhoff}).words + ", or prism.thickness: global, plane_stress, fixed",
            [used = laws.is_used, keeps_volume] { return used(Material::Law::st_venant_kirchhoff) || !keeps_volume(); }})
       .help(
-          "Lame's first parameter, of all laws: what a change of volume costs; where every element keeps its volume it "
+          "Lame's first parameter, of all laws: resistance to a change of volume; where every element keeps its volume "
+          "it "
           "matters to St. Venant-Kirchhoff only")
       .source("balloon paper, eq. 6; docs/theory.md: parameters");
   table.add(prefix + "c1", material.c1)
@@ -125,15 +126,14 @@ Material::Law law_of(RegionLaw law, Material::Law of_wall) {
 void describe(OptionTable& table, WallOptions& options) {
   table.add("prism.thickness", options.thickness_rule)
       .help(
-          "what becomes of the wall's thickness: global, the paper's way: fixed while a step is solved, then volume "
+          "how the wall's thickness changes: global, the paper's way: fixed while a step is solved, then volume "
           "preservation; incompressible: every element keeps its volume; plane_stress: the stress across the wall "
           "vanishes; fixed: stays as it is")
       .source("balloon paper, sections 4 and 7; docs/theory.md: readings");
   table.add("wall.bending", options.bending)
       .help(
           "plate: the wall resists bending as a plate of its present thickness h, E h^3 / (12 (1 - nu^2)), and is "
-          "curved as it is undeformed; none: only its stretching costs something, and wrinkles are as fine as the "
-          "mesh; "
+          "curved as it is undeformed; none: it resists stretching alone, and wrinkles are as fine as the mesh; "
           "by_wrinkling: plate, but none with wall.wrinkling: tension_field")
       .source("Koiter's thin shell; none: the balloon paper");
   table.add("wall.thickness", options.thickness)

@@ -49,7 +49,7 @@ struct RegionOptions {
   MaterialOptions<RegionLaw, std::optional<double>> material{RegionLaw::wall};
 };
 
-/// What becomes of the wall's thickness (`prism.thickness`).
+/// How the wall's thickness changes (`prism.thickness`).
 enum class WallThickness { global_volume, incompressible, plane_stress, fixed };
 inline const std::vector<std::string>& names_of(WallThickness) {
   static const std::vector<std::string> names{"global", "incompressible", "plane_stress", "fixed"};

@@ -56,10 +56,11 @@ void WallPotential::set_positive_share(double share) {
   }
 }
 
-void WallPotential::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, gradient.cols());
-  elements_.add_force(x, thickness_ratio_, force);
-  gradient -= force;
+double WallPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  gradient = -gradient;
+  const double energy = elements_.add_force(x, thickness_ratio_, gradient);
+  gradient = -gradient;
+  return energy;
 }
 
 void WallPotential::update_hessian(const Field& x, Curvature curvature) {

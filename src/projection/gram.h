@@ -45,7 +45,7 @@ class Gram {
   Gram& operator=(const Gram&) = delete;
 
   /// New values: J W J^T + shift times the largest diagonal entry. A spring that is dead, without length or without a
-  /// particle that may move has an empty row; it gets that largest entry on its diagonal, so that it harms nobody.
+  /// particle that may move has an empty row; it gets that largest entry on its diagonal: its multiplier is 0.
   /// Collective.
   /// @param shift_inverse_mass if given, the shift is relative to the largest entry that a spring between two particles
   /// of this inverse mass can have, so that one light particle does not soften all springs
@@ -75,7 +75,7 @@ class Gram {
   GramFormat mat_type_;
   std::unique_ptr<GramBlock> rows_;         ///< all rows, assembled
   MatHandle other_;                         ///< sell or shell
-  std::unique_ptr<LineElimination> lines_;  ///< if somebody asks for the preconditioner
+  std::unique_ptr<LineElimination> lines_;  ///< made when the preconditioner is requested
   OwnPreconditioner preconditioner_;
   std::vector<double> diagonal_;  ///< of J W J^T, then with the shift
   const Eigen::Matrix3Xd* gradient_ = nullptr;

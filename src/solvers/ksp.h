@@ -69,7 +69,7 @@ struct LinearResult : StageResult {
 /// the true one is tested. Collective. @throws Error that names the solver's options when PETSc cannot do as they say
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution);
 
-/// What is wrong with a solution whose residual b - A x nobody has tested; empty if it is within `rtol` of b, or what
+/// What is wrong with a solution whose residual b - A x was not tested; empty if it is within `rtol` of b, or what
 /// rounding leaves of a direct solve. Collective. @param preconditioning a matrix whose diagonal is as large as A's
 std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution, double rtol);
 

@@ -9,7 +9,7 @@ inline namespace solvers {
 
 namespace {
 
-/// The rows of each field, made when somebody asks.
+/// The rows of each field, made on request.
 PetscErrorCode split_by_fields(DM dm, PetscInt* count, char*** names, IS** rows, DM** dms) {
   return as_petsc_callback([&] {
     void* context = nullptr;

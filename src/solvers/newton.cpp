@@ -34,10 +34,11 @@ void require_known(const std::string& prefix, const std::string& own_tangent) {
 Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, const NewtonDefaults& defaults)
     : prefix_(prefix), problem_(std::move(problem)) {
   require_known(prefix, defaults.own_tangent);
-  const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(system));
-  KspHandle outer;
+  KSP outer = nullptr;
   PC pc = nullptr;
-  check(KSPCreate(comm, outer.create()));
+  check(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(system)), snes_.create()));
+  check(SNESSetOptionsPrefix(snes_, prefix.c_str()));
+  check(SNESGetKSP(snes_, &outer));  // Its own: in one that it is given Eisenstat and Walker's tolerances are not set.
   check(KSPSetOptionsPrefix(outer, (prefix + "newton_").c_str()));
   check(KSPSetType(outer, KSPPREONLY));
   check(KSPSetTolerances(outer, defaults.ksp_rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
@@ -45,9 +46,6 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
   check(PCSetType(pc, PCSHELL));
   check(PCShellSetContext(pc, this));
   check(PCShellSetApply(pc, solve_callback));
-  check(SNESCreate(comm, snes_.create()));
-  check(SNESSetOptionsPrefix(snes_, prefix.c_str()));
-  check(SNESSetKSP(snes_, outer));
   check(SNESSetDM(snes_, make_dm(system, prefix, defaults.fields)));
   check(MatCreateVecs(system, residual_.create(), nullptr));
   check(SNESSetJacobian(snes_, system, system, jacobian_callback, this));

@@ -240,6 +240,9 @@ bool StepObjective::renew() {
   for (Potential* potential : potentials_) {
     goes_on = potential->renew(position_) || goes_on;
   }
+  for (StepPart* part : parts_) {
+    part->forget();
+  }
   return goes_on;
 }
 

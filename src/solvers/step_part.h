@@ -31,6 +31,8 @@ class StepPart {
   virtual const Field& position() const = 0;
   /// Goes to other positions, ghosts up to date, and other unknowns of its own.
   virtual void move_to(const Field& position, const Eigen::VectorXd& own) = 0;
+  /// Told that a potential has become another one: what is known of its value at x is no longer so.
+  virtual void forget() {}
   /// Unknowns beside the positions, each over its scale, the same on all ranks: pressures of prescribed volumes, or the
   /// loads' time. Not collective.
   virtual Eigen::VectorXd own_unknowns() const { return {}; }

@@ -1,9 +1,9 @@
 #include "solvers/tangent_factor.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "base/error.h"
+#include "geometry/principal_axes.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -154,7 +154,7 @@ std::optional<int> TangentFactor::renew() {
   }
   border += whole_columns.transpose() * influence;
   border = ((border + border.transpose()) / 2).eval();
-  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(border).eigenvalues();
+  const Eigen::VectorXd eigenvalues = principal_axes(border).values;
   if (!(eigenvalues.cwiseAbs().minCoeff() > 0)) {
     return std::nullopt;
   }

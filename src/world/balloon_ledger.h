@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// The books of a balloon: those of every object, with its gas, its wall and how its steps ended.
+/// The history of a balloon: that of every object, with its gas, its wall and how its steps ended.
 class BalloonLedger {
  public:
   /// Makes the file in a folder that has been started. Collective.

@@ -31,7 +31,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// What a step of the burning sheet tells the ledger.
+/// Sums of a step of the burning sheet for the ledger.
 struct BurnStep {
   bool converged = true;
   std::string reason;  ///< of a failure, in words

@@ -63,7 +63,7 @@ class BurnRun : public TouchingObject {
   std::unique_ptr<State> state_;
   Eigen::VectorXd told_open_;            ///< see newly_open
   std::string ended_;                    ///< see Object::ended
-  BurnStep last_;                        ///< what the last step told
+  BurnStep last_;                        ///< results of the last step
   std::unique_ptr<State> kept_;          ///< of the present sheet, to put back
   std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder
 };

@@ -63,7 +63,7 @@ class InflateRun : public TouchingObject {
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all
   Eigen::VectorXd told_open_;              ///< see newly_open
   std::string ended_;                      ///< see Object::ended
-  InflateStep last_;                       ///< what the last step told
+  InflateStep last_;                       ///< results of the last step
   int factorised_steps_ = 0;               ///< of this process
   std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
 };

@@ -20,7 +20,7 @@ std::vector<History::Column> body_columns(const std::vector<std::string>& names)
 /// Their values; of the initial state, which has no loads, zeros.
 std::vector<double> body_values(std::size_t bodies, const std::vector<BodyLoad>& loads);
 
-/// What a row of the history tells of any object.
+/// Values of a row of the history, of any object.
 struct LedgerRow {
   const Surface& surface;
   const ObjectState& state;
@@ -34,10 +34,10 @@ struct LedgerRow {
 /// A line about the cracks of a run. @param cracks sides, and their undeformed length [m]
 std::string crack_line(const std::array<double, 2>& cracks);
 
-/// The books of an object: a row of history.csv for the initial state and for each step, and where something burns the
-/// pieces of each frame in pieces.csv. Every object's row has time, step, time_step, retries; mass_left, mass_burnt,
-/// pieces, heat_content, heat_in, heat_out, heat_made, temperature_max, if it burns; kinetic_energy and momentum; then
-/// what is its own, and the seconds of its stages.
+/// The history of an object: a row of history.csv for the initial state and for each step, and where something burns
+/// the pieces of each frame in pieces.csv. Every object's row has time, step, time_step, retries; mass_left,
+/// mass_burnt, pieces, heat_content, heat_in, heat_out, heat_made, temperature_max, if it burns; kinetic_energy and
+/// momentum; then what is its own, and the seconds of its stages.
 class Ledger {
  public:
   /// Makes the files in a folder that has been started. Collective. @throws Error when they cannot be written

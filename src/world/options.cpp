@@ -14,16 +14,16 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
   table.add("time.scheme", options.scheme)
       .help(
-          "of a balloon, implicit_euler: of first order, takes energy out of what rings; generalized_alpha: of second "
-          "order, keeps it but for what the step does not resolve; statics: every step ends in equilibrium, without "
-          "inertia and damping")
+          "of a balloon, implicit_euler: of first order, damps vibrations; generalized_alpha: of second order, "
+          "conserves energy except that of motions which the step does not resolve; statics: every step ends in "
+          "equilibrium, without inertia and damping")
       .source("balloon paper, eq. 18; Chung and Hulbert 1993");
   table.add("time.spectral_radius", options.spectral_radius)
       .range(0, 1)
       .acts_with(one_of("time.scheme", options.scheme, {TimeScheme::generalized_alpha}))
       .help(
-          "by what a step multiplies motions much faster than it; 1: nothing is damped, and angular momentum is kept, "
-          "too")
+          "factor by which a step multiplies motions much faster than the step; 1: nothing is damped, and angular "
+          "momentum is conserved, too")
       .source("Chung and Hulbert 1993, eq. 25");
   table.add("time.arc_length", options.arc_length)
       .unit("m/s")

@@ -78,7 +78,7 @@ class Run {
   }
 
  private:
-  /// What somebody who watches is told of an object.
+  /// The lines of an object that are left out unwatched.
   void add_figures(const ObjectOutput& output, const std::vector<std::string>& lines) {
     for (const std::string& line : lines) {
       figures_.push_back(output.heading() + line);

@@ -13,7 +13,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// The books of a sheet: those of every object, and with `project.monitor` the curves of Fig. 8 in projection.csv.
+/// The history of a sheet: that of every object, and with `project.monitor` the curves of Fig. 8 in projection.csv.
 class SheetLedger {
  public:
   /// Makes the files in a folder that has been started; options must outlive it. Collective.

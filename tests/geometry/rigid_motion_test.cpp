@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 namespace pellicle {
@@ -42,6 +43,20 @@ TEST(RigidMotions, say_what_is_wrong_with_them) {
   motion.rotation = {{0, 0, 0, 0}};
   motion.angular_velocity = {0, 0, 1};
   EXPECT_EQ(fault_of(motion), ": both rotation and angular_velocity given, expected one of them");
+}
+
+TEST(RigidMotions, rotation_between_turns_one_direction_into_the_other) {
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  for (const Eigen::Vector3d& to : {Eigen::Vector3d(1, 2, -0.5), Eigen::Vector3d(0, 0, 3), Eigen::Vector3d(0, 0, -3),
+                                    Eigen::Vector3d(1e-9, 0, -1), Eigen::Vector3d(1e-9, 0, 1)}) {
+    const Eigen::Matrix3d turn = rotation_between(2 * z, to);
+    EXPECT_LT((turn * z - to.normalized()).norm(), 1e-14) << to.transpose();
+    EXPECT_LT((turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+    EXPECT_NEAR(turn.determinant(), 1, 1e-14);
+    // The smallest one: what is across both stays.
+    const Eigen::Vector3d across = z.cross(to);
+    EXPECT_LE((turn * across - across).norm(), 1e-14 * across.norm());
+  }
 }
 
 }  // namespace

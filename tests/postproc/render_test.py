@@ -1,5 +1,6 @@
 """That pictures and films show their runs: render_test.py SOURCE_FOLDER MPIEXEC PROGRAM"""
 
+import json
 import pathlib
 import shutil
 import sys
@@ -24,6 +25,26 @@ def pixels(path):
 def is_rubber(picture):
     red, green, blue = numpy.moveaxis(picture, 2, 0)
     return (red > 1.4 * green) & (blue > 0.6 * green) & (red > 0.3)
+
+
+def check_views(faults, source, pvd, folder):
+    """What ParaView's macros and states of postproc/paraview make of the run: the field's colours, and a legend."""
+    told = run([f"{source}/tools/pvbatch", f"{source}/tests/postproc/paraview_views.py", source, pvd, folder])
+    faults.unless(told.returncode == 0 and not told.stderr, f"paraview_views.py: {told}")
+    views = [json.loads(line) for line in told.stdout.splitlines()]
+    faults.unless(len(views) == 4, f"{len(views)} views of ParaView, expected 4")
+    for view in views:
+        faults.unless(str(pvd) in view["runs"], f"another run is shown: {view}")
+        low, high = view["range"]
+        hot = view["field"] == "temperature"
+        is_right = 299 < low < 301 and 900 < high < 1200 if hot else 1.7e-4 < low < high < 3.01e-4
+        faults.unless(is_right, f"colours: {view}")
+        faults.unless(view["legend"] == ("Temperature [K]" if hot else "Thickness [m]"), f"legend: {view}")
+        picture = pixels(view["picture"])
+        coloured = (picture.max(axis=2) - picture.min(axis=2) > 0.2)[:, :200]  # left of the legend
+        # The camera of a state is that of the run it was saved from, in which the balloon of this one is not.
+        if hot or view["file"].endswith(".py"):
+            faults.unless(coloured.sum() > 100, f"{coloured.sum()} coloured pixels: {view}")
 
 
 def main():
@@ -73,6 +94,7 @@ def main():
         faults.unless(cold.mean() > 0.01, "no cold blue in temperature")
         for legend in (picture[75:, 165:200], picture[75:, 365:]):
             faults.unless((legend.max(axis=2) - legend.min(axis=2) > 0.5).sum() > 100, "no legend")
+        check_views(faults, source, out / "tiny.pvd", folder)
         if shutil.which("ffmpeg") is None:
             print("no ffmpeg here: films are not tested")
             faults.end()

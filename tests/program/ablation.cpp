@@ -1,4 +1,4 @@
-// A sheet that burns away, falls into pieces and tears, as a user sees it: frames, books and what is said.
+// A sheet that burns away, falls into pieces and tears, as a user sees it: frames, history and console.
 
 #include <algorithm>
 #include <array>
@@ -90,14 +90,14 @@ class AblationTest : public ProgramTest {
   std::map<std::string, std::vector<double>> history() const { return read_csv(folder() / "out" / "history.csv"); }
 
   /// Expects that no mass and no heat is lost in any row.
-  void expect_closed_books() const {
-    const auto books = history();
-    const double mass = books.at("mass_left").front();
-    const double heat = books.at("heat_content").front();
-    for (std::size_t row = 0; row < books.at("step").size(); ++row) {
-      EXPECT_NEAR(books.at("mass_left")[row] + books.at("mass_burnt")[row], mass, 1e-12 * mass) << row;
-      EXPECT_NEAR(books.at("heat_content")[row], heat + books.at("heat_in")[row] - books.at("heat_out")[row],
-                  1e-9 * books.at("heat_in")[row])
+  void expect_closed_balances() const {
+    const auto table = history();
+    const double mass = table.at("mass_left").front();
+    const double heat = table.at("heat_content").front();
+    for (std::size_t row = 0; row < table.at("step").size(); ++row) {
+      EXPECT_NEAR(table.at("mass_left")[row] + table.at("mass_burnt")[row], mass, 1e-12 * mass) << row;
+      EXPECT_NEAR(table.at("heat_content")[row], heat + table.at("heat_in")[row] - table.at("heat_out")[row],
+                  1e-9 * table.at("heat_in")[row])
           << row;
     }
   }
@@ -207,10 +207,10 @@ TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
   EXPECT_GT(burnt_cells, 50);
 }
 
-TEST_F(AblationTest, BooksStayClosed) {
+TEST_F(AblationTest, BalancesStayClosed) {
   for (const auto& [ranks, fraction] : {std::pair(3, "0.02"), std::pair(1, "1")}) {
     run(ranks, burning_scene, fire + Arguments{"-heat_convection", "10", "-ablation_compact_fraction", fraction});
-    expect_closed_books();
+    expect_closed_balances();
     EXPECT_GT(history().at("mass_burnt").back(), 0.2);
   }
 }
@@ -218,15 +218,15 @@ TEST_F(AblationTest, BooksStayClosed) {
 // What burns, is cut and falls apart: all that is there is drawn, also at the edges.
 TEST_F(AblationTest, FramesHoldTheMassAndTheHeat) {
   run(2, burning_scene, fire + Arguments{"-combustion_corner_factor", "0.8"});
-  const auto books = history();
-  ASSERT_LT(books.at("mass_left").back(), 0.8);
+  const auto table = history();
+  ASSERT_LT(table.at("mass_left").back(), 0.8);
   std::size_t row = 0;
   for (const auto& [time, path] : frames()) {
-    while (books.at("time")[row] < time - 1e-9) {
+    while (table.at("time")[row] < time - 1e-9) {
       ++row;
     }
-    const double mass = books.at("mass_left")[row];
-    const double heat = books.at("heat_content")[row];
+    const double mass = table.at("mass_left")[row];
+    const double heat = table.at("heat_content")[row];
     const DrawnFrame frame = read_frame(time, path);
     EXPECT_NEAR(frame.integrals.at("areal_density"), mass, 1e-9 * mass) << time;
     EXPECT_NEAR(frame.integrals.at("heat_density"), heat, 1e-9 * heat) << time;
@@ -256,22 +256,22 @@ TEST_F(AblationTest, EverythingBurnsAway) {
     for (const char* fraction : {"0.2", "1"}) {
       const CommandResult told = run(ranks, hot_deck, {"-ablation_compact_fraction", fraction});
       EXPECT_EQ(told.errors, "");
-      const auto books = history();
-      EXPECT_LT(books.at("time").back(), 0.5) << "long before its end";
+      const auto table = history();
+      EXPECT_LT(table.at("time").back(), 0.5) << "long before its end";
       std::smatch ended;
       ASSERT_TRUE(std::regex_search(told.output, ended, std::regex("\nended at (\\S+) s: the sheet has burnt away\n")))
           << told;
-      EXPECT_NEAR(std::stod(ended[1]), books.at("time").back(), 1e-6);
-      EXPECT_EQ(books.at("mass_left").back(), 0);
-      EXPECT_EQ(books.at("pieces").back(), 0);
-      EXPECT_NEAR(books.at("mass_burnt").back(), books.at("mass_left").front(), 1e-12);
-      EXPECT_NEAR(books.at("mass_left").front(), 1, 1e-12);
-      expect_closed_books();
-      for (const auto& [name, values] : books) {
+      EXPECT_NEAR(std::stod(ended[1]), table.at("time").back(), 1e-6);
+      EXPECT_EQ(table.at("mass_left").back(), 0);
+      EXPECT_EQ(table.at("pieces").back(), 0);
+      EXPECT_NEAR(table.at("mass_burnt").back(), table.at("mass_left").front(), 1e-12);
+      EXPECT_NEAR(table.at("mass_left").front(), 1, 1e-12);
+      expect_closed_balances();
+      for (const auto& [name, values] : table) {
         EXPECT_TRUE(std::isfinite(values.back())) << name;
       }
       ASSERT_GT(frames().size(), 2U);
-      EXPECT_NEAR(frames().back().first, books.at("time").back(), 1e-12);
+      EXPECT_NEAR(frames().back().first, table.at("time").back(), 1e-12);
       const DrawnFrame last = last_frame(folder() / "out" / "scene.pvd");
       EXPECT_EQ(last.cells, 0);
       for (const char* field : {"vertex_id", "temperature", "mass_ratio"}) {
@@ -288,18 +288,18 @@ TEST_F(AblationTest, AHotSphereCutsASheetInTwo) {
   succeed(2, deck + Arguments{"-mesh_cells", "40,40", "-sheet_thickness", "12.5 mm", "-output_directory", "out",
                               "-output_name", "scene", "-time_step", "4 ms", "-time_end", "1.6 s",
                               "-output_interval_time", "50 ms", "-output_springs"});
-  const auto books = history();
-  const auto& pieces = books.at("pieces");
+  const auto table = history();
+  const auto& pieces = table.at("pieces");
   ASSERT_EQ(pieces.back(), 2);
   EXPECT_EQ(pieces.front(), 1);
   const auto two = static_cast<std::size_t>(std::find(pieces.begin(), pieces.end(), 2) - pieces.begin());
-  const double separation = books.at("time")[two];
-  const double mass = books.at("mass_left").front();
+  const double separation = table.at("time")[two];
+  const double mass = table.at("mass_left").front();
   for (std::size_t row = 0; row < pieces.size(); ++row) {
-    EXPECT_NEAR(books.at("mass_left")[row] + books.at("mass_burnt")[row], mass, 1e-12 * mass) << row;
+    EXPECT_NEAR(table.at("mass_left")[row] + table.at("mass_burnt")[row], mass, 1e-12 * mass) << row;
   }
 
-  // The books of the pieces: one that was there at first, and one that was born when they separated.
+  // The rows of the pieces: one that was there at first, and one that was born when they separated.
   const auto births = read_csv(folder() / "out" / "pieces.csv");
   std::map<double, double> sums;  // of the pieces' masses at each time
   std::map<long, double> masses;  // of the last frame
@@ -310,9 +310,9 @@ TEST_F(AblationTest, AHotSphereCutsASheetInTwo) {
     }
   }
   for (std::size_t row = 0; row < pieces.size(); ++row) {
-    const auto sum = sums.find(books.at("time")[row]);
+    const auto sum = sums.find(table.at("time")[row]);
     if (sum != sums.end()) {
-      EXPECT_NEAR(sum->second, books.at("mass_left")[row], 1e-12 * mass) << row;
+      EXPECT_NEAR(sum->second, table.at("mass_left")[row], 1e-12 * mass) << row;
     }
   }
   ASSERT_EQ(masses.size(), 2U);
@@ -417,7 +417,7 @@ TEST_F(AblationTest, TearingIsReproducibleByItsSeed) {
   EXPECT_EQ(table.at("mass_burnt").back(), 0);
   EXPECT_NEAR(table.at("mass_left").back(), table.at("mass_left").front(), 1e-14);
   EXPECT_GT(ids(first).size(), 9 * 17U + 8 * 16U + 8) << "corners have doubled";
-  expect_closed_books();
+  expect_closed_balances();
   const DrawnFrame again = torn(1, {});
   expect_same_remains(first, again, 0, "a second time");
   expect_same_remains(first, torn(3, {}), 1e-4, "on 3 ranks");

@@ -1,4 +1,4 @@
-// A sheet that burns away: ranks, partitions and the time of compaction are nobody's business, the fields stay the
+// A sheet that burns away: the fields do not depend on ranks, partitions and the time of compaction: they stay the
 // same.
 
 #include <algorithm>

@@ -52,7 +52,7 @@ TEST_P(DecksTest, RunsTwoSteps) {
 
 INSTANTIATE_TEST_SUITE_P(Input, DecksTest, testing::ValuesIn(decks()), [](const auto& deck) { return deck.param; });
 
-/// Finite fields after two steps, and books that balance.
+/// Finite fields after two steps, and balances that close.
 void DecksTest::expect_sound_output(const std::string& object) const {
   const auto frames = read_pvd(folder() / "out" / "deck.pvd", object);
   ASSERT_GE(frames.size(), 2u);

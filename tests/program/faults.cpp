@@ -15,7 +15,7 @@ namespace {
 
 class FaultsTest : public ProgramTest {
  protected:
-  /// A small scene that goes on until it is ended: when nobody reads its progress it waits.
+  /// A small scene that goes on until it is ended: while its progress is not read it waits.
   Arguments endless() const {
     return {write("scene.yaml", burning_scene),
             "-mesh_cells",

@@ -19,7 +19,7 @@ const std::string small_deck =
 
 class OptionsTest : public ProgramTest {
  protected:
-  /// @returns the last step that history.csv of a run tells of.
+  /// @returns the last step in history.csv of a run.
   int last_step(const Arguments& arguments, const std::string& directory = "out") {
     succeed(1, arguments);
     return static_cast<int>(read_csv(folder() / directory / "history.csv").at("step").back());

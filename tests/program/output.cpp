@@ -105,7 +105,7 @@ TEST_F(OutputTest, SpringsAsLines) {
   EXPECT_EQ(found, expected);
 }
 
-TEST_F(OutputTest, HistoryKeepsTheBooks) {
+TEST_F(OutputTest, HistoryHasTheBalances) {
   run(2, {});
   const auto history = read_csv(folder() / "out" / "history.csv");
   for (const char* name : {"time", "step", "mass_left", "mass_burnt", "heat_content", "kinetic_energy"}) {

@@ -1,4 +1,4 @@
-// The number of ranks, the partition and the storage of the matrices are nobody's business: the fields stay the same.
+// The fields do not depend on the number of ranks, on the partition or on the storage of the matrices.
 
 #include <map>
 #include <regex>

@@ -10,7 +10,7 @@ namespace {
 
 class StrainTest : public ProgramTest {
  protected:
-  /// Runs the scene. @returns the line of the log that tells the largest strain
+  /// Runs the scene. @returns the line of the log with the largest strain
   std::string largest(int ranks, const std::string& out, const Arguments& more = {}) {
     const CommandResult result =
         succeed(ranks, Arguments{write("scene.yaml", burning_scene), "-output_directory", out} + more);

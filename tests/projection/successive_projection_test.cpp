@@ -312,7 +312,7 @@ TEST(SuccessiveProjection, weight_is_the_share_that_is_corrected) {
   EXPECT_NEAR(scene.x.vector(3)[0] - scene.x.vector(2)[0], 1 - 0.1 * whole, 1e-14);
 }
 
-TEST(SuccessiveProjection, spring_without_length_harms_nobody) {
+TEST(SuccessiveProjection, spring_without_length_leaves_the_others_alone) {
   for (const std::string& type : mat_types()) {
     for (const double shift : {0.0, 1e-2}) {
       Scene scene(grid_sheet(6, 0.5));

@@ -44,7 +44,8 @@ def run(root, script, arguments):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*"))
+    files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*")
+             if path.parent.name != "paraview")  # macros, which run in ParaView alone
     no_scripts = {"environment", "light.py", "materials.py", "run_folder.py", "run_frames.py"}
     scripts = {str(path.relative_to(root)) for path in files
                if path.is_file() and path.suffix in {"", ".py"} and path.name not in no_scripts}

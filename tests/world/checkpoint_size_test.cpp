@@ -72,7 +72,7 @@ TEST(CheckpointSize, IsLittleMoreThanTheFieldsAndASheetThatHasBurntIsWhole) {
   EXPECT_EQ(again.sheet().initial_mass, sheet.initial_mass);
   EXPECT_EQ(again.sheet().element_mass, sheet.element_mass);
   for (const auto& [name, difference] : differences(run.object().state(), again.state())) {
-    // Target lengths follow from the masses, also of springs that are dead, whose lengths nobody asks for.
+    // Target lengths follow from the masses, also of springs that are dead, whose lengths are not used.
     if (name.find("target_length") == std::string::npos) {
       EXPECT_EQ(difference, 0) << name;
     }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "meshing/generators.h"
 #include "prism/wall_stress.h"
@@ -79,7 +80,7 @@ TEST(TensionFieldCases, mylar_balloon) {
     GTEST_SKIP() << "on one rank only";
   }
   // Paulsen, What is the shape of a Mylar balloon? (1994)
-  for (const auto& [rings, slack_tension] : {std::pair{8, 1e-6}, {12, 1e-6}, {12, 5e-7}, {16, 1e-6}}) {
+  for (const auto& [rings, slack_tension] : {std::pair{8, 1e-6}, {8, 5e-7}, {12, 1e-6}}) {
     const Mylar found = mylar_balloon(rings, slack_tension);
     const double bound = rings < 12 ? 0.025 : 0.01;
     EXPECT_NEAR(found.radius, 0.76276, bound * 0.76276);
@@ -144,7 +145,9 @@ Band bent_band(int rows, double b) {
 
 TEST(TensionFieldCases, bent_band) {
   for (const double b : {0.1, 0.25, 0.5, 0.75}) {
-    for (const int rows : {8, 16, 32}) {
+    // The finest mesh, which takes longest, for one band that is wrinkled little and one that is wrinkled much.
+    const bool has_finest = b == 0.1 || b == 0.75;
+    for (const int rows : has_finest ? std::vector<int>{8, 16, 32} : std::vector<int>{8, 16}) {
       const Band found = bent_band(rows, b);
       const double expected = 3 * found.moment - 0.5;
       print_once("  b/H %.2f, %d rows: M/(P H) %.5f, by which b/H is %.5f; wrinkled %.5f\n", b, rows, found.moment,

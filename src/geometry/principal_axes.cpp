@@ -1,0 +1,14 @@
+#include "geometry/principal_axes.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace pellicle {
+inline namespace geometry {
+
+PrincipalAxes principal_axes(const Eigen::MatrixXd& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+}  // namespace geometry
+}  // namespace pellicle

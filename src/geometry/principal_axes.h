@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace pellicle {
+inline namespace geometry {
+
+/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix.
+struct PrincipalAxes {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd axes;  ///< its columns
+};
+
+/// Of a matrix of any size. Compiled once: Eigen's blocked algorithms take long to compile wherever they are used.
+PrincipalAxes principal_axes(const Eigen::MatrixXd& symmetric);
+
+}  // namespace geometry
+}  // namespace pellicle
