@@ -5,7 +5,7 @@
 namespace pellicle {
 inline namespace ablation {
 
-void describe(OptionTable& table, AblationOptions& options) {
+void describe(OptionTable& table, AblationOptions& options, const Condition& tears) {
   table.add("ablation.loss_mass", options.loss_mass)
       .range(0, 1)
       .help(
@@ -22,11 +22,9 @@ void describe(OptionTable& table, AblationOptions& options) {
       .unit("N/m")
       .more_than(0)
       .help(
-          "force per width at which the unburnt sheet, or a balloon's wall, cracks along sides of its cells. Nothing "
-          "cracks "
-          "unless given")
+          "force per width at which the unburnt sheet, or a balloon's wall, cracks along sides of its cells; of a wall "
+          "wall.strength may stand in its place. Nothing cracks unless given")
       .source("burning paper, section 8.2; docs/theory.md: readings");
-  const Condition tears{"ablation.strength", [&options] { return options.strength.has_value(); }};
   table.add("ablation.strength_texture", options.strength_texture)
       .file()
       .acts_with(tears)

@@ -6,6 +6,7 @@
 
 namespace pellicle {
 inline namespace base {
+struct Condition;
 class OptionTable;
 }  // namespace base
 inline namespace ablation {
@@ -22,8 +23,8 @@ struct AblationOptions {
   int seed = 1;                                  ///< of the scatter
 };
 
-/// Declares the options `ablation.*`.
-void describe(OptionTable& table, AblationOptions& options);
+/// Declares the options `ablation.*`. @param tears whether anything can tear, for which there may be other options
+void describe(OptionTable& table, AblationOptions& options, const Condition& tears);
 
 }  // namespace ablation
 }  // namespace pellicle

@@ -17,7 +17,7 @@ double share_of_strength(double mass_ratio, double min_mass, double char_strengt
 /// What tells where a surface cracks.
 struct CrackInput {
   const Living& living;
-  const std::vector<Eigen::Matrix3d>& stress;  ///< of each local element, force per width [N/m]
+  const std::vector<Eigen::Matrix3d>& stress;  ///< of each local element, of the unit of the strength
   const Field& position;                       ///< [m], ghosts up to date
   const Field& mass;                           ///< [kg], ghosts up to date; positive at the corners of what lives
   const std::vector<bool>& pinned;             ///< local particles that nothing moves
@@ -26,7 +26,8 @@ struct CrackInput {
 
 /// Cracks along the sides of a surface's elements, of a sheet as of a wall.
 ///
-/// A side between two elements can crack when the largest principal stress
+/// Stress and strength are forces per width [N/m], or both stresses [Pa]. A side between two elements can crack when
+/// the largest principal stress
 ///
 ///     sigma_1 > strength c (1 + scatter u) t
 ///
@@ -53,7 +54,7 @@ class Cracks {
 
   const Surface& surface_;
   double char_strength_;
-  std::vector<double> unburnt_strength_;  ///< force per width that each owned blue spring's side withstands [N/m]
+  std::vector<double> unburnt_strength_;  ///< that each owned blue spring's side withstands
   Field overload_;                        ///< stress across each local side over its strength, 0 where it cannot crack
   Field largest_overload_;  ///< of the sides at each local corner, and of each local quad at its lattice point
 };

@@ -70,8 +70,7 @@ void describe(OptionTable& table, SymmetryOptions& options) {
 }
 
 Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
-    : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()),
-      has_planes_(!planes.empty()) {
+    : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()) {
   const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
   const double tolerance = nearness * box.diagonal().norm();
   origin_ = box.center();
@@ -99,6 +98,22 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
       }
     }
   }
+  constexpr std::size_t most_planes = 32;
+  if (known.size() > most_planes) {
+    throw Error("symmetry: " + std::to_string(known.size()) + " planes, expected at most 32");
+  }
+  for (const Plane& plane : known) {
+    planes_.normals.push_back(plane.normal);
+  }
+  planes_.of_particle.assign(known.empty() ? 0 : projectors_.size(), 0);
+  const auto lies_in = [&](const Plane& plane, std::size_t i) {
+    return plane.members[i] && plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance;
+  };
+  for (std::size_t i = 0; i < planes_.of_particle.size(); ++i) {
+    for (std::size_t plane = 0; plane < known.size(); ++plane) {
+      planes_.of_particle[i] |= lies_in(known[plane], i) ? 1U << plane : 0U;
+    }
+  }
   for (std::size_t i = 0; i < projectors_.size(); ++i) {
     if (pins.pinned()[i]) {
       projectors_[i].setZero();
@@ -106,7 +121,7 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
     }
     std::vector<Eigen::Vector3d> barred;
     for (const Plane& plane : known) {
-      if (plane.members[i] && plane.distance(points.rest.col(static_cast<Eigen::Index>(i))) <= tolerance) {
+      if (lies_in(plane, i)) {
         if (const auto axis = direction_beside(barred, plane.normal)) {
           projectors_[i] -= *axis * axis->transpose();
           barred.push_back(*axis);

@@ -8,6 +8,7 @@
 #include "base/options.h"
 #include "constraints/pins.h"
 #include "surface/surface.h"
+#include "surface/symmetry_planes.h"
 
 namespace pellicle {
 inline namespace constraints {
@@ -34,12 +35,13 @@ class Constraints {
   const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
   /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
   const Eigen::Vector3d& origin() const { return origin_; }
-  bool has_planes() const { return has_planes_; }
+  const SymmetryPlanes& planes() const { return planes_; }
+  bool has_planes() const { return !planes_.normals.empty(); }
 
  private:
   std::vector<Eigen::Matrix3d> projectors_;
   Eigen::Vector3d origin_;
-  bool has_planes_;
+  SymmetryPlanes planes_;
 };
 
 }  // namespace constraints

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "geometry/principal_axes.h"
 #include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 
@@ -21,9 +20,6 @@ double sum_over_ranks(MPI_Comm comm, double value) {
   return value;
 }
 
-/// Share of dV/dx dV/dx^T dp/dV that a tangent takes: the paper's 1/27 is a third of the exact 1/9 (eq. 16).
-double rank_one_share(GasTangent gas_tangent) { return gas_tangent == GasTangent::paper ? 1.0 / 3 : 1.0; }
-
 }  // namespace
 
 StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
@@ -34,24 +30,15 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       damping_(model.elements, model.mass, options),
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
-      between_(model.elements.membrane().particles, 3),
       unaccelerated_(3, model.elements.membrane().particles.local()),
       still_(3, model.elements.membrane().particles.local()),
       direction_(model.elements.membrane().particles, 3) {
   const Membrane& membrane = model_.elements.membrane();
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    if (model_.chambers.prescribes_volume(chamber)) {
-      prescribed_.push_back(chamber);
-    }
-  }
-  multiplier_.setZero(static_cast<Eigen::Index>(prescribed_.size()));
-  gas_.resize(static_cast<std::size_t>(model_.chambers.count()));
   for (PetscInt i = 0; i < owned(); ++i) {
     if (!model_.constraints.projectors()[static_cast<std::size_t>(i)].isIdentity(0)) {
       constrained_.push_back(i);
     }
   }
-
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
@@ -73,6 +60,7 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   length_scale_ = std::sqrt(sums[0]);
   force_scale_ = sums[1] * std::pow(0.5 / strain, 2) / length_scale_;
   total_mass_ = sums[2];
+  gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()});
 }
 
 void StepPotential::add_vertex_potentials() {
@@ -135,7 +123,8 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   }
   keep_clear();
   damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
-  multiplier_ = pressure(prescribed_);
+  gas_->begin_step(time_);
+  gas_->set_multiplier(part_, pressure(gas_->prescribed(part_)));
   is_evaluated_ = false;
 }
 
@@ -177,6 +166,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
 void StepPotential::set_load_time() {
   is_evaluated_ = false;
   model_.loads.set_time(time_);
+  gas_->set_time(time_);
   if (model_.bodies != nullptr) {
     model_.bodies->set_time(time_, h_);
   }
@@ -274,6 +264,7 @@ Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepSt
   set_step(position, start, 0);
   position_.values() = position.values();
   unaccelerated_ = position_.values();
+  gas_->begin_step(time_);
   still_ = position_.values() - start.velocity.values() / rate();
   damping_.begin_step(start_, start.thickness_ratio, still_, rate());
   Eigen::Matrix3Xd result = -gradient();
@@ -287,83 +278,61 @@ Eigen::VectorXd StepPotential::own_unknowns() const {
   if (integrator_.arc_length()) {
     return Eigen::VectorXd::Constant(1, time_);
   }
-  return multiplier_.cwiseQuotient(pressure_scales());
+  return multiplier().cwiseQuotient(pressure_scales());
 }
 
 void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
-  const Eigen::VectorXd multiplier = integrator_.arc_length() ? multiplier_ : own.cwiseProduct(pressure_scales());
-  const bool stays = position_.values() == position.values() && multiplier_ == multiplier;
-  is_evaluated_ = is_evaluated_ && !on_any_rank(comm(), !stays);
-  position_.values() = position.values();
-  multiplier_ = multiplier;
+  if (on_any_rank(comm(), position_.values() != position.values())) {
+    position_.values() = position.values();
+    is_evaluated_ = false;
+    gas_->move();
+  }
   if (integrator_.arc_length()) {
     time_ = own[0];
     time_end_ = time_;
     set_load_time();
     lead_held();
+  } else {
+    gas_->set_multiplier(part_, own.cwiseProduct(pressure_scales()));
   }
-}
-
-Eigen::VectorXd StepPotential::pressure_scales() const {
-  Eigen::VectorXd scales(prescribed_.size());
-  std::transform(prescribed_.begin(), prescribed_.end(), scales.begin(),
-                 [this](int chamber) { return force_scale_ / model_.chambers.initial_volume(chamber); });
-  return scales;
-}
-
-Eigen::VectorXd StepPotential::excess_volume() const {
-  Eigen::VectorXd excess(prescribed_.size());
-  std::transform(prescribed_.begin(), prescribed_.end(), excess.begin(),
-                 [this](int chamber) { return volumes_[chamber] - model_.chambers.prescribed_volume(chamber, time_); });
-  return excess;
 }
 
 double StepPotential::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-/// Gas, value and gradient of Pi at x, unless they are known. Collective.
+/// Value and gradient of the potentials at x, unless they are known. Collective.
 void StepPotential::evaluate() {
   if (std::exchange(is_evaluated_, true)) {
     return;
   }
-  volumes_ = model_.chambers.volumes(position_);
-  gas_ = model_.chambers.end_states(volumes_, time_);
-  for (std::size_t c = 0; c < prescribed_.size(); ++c) {
-    gas_[static_cast<std::size_t>(prescribed_[c])].pressure = multiplier_[static_cast<Eigen::Index>(c)];
-  }
   potentials_value_ = 0;
   squared_forces_.clear();
   gradient_.setZero(3, owned());
-  const auto add_part = [this] {
-    for (const PetscInt i : constrained_) {
-      part_.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * part_.col(i)).eval();
-    }
-    squared_forces_.push_back(part_.squaredNorm());
-    gradient_ += part_;
-  };
   for (const Potential* potential : potentials_) {
-    part_.setZero(3, owned());
-    potentials_value_ += potential->add_value_and_gradient(position_, part_);
-    add_part();
+    of_potential_.setZero(3, owned());
+    potentials_value_ += potential->add_value_and_gradient(position_, of_potential_);
+    leave_out_held(of_potential_);
+    squared_forces_.push_back(of_potential_.squaredNorm());
+    gradient_ += of_potential_;
   }
-  const Eigen::SparseMatrix<double> gradients = model_.chambers.volume_gradients(position_);
-  Eigen::VectorXd pressure(model_.chambers.count());
-  double absolute = 0;  // squares of the forces of the absolute pressures
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    const GasState& state = gas_[static_cast<std::size_t>(chamber)];
-    pressure[chamber] = state.pressure;
-    absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
-  }
-  part_ = (gradients * -pressure).reshaped(3, owned());
-  add_part();
-  constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
-  gas_rounding_ = share * std::sqrt(sum_over_ranks(comm(), absolute));
 }
 
+/// Of forces on the owned vertices what acts where they may move.
+void StepPotential::leave_out_held(Eigen::Matrix3Xd& forces) const {
+  for (const PetscInt i : constrained_) {
+    forces.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * forces.col(i)).eval();
+  }
+}
+
+/// Of Pi at x by the owned vertices, where they may move. Collective.
 Eigen::Matrix3Xd StepPotential::gradient() {
   evaluate();
-  return gradient_;
+  Eigen::Matrix3Xd of_gas = gas_->gradient(part_);
+  leave_out_held(of_gas);
+  squared_forces_.resize(potentials_.size());
+  squared_forces_.push_back(of_gas.squaredNorm());
+  return gradient_ + of_gas;
 }
 
 Eigen::VectorXd StepPotential::own_rows() {
@@ -374,46 +343,23 @@ Eigen::VectorXd StepPotential::own_rows() {
 }
 
 LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share) {
-  evaluate();
-  volumes_of_tangent_ = volumes_;
-  position_of_tangent_ = position_.values();
   for (Potential* potential : potentials_) {
     potential->set_positive_share(positive_share);
   }
-  const Membrane& membrane = model_.elements.membrane();
-  std::vector<double> load_pressure;
-  if (model_.gas_tangent == GasTangent::exact && model_.chambers.count() > 0) {
-    load_pressure.resize(membrane.triangles.size());
-    for (std::size_t e = 0; e < load_pressure.size(); ++e) {
-      const int chamber = model_.chambers.of_triangle(static_cast<PetscInt>(e));
-      const bool is_loaded = chamber >= 0 && model_.elements.stiffness(e) != 0;
-      load_pressure[e] = is_loaded ? gas_[static_cast<std::size_t>(chamber)].pressure : 0;
-    }
+  std::vector<double> load_pressure = gas_->load_pressure(part_);
+  for (std::size_t e = 0; e < load_pressure.size(); ++e) {
+    load_pressure[e] = model_.elements.stiffness(e) != 0 ? load_pressure[e] : 0;
   }
   wall_.set_load(std::move(load_pressure), model_.chambers.rims().sides());
   const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
-  LowRank result(model_.chambers.volume_gradients(position_), Eigen::VectorXd(columns()));
-  // Its entries are blocks of three, of the vertices.
-  Eigen::Map<Eigen::Matrix3Xd> blocks(result.sparse.valuePtr(), 3, result.sparse.nonZeros() / 3);
-  for (Eigen::Index block = 0; block < blocks.cols(); ++block) {
-    const auto vertex = static_cast<std::size_t>(result.sparse.innerIndexPtr()[3 * block] / 3);
-    blocks.col(block) = (model_.constraints.projectors()[vertex] * blocks.col(block)).eval();
-  }
-  Eigen::VectorXd& coefficients = result.coefficients;
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    const GasState& gas = gas_[static_cast<std::size_t>(chamber)];
-    const double stiffness = model_.chambers.prescribes_volume(chamber)
-                                 ? bordering_stiffness(chamber)
-                                 : -rank_one_share(model_.gas_tangent) * gas.pressure_slope;
-    coefficients[chamber] = std::max(stiffness, left * stiffness);
-  }
-  mix_joined_columns(left, result);
+  LowRank result = projected(gas_->begin_tangent(part_, left), model_.constraints.projectors());
   if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
     double scale = force_scale_ / length_scale_;
-    for (const GasState& gas : gas_) {
+    for (const GasState& gas : gas_->states(part_)) {
       scale += std::abs(gas.pressure) * std::cbrt(std::abs(gas.volume));
     }
-    coefficients[coefficients.size() - 1] = 10 * scale;
+    result.coefficients.conservativeResize(columns());
+    result.coefficients[columns() - 1] = 10 * scale;
     result.mixing = Eigen::MatrixXd::Identity(columns(), columns());
     result.sparse.conservativeResize(3 * owned(), columns());
     for (PetscInt i = 0; i < owned(); ++i) {
@@ -427,79 +373,9 @@ LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share)
   return result;
 }
 
-/// The volumes of joined chambers change each other's pressures: their columns become those along which the symmetric
-/// part of this stiffness is diagonal. (It is symmetric where all their pressures are the same.)
-void StepPotential::mix_joined_columns(double left, LowRank& low_rank) const {
-  if (!model_.chambers.has_network()) {
-    return;
-  }
-  const std::vector<int>& joined = model_.chambers.joined();
-  const Eigen::MatrixXd slopes = model_.chambers.joined_slopes(volumes_, time_);
-  const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
-  low_rank.mixing(joined, joined) = principal.axes;
-  for (std::size_t k = 0; k < joined.size(); ++k) {
-    const double stiffness = rank_one_share(model_.gas_tangent) * principal.values[static_cast<Eigen::Index>(k)];
-    low_rank.coefficients[joined[k]] = std::max(stiffness, left * stiffness);
-  }
-}
-
-double StepPotential::bordering_stiffness(int chamber) const {
-  const double volume = std::abs(volumes_[chamber]);
-  const double pressure = std::abs(gas_[static_cast<std::size_t>(chamber)].pressure);
-  return 10 * (pressure + force_scale_ / std::pow(volume, 2.0 / 3)) / volume;
-}
-
-/// Work of a given pressure on what is left of a wall with a hole, straight from x^n to x: by Simpson's rule, which is
-/// exact, since the force is a square of the positions. This rank's share.
-double StepPotential::work_on_rest(int chamber) {
-  const auto force = [&](double share) {
-    between_.values() = start_.values() + share * (position_.values() - start_.values());
-    return model_.chambers.volume_gradient(chamber, between_);
-  };
-  const Eigen::Matrix3Xd mean = (force(0) + 4 * force(0.5) + force(1)) / 6;
-  return gas_[static_cast<std::size_t>(chamber)].pressure *
-         mean.cwiseProduct((position_.values() - start_.values()).leftCols(owned())).sum();
-}
-
-/// Work of joined chambers on walls with holes, straight from where the tangent was last taken to x. Collective.
-double StepPotential::joined_work_on_rest() {
-  // Gauss's rule with three points: places in (0, 1) and weights.
-  const std::array<double, 3> places{0.1127016653792583, 0.5, 0.8872983346207417};
-  const std::array<double, 3> weights{5.0 / 18, 8.0 / 18, 5.0 / 18};
-  const Eigen::Matrix3Xd moved = position_.values() - position_of_tangent_;
-  double work = 0;
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    between_.values() = position_of_tangent_ + places[k] * moved;
-    const std::vector<GasState> states = model_.chambers.end_states(model_.chambers.volumes(between_), time_);
-    const Eigen::VectorXd rates =
-        model_.chambers.volume_gradients(between_).transpose() * moved.leftCols(owned()).reshaped();
-    for (const int chamber : model_.chambers.joined()) {
-      work += weights[k] * states[static_cast<std::size_t>(chamber)].pressure * rates[chamber];
-    }
-  }
-  return sum_over_ranks(comm(), work);
-}
-
 double StepPotential::value() {
   evaluate();
-  double sum = potentials_value_;
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    if (model_.chambers.has_hole(chamber)) {
-      sum -= work_on_rest(chamber);
-    }
-  }
-  sum = sum_over_ranks(comm(), sum);
-  for (int chamber = 0; chamber < model_.chambers.count(); ++chamber) {
-    if (!model_.chambers.prescribes_volume(chamber) && !model_.chambers.has_hole(chamber) &&
-        !model_.chambers.is_joined(chamber)) {
-      sum += gas_[static_cast<std::size_t>(chamber)].potential;
-    }
-  }
-  if (model_.chambers.has_network() && volumes_of_tangent_.size() > 0) {
-    sum -= model_.chambers.rims().empty() ? model_.chambers.joined_work(volumes_of_tangent_, volumes_, time_)
-                                          : joined_work_on_rest();
-  }
-  return sum;
+  return sum_over_ranks(comm(), potentials_value_) + gas_->value(part_);
 }
 
 }  // namespace equilibrium

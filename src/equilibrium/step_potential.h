@@ -8,6 +8,7 @@
 #include "constraints/pins.h"
 #include "constraints/point_loads.h"
 #include "contact/body_contact.h"
+#include "equilibrium/step_gas.h"
 #include "equilibrium/time_scheme.h"
 #include "gas/chambers.h"
 #include "prism/damping_potential.h"
@@ -56,23 +57,17 @@ struct StepStart {
 /// where x is what TimeIntegrator calls y, and k, c, x_a and x_v are its; of implicit Euler 1/h^2, 1/h, x^n + h v^n and
 /// x^n, and x is x^{n+1}. C = mass_damping M + stiffness_damping K has K at x^n, or with an integrator of second order
 /// at the predicted x. U is the elastic energy, W the gas's potential; without inertia the first term is left out. Eq.
-/// 23 divided by h^2 is the gradient for implicit Euler. Of a chamber with a hole, whose pressure is given, W is minus
-/// the work on what is left of the wall, straight from x^n to x; a follower load has no potential.
+/// 23 divided by h^2 is the gradient for implicit Euler.
 ///
-/// It is a sum of potentials: wall, inertia, damping, weight, loads, bodies and the model's others. The gas stands
-/// beside them, since its second derivative is dense: a stiffness times the product of a volume's gradient with itself.
+/// It is a sum of potentials: wall, inertia, damping, weight, loads, bodies and the model's others. The gas (StepGas)
+/// stands beside them, since its second derivative is dense: a stiffness times the product of a volume's gradient with
+/// itself.
 ///
 /// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of what a
 /// wall's stiffness is like. By arc length the loads' time t is an unknown, too: the row of the residual is a
 /// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
 /// and w the vertices' shares of the mass. Of c and of lengths count the motions that are free.
-///
-/// Gas that links or heat join to something else has no potential either: its W is minus its work from where the
-/// tangent was last taken, which is all that a search along a step of Newton's method asks for.
-///
-/// A chamber of prescribed volume has no W: its pressure p is the multiplier of V(x) = V*, an unknown beside x, as p
-/// over its pressure scale, and the row of the residual is that scale times V* - V(x).
-class StepPotential : public StepPart {
+class StepPotential : public StepPart, public GasFilled {
  public:
   /// Collective.
   StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator = {});
@@ -88,6 +83,16 @@ class StepPotential : public StepPart {
   /// (3 x owned) [m/s^2]. The step in progress is over. Collective.
   /// @param start `h` is of no account but for friction, which is as if all moved like that for so long
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
+
+  StepGas::Part gas_part() const override {
+    return {"", &model_.chambers, &start_, &position_, model_.gas_tangent, force_scale_};
+  }
+  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
+    gas_ = std::move(gas);
+    part_ = part;
+  }
+  /// What has come into its chambers at the end of the step, at positions `end`. Collective.
+  GasExchange end_gas(const Field& end) { return gas_->end_step(part_, end, time_end_); }
 
   /// At which forces are in balance; by arc length it is the loads' [s].
   double time() const { return time_; }
@@ -135,17 +140,17 @@ class StepPotential : public StepPart {
   LowRank begin_tangent(Curvature curvature, double positive_share) override;
   bool blends() const override { return wall_.blends(); }
 
-  std::vector<int> prescribed() const override { return prescribed_; }
-  Eigen::VectorXd pressure_scales() const override;
-  Eigen::VectorXd multiplier() const override { return multiplier_; }
-  Eigen::VectorXd excess_volume() const override;
+  std::vector<int> prescribed() const override { return gas_->prescribed(part_); }
+  Eigen::VectorXd pressure_scales() const override { return gas_->pressure_scales(part_); }
+  Eigen::VectorXd multiplier() const override { return gas_->multiplier(part_); }
+  Eigen::VectorXd excess_volume() const override { return gas_->excess_volume(part_); }
 
   double tolerance() const override { return options_.snes_rtol; }
   /// Square root of the wall's undeformed area [m].
   double length_scale() const override { return length_scale_; }
   /// The elastic energy at a strain of 0.5, if linear, over that length: what the wall's forces are like [N].
   double force_scale() const override { return force_scale_; }
-  double rounding() const override { return gas_rounding_; }
+  double rounding() const override { return gas_->rounding(part_); }
 
  private:
   void add_vertex_potentials();
@@ -157,10 +162,7 @@ class StepPotential : public StepPart {
   double along_path() const;
   void set_unit_length(Field& direction) const;
   void evaluate();
-  void mix_joined_columns(double left, LowRank& low_rank) const;
-  double work_on_rest(int chamber);
-  double joined_work_on_rest();
-  double bordering_stiffness(int chamber) const;
+  void leave_out_held(Eigen::Matrix3Xd& forces) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
   MPI_Comm comm() const { return model_.elements.membrane().comm(); }
 
@@ -174,33 +176,27 @@ class StepPotential : public StepPart {
   double length_scale_ = 0;
   double force_scale_ = 0;
   double total_mass_ = 0;  ///< [kg]
-  std::vector<int> prescribed_;
+  std::shared_ptr<StepGas> gas_;
+  std::size_t part_ = 0;               ///< of the gas
   std::vector<PetscInt> constrained_;  ///< owned vertices that may not move in all directions
 
   // The step in progress.
   double h_ = 0;
-  double time_end_ = 0;                   ///< t^{n+1} [s]
-  double time_ = 0;                       ///< of balance [s]
-  Field start_;                           ///< x^n
-  Field position_;                        ///< x
-  Field between_;                         ///< on the way from x^n to x
-  Eigen::Matrix3Xd unaccelerated_;        ///< x_a of the local vertices
-  Eigen::Matrix3Xd still_;                ///< x_v of the local vertices
-  Eigen::Matrix3Xd position_of_tangent_;  ///< of all local vertices, where the tangent was last taken
-  Eigen::VectorXd volumes_of_tangent_;    ///< where the tangent was last taken
-  Eigen::VectorXd multiplier_;            ///< pressures of the prescribed chambers [Pa]
-  Field direction_;                       ///< c, if by arc length
-  double path_length_ = 0;                ///< s [m]
+  double time_end_ = 0;             ///< t^{n+1} [s]
+  double time_ = 0;                 ///< of balance [s]
+  Field start_;                     ///< x^n
+  Field position_;                  ///< x
+  Eigen::Matrix3Xd unaccelerated_;  ///< x_a of the local vertices
+  Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
+  Field direction_;                 ///< c, if by arc length
+  double path_length_ = 0;          ///< s [m]
 
-  // At `position_`, if it is evaluated.
+  // Of the potentials at `position_`, if they are evaluated; the gas beside them knows of its own.
   bool is_evaluated_ = false;
-  Eigen::VectorXd volumes_;             ///< of the chambers
-  std::vector<GasState> gas_;           ///< of a prescribed chamber the pressure is the unknown
-  double potentials_value_ = 0;         ///< this rank's share of the sum of all potentials [J]
-  Eigen::Matrix3Xd gradient_;           ///< of Pi, (3 x owned) [N]
-  Eigen::Matrix3Xd part_;               ///< of the gradient, by one potential
-  double gas_rounding_ = 0;             ///< of differences of absolute pressures in the gradient [N]
-  std::vector<double> squared_forces_;  ///< this rank's part [N^2]
+  double potentials_value_ = 0;         ///< this rank's share of their sum [J]
+  Eigen::Matrix3Xd gradient_;           ///< of the sum (3 x owned) [N]
+  Eigen::Matrix3Xd of_potential_;       ///< the gradient of one of them
+  std::vector<double> squared_forces_;  ///< of each, and of the gas last: this rank's part [N^2]
 };
 
 }  // namespace equilibrium

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
 #include <set>
 #include <utility>
 
 #include "base/error.h"
 #include "base/units.h"
 #include "geometry/key_points.h"
+#include "geometry/pi.h"
 #include "geometry/pressure_load.h"
 #include "parallel/collective.h"
 
@@ -161,13 +163,9 @@ NamedPieces name_pieces(const Surface& surface, const std::map<std::string, Cham
 }  // namespace
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-                   const Eigen::Vector3d& origin, bool has_symmetry_planes,
+                   const Eigen::Vector3d& origin, const SymmetryPlanes& planes,
                    const std::vector<Eigen::Matrix3d>& projectors)
-    : surface_(&surface),
-      ambient_pressure_(gas.ambient_pressure),
-      ambient_temperature_(gas.ambient_temperature),
-      molar_mass_(gas.molar_mass),
-      origin_(origin) {
+    : surface_(&surface), gas_(gas), origin_(origin), planes_(planes) {
   for (const auto& [name, given] : options) {
     require_valid("chambers." + name, given);
   }
@@ -178,6 +176,8 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   for (const int piece : surface.piece) {
     chamber_of_element_.push_back(named.chamber_of_piece[static_cast<std::size_t>(piece)]);
   }
+  exchange_ = GasExchange(count(), static_cast<int>(gas.links.size()));
+  nest();
   begin();
 
   Field rest(surface.particles, 3);
@@ -188,11 +188,8 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
       continue;
     }
     const Chamber& chamber = of(number);
-    if (vents(number) && has_symmetry_planes) {
-      throw Error("chambers." + chamber.name + ".hole_discharge: does not go with symmetry planes, expected none");
-    }
     if (!surface.piece_is_closed[piece] && !vents(number)) {
-      if (!has_symmetry_planes) {
+      if (planes.normals.empty()) {
         throw Error("chambers." + chamber.name + ".law: " + chamber.options.law.name() +
                     " needs a volume, but the piece is open, expected a closed piece" +
                     (surface.has_quads() ? "" : ", symmetry planes") + " or the law pressure");
@@ -204,18 +201,17 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
                   " m^3, expected more than 0, with normals outward");
     }
   }
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    require_inside(chamber);
+  }
   set_amounts();
-  join(gas);
+  join();
 }
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-                   const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange)
-    : surface_(&surface),
-      ambient_pressure_(gas.ambient_pressure),
-      ambient_temperature_(gas.ambient_temperature),
-      molar_mass_(gas.molar_mass),
-      origin_(origin),
-      chamber_of_element_(numbers) {
+                   const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange,
+                   const SymmetryPlanes& planes)
+    : surface_(&surface), gas_(gas), origin_(origin), planes_(planes), chamber_of_element_(numbers) {
   PetscInt last = -1;
   for (const PetscInt number : numbers) {
     last = std::max(last, number);
@@ -242,15 +238,13 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     chamber.options.amount = {{0, 0}};
     chambers_.push_back(std::move(chamber));
   }
+  exchange_ = exchange != nullptr ? *exchange : GasExchange(count(), static_cast<int>(gas.links.size()));
   begin();
   for (PetscInt chamber = 0; exchange != nullptr && chamber <= last; ++chamber) {
     chambers_[static_cast<std::size_t>(chamber)].initial_volume = exchange->reference_volume[chamber];
   }
   set_amounts();
-  join(gas);
-  if (exchange != nullptr) {
-    exchange_ = *exchange;
-  }
+  join();
 }
 
 void Chambers::add(const std::string& name, const ChamberOptions& options) {
@@ -265,7 +259,7 @@ void Chambers::begin() {
   set_living(Living(*surface_));
   Field rest(surface_->particles, 3);
   rest.values() = surface_->rest;
-  const Eigen::VectorXd volume = volumes(rest);
+  const Eigen::VectorXd volume = gas_volumes(volumes(rest));
   for (std::size_t chamber = 0; chamber < chambers_.size(); ++chamber) {
     chambers_[chamber].initial_volume = volume[static_cast<Eigen::Index>(chamber)];
   }
@@ -283,28 +277,155 @@ void Chambers::set_amounts() {
       given.temperature = {{0, default_temperature}};
     }
     if (given.amount.empty()) {
-      if (!(ambient_pressure_ > 0)) {
+      if (!(gas_.ambient_pressure > 0)) {
         throw Error("chambers." + chamber.name +
                     ".amount: not given, expected n in mol where gas.ambient_pressure is 0");
       }
       given.amount = given.amount_ratio.empty() ? Rows{{0, 1}} : given.amount_ratio;
       chamber.unit_amount =
-          ambient_pressure_ * chamber.initial_volume / (gas_constant * value_on_key_points(given.temperature, 0));
+          gas_.ambient_pressure * chamber.initial_volume / (gas_constant * value_on_key_points(given.temperature, 0));
     }
   }
 }
 
-/// The network of what links and heat join.
-void Chambers::join(const GasOptions& gas) {
-  exchange_ = GasExchange(count(), static_cast<int>(gas.links.size()));
-  vessel_of_.assign(chambers_.size(), -1);
-  std::vector<GasNetwork::Vessel> vessels;
-  const auto vessel_of = [&](std::size_t chamber, const std::string& key) {
-    int& number = vessel_of_[chamber];
-    if (number >= 0) {
-      return number;
+/// Of a chamber. @param others what else the key may say, in words @throws Error if there is none of this name
+int Chambers::number_of(const std::string& name, const std::string& key, const std::string& others) const {
+  std::string names;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    if (of(chamber).name == name) {
+      return chamber;
     }
-    const Chamber& self = chambers_[chamber];
+    names += (names.empty() ? "" : ", ") + of(chamber).name;
+  }
+  throw Error(key + ": there is no chamber " + name + ", expected " + (names.empty() ? "chambers" : names) + others);
+}
+
+/// Which chambers lie inside others, as the options say.
+void Chambers::nest() {
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    const Chamber& self = of(chamber);
+    if (self.options.inside.empty()) {
+      continue;
+    }
+    const std::string key = "chambers." + self.name + ".inside";
+    const int round = number_of(self.options.inside, key, "");
+    exchange_.outside[chamber] = round;
+    for (const int either : {chamber, round}) {
+      if (of(either).law != GasLaw::isothermal && of(either).law != GasLaw::adiabatic) {
+        throw Error(key + ": chamber " + of(either).name + " has the law " + of(either).options.law.name() +
+                    ", expected isothermal or adiabatic inside another chamber and round one");
+      }
+    }
+    if (of(round).options.gamma.value_or(default_gamma) != self.options.gamma.value_or(default_gamma) &&
+        (vents(chamber) || self.options.permeability > 0)) {
+      throw Error(key + ": gas flows between chambers of unlike gamma, expected one gas");
+    }
+  }
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    int round = chamber;
+    for (int level = 0; level <= count() && round >= 0; ++level) {
+      round = static_cast<int>(exchange_.outside[round]);
+    }
+    if (round >= 0) {
+      throw Error("chambers." + of(chamber).name + ".inside: " + of(chamber).options.inside +
+                  " lies inside it in turn, expected a chamber round it");
+    }
+  }
+}
+
+/// Where a chamber is said to lie inside another. Collective.
+void Chambers::require_inside(int chamber) const {
+  const int round = static_cast<int>(exchange_.outside[chamber]);
+  if (round < 0 || !planes_.normals.empty()) {  // A part of a wall says nothing of what is in the whole.
+    return;
+  }
+  constexpr double least_winding = 0.25;  // round an open wall it is less than 1
+  Field rest(surface_->particles, 3);
+  rest.values() = surface_->rest;
+  std::vector<int> is_round;
+  for (const int of_triangle : chamber_of_triangle_) {
+    is_round.push_back(of_triangle == round ? 0 : -1);
+  }
+  if (!(windings(chamber, rest, is_round, 1)[0] > least_winding)) {
+    throw Error("chambers." + of(chamber).name + ".inside: its piece does not lie in that of chamber " +
+                of(round).name + ", expected a chamber round it");
+  }
+}
+
+/// How often surfaces wind round the middle of a chamber's wall: of its triangles and those that are numbered. 1: it is
+/// inside a closed one. Collective. @param number_of_triangle up to the count, -1: of none
+Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
+                                   int count) const {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();  // of places, of how many
+  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
+    if (chamber_of_triangle_[static_cast<std::size_t>(triangle)] == chamber) {
+      for (const PetscInt corner : surface_->triangles[static_cast<std::size_t>(triangle)]) {
+        sum.head<3>() += positions.vector(corner);
+        sum[3] += 1;
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), 4, MPI_DOUBLE, MPI_SUM, surface_->comm());
+  const Eigen::Vector3d middle = sum.head<3>() / std::max(sum[3], 1.0);
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(count);
+  for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
+    if (const int number = number_of_triangle[static_cast<std::size_t>(triangle)]; number >= 0) {
+      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+      result[number] += solid_angle(positions.vector(corners[0]) - middle, positions.vector(corners[1]) - middle,
+                                    positions.vector(corners[2]) - middle) /
+                        (4 * pi);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, result.data(), count, MPI_DOUBLE, MPI_SUM, surface_->comm());
+  return result;
+}
+
+int Chambers::outside(int chamber) const {
+  const auto round = static_cast<int>(exchange_.outside[chamber]);
+  return round < 0 ? GasNetwork::ambient : inside(round);
+}
+
+Eigen::VectorXd Chambers::gas_volumes(const Eigen::VectorXd& walls) const {
+  Eigen::VectorXd volumes = Eigen::VectorXd::Zero(count());
+  for (int wall = 0; wall < count(); ++wall) {
+    volumes[inside(wall)] += walls[wall];
+    if (const int round = outside(wall); round >= 0) {
+      volumes[round] -= walls[wall];
+    }
+  }
+  return volumes;
+}
+
+/// The vessels' chambers, each before that round it.
+std::vector<int> Chambers::from_within() const {
+  std::vector<int> order = vessels_;
+  const auto depth = [this](int chamber) {
+    int levels = 0;
+    for (int round = outside(chamber); round >= 0; round = outside(round)) {
+      ++levels;
+    }
+    return levels;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return depth(a) > depth(b); });
+  return order;
+}
+
+Eigen::VectorXd Chambers::last_volumes() const {
+  Eigen::VectorXd walls = exchange_.volume;
+  for (const int chamber : from_within()) {
+    if (outside(chamber) >= 0) {
+      walls[outside(chamber)] += walls[chamber];
+    }
+  }
+  return walls;
+}
+
+/// Which chambers anything is joined to, and the links.
+void Chambers::join() {
+  std::vector<bool> is_joined(chambers_.size());
+  const auto require_joinable = [&](int chamber, const std::string& key) {
+    is_joined[static_cast<std::size_t>(chamber)] = true;
+    const Chamber& self = of(chamber);
     if (self.law != GasLaw::isothermal && self.law != GasLaw::adiabatic) {
       throw Error(key + ": chamber " + self.name + " has the law " + self.options.law.name() +
                   ", expected isothermal or adiabatic, by which it has an amount of gas");
@@ -317,44 +438,63 @@ void Chambers::join(const GasOptions& gas) {
     if (!(self.options.amount.front()[1] > 0) && self.parent < 0) {
       throw Error(key + ": there is no gas in chamber " + self.name + " at first, expected an amount above 0");
     }
-    number = static_cast<int>(vessels.size());
-    joined_.push_back(static_cast<int>(chamber));
-    vessels.push_back({self.name, self.law == GasLaw::isothermal, self.gamma, self.initial_volume});
-    return number;
   };
   const auto end_of = [&](const std::string& name, const std::string& key) {
     if (name.empty() || name == "ambient") {
       return GasNetwork::ambient;
     }
-    const auto found =
-        std::find_if(chambers_.begin(), chambers_.end(), [&](const Chamber& chamber) { return chamber.name == name; });
-    if (found == chambers_.end()) {
-      std::string names;
-      for (const Chamber& chamber : chambers_) {
-        names += (names.empty() ? "" : ", ") + chamber.name;
-      }
-      throw Error(key + ": there is no chamber " + name + ", expected " + (names.empty() ? "chambers" : names) +
-                  " or ambient");
+    if (name.find('.') != std::string::npos) {
+      return elsewhere;
     }
-    return vessel_of(static_cast<std::size_t>(found - chambers_.begin()), key);
+    const int chamber = number_of(name, key, " or ambient");
+    require_joinable(chamber, key);
+    return chamber;
   };
-  std::vector<GasNetwork::Link> links;
-  for (const auto& [name, options] : gas.links) {
+  for (const auto& [name, options] : gas_.links) {
     const std::string key = "gas_network.links." + name;
-    links.push_back({name, end_of(options.from, key + ".from"), end_of(options.to, key + ".to"), options});
+    links_.push_back({name, end_of(options.from, key + ".from"), end_of(options.to, key + ".to"), options});
   }
-  for (std::size_t chamber = 0; chamber < chambers_.size(); ++chamber) {
-    const ChamberOptions& options = chambers_[chamber].options;
-    const std::string key = "chambers." + chambers_[chamber].name;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    const ChamberOptions& options = of(chamber).options;
+    const std::string key = "chambers." + of(chamber).name;
     if (options.heat_transfer > 0) {
-      vessel_of(chamber, key + ".heat_transfer");
+      require_joinable(chamber, key + ".heat_transfer");
     } else if (options.permeability > 0) {
-      vessel_of(chamber, key + ".permeability");
+      require_joinable(chamber, key + ".permeability");
     } else if (options.hole_discharge) {
-      vessel_of(chamber, key + ".hole_discharge");
+      require_joinable(chamber, key + ".hole_discharge");
+    }
+    if (exchange_.outside[chamber] >= 0) {
+      require_joinable(chamber, key + ".inside");
+      require_joinable(static_cast<int>(exchange_.outside[chamber]), key + ".inside");
     }
   }
-  network_ = GasNetwork(std::move(vessels), std::move(links), gas);
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    if (is_joined[static_cast<std::size_t>(chamber)]) {
+      joined_.push_back(chamber);
+    }
+  }
+  find_vessels();
+}
+
+/// After a change of what gas is inside the walls.
+void Chambers::find_vessels() {
+  vessels_.clear();
+  vessel_of_.assign(chambers_.size(), -1);
+  for (const int chamber : joined_) {
+    if (inside(chamber) == chamber) {
+      vessel_of_[static_cast<std::size_t>(chamber)] = static_cast<int>(vessels_.size());
+      vessels_.push_back(chamber);
+    }
+  }
+  for (const int chamber : joined_) {
+    vessel_of_[static_cast<std::size_t>(chamber)] = vessel_of_[static_cast<std::size_t>(inside(chamber))];
+  }
+}
+
+GasNetwork::Vessel Chambers::vessel(int number) const {
+  const Chamber& self = of(vessels_[static_cast<std::size_t>(number)]);
+  return {self.name, self.law == GasLaw::isothermal, self.gamma, self.initial_volume};
 }
 
 void Chambers::require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const {
@@ -425,7 +565,7 @@ void Chambers::set_living(const Living& living) {
   const bool can_vent = std::any_of(chambers_.begin(), chambers_.end(),
                                     [](const Chamber& chamber) { return chamber.options.hole_discharge.has_value(); });
   if (can_vent && on_any_rank(surface_->comm(), before != chamber_of_triangle_)) {
-    rims_ = Rims(*surface_, venting);
+    rims_ = Rims(*surface_, venting, origin_, planes_);
   }
 }
 
@@ -446,7 +586,7 @@ Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, sum.data(), count, MPI_DOUBLE, MPI_SUM, surface_->comm());
-  rims.add_volumes(positions, origin_, sum);
+  rims.add_volumes(positions, sum);
   return sum;
 }
 
@@ -456,6 +596,8 @@ void GasExchange::add_part(int chamber) {
        {&amount, &heat, &open, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume}) {
     values->conservativeResizeLike(Eigen::VectorXd::Zero(count));
   }
+  inside.conservativeResizeLike(Eigen::VectorXd::Constant(count, static_cast<double>(count - 1)));
+  outside.conservativeResizeLike(Eigen::VectorXd::Constant(count, outside[chamber]));
   parent.conservativeResizeLike(Eigen::VectorXd::Constant(count, chamber));
   reference_volume.conservativeResizeLike(Eigen::VectorXd::Constant(count, reference_volume[chamber]));
 }
@@ -470,7 +612,7 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
     const PetscInt here = piece[static_cast<std::size_t>(surface_->triangles[triangle].front())];
-    if (chamber >= 0 && vents(chamber) && exchange.open[chamber] == 0 && here >= 0) {
+    if (chamber >= 0 && vents(chamber) && exchange.open[chamber] == 0 && inside(chamber) == chamber && here >= 0) {
       part_of[triangle] = Part(chamber, here);
       own.insert(*part_of[triangle]);
     }
@@ -489,12 +631,38 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
           static_cast<int>(std::lower_bound(parts.begin(), parts.end(), *part_of[triangle]) - parts.begin());
     }
   }
-  const Eigen::VectorXd volume_of =
-      volumes(positions, number_of, Rims(*surface_, number_of), static_cast<int>(parts.size()));
-  const Eigen::VectorXd volume = volumes(positions);
+  const auto count_of_parts = static_cast<int>(parts.size());
+  const Eigen::VectorXd enclosed =
+      volumes(positions, number_of, Rims(*surface_, number_of, origin_, planes_), count_of_parts);
+  const Eigen::VectorXd walls = volumes(positions);
+  // What lies inside a chamber that is cut is inside the part that winds round it most.
+  std::vector<std::pair<int, std::size_t>> inside_parts;
+  Eigen::VectorXd volume_of = enclosed;  // of gas
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    const int round = outside(chamber);
+    if (inside(chamber) == chamber && round >= 0) {
+      const Eigen::VectorXd winding = windings(chamber, positions, number_of, count_of_parts);
+      std::optional<std::size_t> most;
+      for (std::size_t part = 0; part < parts.size(); ++part) {
+        const auto k = static_cast<Eigen::Index>(part);
+        if (parts[part].first == round && (!most || winding[k] > winding[static_cast<Eigen::Index>(*most)])) {
+          most = part;
+        }
+      }
+      if (most) {
+        inside_parts.emplace_back(chamber, *most);
+        volume_of[static_cast<Eigen::Index>(*most)] -= walls[chamber];
+      }
+    }
+  }
 
   Division division{chamber_of_element_, exchange, {}};
   std::vector<int> chamber_of_part(parts.size(), -1);
+  std::vector<Content> contents;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    contents.push_back(is_joined(chamber) ? content(exchange, chamber, time) : Content());
+  }
+  std::set<int> changed;
   for (std::size_t first = 0, end = 0; first < parts.size(); first = end) {
     const int chamber = parts[first].first;
     const double whole = exchange.volume[chamber];
@@ -508,25 +676,38 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
     if (large.size() < 2) {
       continue;
     }
-    const GasState gas = state(chamber, whole, time);
-    double kept = 0;  // [mol]
+    const Content gas = contents[static_cast<std::size_t>(chamber)];
     std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
+    double left = 1;  // share of the gas
     for (const std::size_t part : large) {
       int& number = chamber_of_part[part];
       if (number < 0) {
         number = static_cast<int>(division.exchange.parent.size());
         division.exchange.add_part(chamber);
+        contents.emplace_back();
       }
-      const double enclosed = volume_of[static_cast<Eigen::Index>(part)];
-      const double amount = gas.amount * enclosed / whole;
-      kept += amount;
-      fill(division.exchange, number, chamber, amount, gas.temperature, enclosed);
+      const double volume = volume_of[static_cast<Eigen::Index>(part)];
+      const double share = volume / whole;
+      left -= share;
+      contents[static_cast<std::size_t>(number)] = {share * gas.amount, share * gas.heat};
+      division.exchange.volume[number] = volume;
+      changed.insert(number);
       char text[32];
-      std::snprintf(text, sizeof text, "%s %.4g m^3", part == large.front() ? "" : ",", enclosed);
+      std::snprintf(text, sizeof text, "%s %.4g m^3", part == large.front() ? "" : ",", volume);
       line += text;
     }
-    leak(division.exchange, chamber, gas.amount - kept, gas.temperature);
+    pass_out(division.exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
+    if (outside(chamber) >= 0) {
+      changed.insert(outside(chamber));
+    }
     division.lines.push_back(line);
+  }
+  for (const auto& [chamber, part] : inside_parts) {
+    division.exchange.outside[chamber] = chamber_of_part[part];
+  }
+  for (const int number : changed) {
+    const int like = number < count() ? number : static_cast<int>(division.exchange.parent[number]);
+    fill(division.exchange, number, like, contents[static_cast<std::size_t>(number)], division.exchange.volume[number]);
   }
   for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
     if (part_of[triangle]) {
@@ -537,32 +718,84 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   return division;
 }
 
+/// Of a joined chamber between steps, at the volume that the exchange has.
+Chambers::Content Chambers::content(const GasExchange& exchange, int chamber, double time) const {
+  const Chamber& self = of(chamber);
+  Content gas{first_amount(chamber) + exchange.amount[chamber], 0};
+  const double temperature = value_on_key_points(self.options.temperature, time);
+  if (self.law == GasLaw::isothermal) {
+    gas.heat = gas.amount * temperature;
+  } else {
+    const double expansion = std::pow(exchange.volume[chamber] / self.initial_volume, 1 - self.gamma);
+    gas.heat = (first_amount(chamber) * temperature + exchange.heat[chamber]) * expansion;
+  }
+  return gas;
+}
+
 /// Sets what is in a chamber, or in what will be one. @param like a chamber of its law and reference volume
-void Chambers::fill(GasExchange& exchange, int number, int like, double amount, double temperature,
-                    double volume) const {
+void Chambers::fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const {
   const double given = number < count() ? first_amount(number) : 0;
   const double compression = std::pow(volume / of(like).initial_volume, of(like).gamma - 1);
   exchange.volume[number] = volume;
-  exchange.amount[number] = amount - given;
-  exchange.heat[number] =
-      amount * temperature * compression - given * value_on_key_points(of(like).options.temperature, 0);
+  exchange.amount[number] = gas.amount - given;
+  exchange.heat[number] = gas.heat * compression - given * value_on_key_points(of(like).options.temperature, 0);
 }
 
-/// Counts gas as leaked that is outside from now on.
-void Chambers::leak(GasExchange& exchange, int chamber, double amount, double temperature) const {
-  exchange.leak_amount[chamber] += amount;
-  exchange.leak_enthalpy[chamber] += heat_capacity(chamber) * amount * temperature;
+/// Counts gas as leaked that is on the other side of a chamber's wall from now on; what is there gets it.
+void Chambers::pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
+                        double heat_capacity) {
+  const auto count = [&](int of, double sign) {
+    exchange.leak_amount[of] += sign * gas.amount;
+    exchange.leak_enthalpy[of] += sign * heat_capacity * gas.heat;
+  };
+  count(chamber, 1);
+  if (exchange.outside[chamber] >= 0) {
+    const auto round = static_cast<int>(exchange.inside[static_cast<int>(exchange.outside[chamber])]);
+    count(round, -1);
+    contents[static_cast<std::size_t>(round)].amount += gas.amount;
+    contents[static_cast<std::size_t>(round)].heat += gas.heat;
+  }
 }
 
-GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& volumes, double time) const {
+GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
+  // By how much each wall encloses more than at the end of the last step, from within outwards.
+  const Eigen::VectorXd volumes = gas_volumes(walls);
+  Eigen::VectorXd more = volumes - exchange.volume;
+  const std::vector<int> order = from_within();
+  for (const int chamber : order) {
+    if (outside(chamber) >= 0) {
+      more[outside(chamber)] += more[chamber];
+    }
+  }
   GasExchange result = exchange;
-  for (const int chamber : joined_) {
+  if ((more(order).array() == 0).all()) {
+    return result;
+  }
+  std::vector<Content> contents(chambers_.size());
+  for (const int chamber : order) {
+    contents[static_cast<std::size_t>(chamber)] = content(exchange, chamber, time);
+  }
+  std::vector<bool> is_changed(chambers_.size());
+  for (const int chamber : order) {
     const double before = exchange.volume[chamber];
-    if (vents(chamber) && !is_open(exchange, chamber) && before > 0 && volumes[chamber] > 0) {
-      const GasState gas = state(chamber, before, time);
-      const double amount = gas.amount * volumes[chamber] / before;
-      fill(result, chamber, chamber, amount, gas.temperature, volumes[chamber]);
-      leak(result, chamber, gas.amount - amount, gas.temperature);
+    const double share = -more[chamber] / before;  // that is outside now
+    if (!vents(chamber) || is_open(exchange, chamber) || share == 0 || !(before > 0 && volumes[chamber] > 0)) {
+      continue;
+    }
+    Content& gas = contents[static_cast<std::size_t>(chamber)];
+    const Content moved{share * gas.amount, share * gas.heat};
+    gas.amount -= moved.amount;
+    gas.heat -= moved.heat;
+    pass_out(result, contents, chamber, moved, heat_capacity(chamber));
+    is_changed[static_cast<std::size_t>(chamber)] = true;
+    if (outside(chamber) >= 0) {
+      is_changed[static_cast<std::size_t>(outside(chamber))] = true;
+    }
+  }
+  for (const int chamber : order) {
+    if (is_changed[static_cast<std::size_t>(chamber)]) {
+      const double volume = is_open(exchange, chamber) ? exchange.volume[chamber] : volumes[chamber];
+      fill(result, chamber, chamber, contents[static_cast<std::size_t>(chamber)], volume);
     }
   }
   return result;
@@ -575,20 +808,26 @@ ChamberWalls Chambers::walls(const Field& positions, const Eigen::Vector3d& grav
   for (const Rims::Hole& hole : holes) {
     hole_area[hole.chamber] += hole.area;
   }
-  ChamberWalls result{area, hole_area, {}, Eigen::VectorXd(count()), Eigen::VectorXd(count())};
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    const ChamberOptions& options = of(chamber).options;
-    if (options.permeability > 0) {
-      result.leaks.push_back({chamber, options.permeability * area[chamber], 0});
+  ChamberWalls result{area, hole_area, {}, Eigen::VectorXd::Zero(count()), Eigen::VectorXd(count())};
+  for (int wall = 0; wall < count(); ++wall) {
+    const ChamberOptions& options = of(wall).options;
+    result.temperature[wall] = options.wall_temperature;
+    for (const int side : {inside(wall), outside(wall)}) {
+      if (side >= 0) {
+        result.conductance[side] += heat_transfer(side) * area[wall];
+      }
     }
-    result.conductance[chamber] = options.heat_transfer * area[chamber];
-    result.temperature[chamber] = options.wall_temperature;
+    if (options.permeability > 0 && inside(wall) != outside(wall)) {
+      result.leaks.push_back({inside(wall), options.permeability * area[wall], 0, outside(wall)});
+    }
   }
   if (!holes.empty()) {
     const std::vector<UnevenPressure> uneven = uneven_pressures(positions, gravity, time);
     for (const Rims::Hole& hole : holes) {
-      result.leaks.push_back({hole.chamber, of(hole.chamber).options.hole_discharge.value_or(0) * hole.area,
-                              uneven[static_cast<std::size_t>(hole.chamber)].at(hole.middle)});
+      if (inside(hole.chamber) != outside(hole.chamber)) {
+        result.leaks.push_back({inside(hole.chamber), of(hole.chamber).options.hole_discharge.value_or(0) * hole.area,
+                                uneven[static_cast<std::size_t>(hole.chamber)].at(hole.middle), outside(hole.chamber)});
+      }
     }
   }
   return result;
@@ -611,7 +850,6 @@ Eigen::VectorXd Chambers::areas(const Field& positions) const {
 /// Of each chamber. Collective.
 std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const Field& positions, const Eigen::Vector3d& gravity,
                                                                  double time) const {
-  const Eigen::VectorXd volume = volumes(positions);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(4, count());  // area, area times place
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
     if (const int chamber = of_triangle(triangle); chamber >= 0) {
@@ -624,13 +862,18 @@ std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const Field& po
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
-  const double outside = ambient_pressure_ * molar_mass_ / (gas_constant * ambient_temperature_);
-  std::vector<UnevenPressure> result;
+  const double of_air = gas_.ambient_pressure * gas_.molar_mass / (gas_constant * gas_.ambient_temperature);
+  const Eigen::VectorXd volume = gas_volumes(volumes(positions));
+  Eigen::VectorXd density(count());
   for (int chamber = 0; chamber < count(); ++chamber) {
     const GasState gas = state(chamber, volume[chamber], time);
     const bool has_amount = gas.amount > 0 && volume[chamber] > 0 && !is_open(chamber);
-    const double density = has_amount ? gas.amount * molar_mass_ / volume[chamber] : outside;
-    result.push_back({(density - outside) * gravity, sums.col(chamber).tail<3>() / sums(0, chamber)});
+    density[chamber] = has_amount ? gas.amount * gas_.molar_mass / volume[chamber] : of_air;
+  }
+  std::vector<UnevenPressure> result;
+  for (int wall = 0; wall < count(); ++wall) {
+    const double round = outside(wall) >= 0 ? density[outside(wall)] : of_air;
+    result.push_back({(density[inside(wall)] - round) * gravity, sums.col(wall).tail<3>() / sums(0, wall)});
   }
   return result;
 }
@@ -654,15 +897,13 @@ Eigen::Matrix3Xd Chambers::uneven_forces(const Field& positions, const Eigen::Ve
       }
     }
   }
-  const Eigen::VectorXd volume = volumes(positions);
+  const std::vector<GasState> gas = states(volumes(positions), time);
   Eigen::VectorXd thrust = Eigen::VectorXd::Zero(count());
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    if (vents(chamber)) {
-      // But for what the missing wall does not bear.
-      const double pressure = state(chamber, volume[chamber], time).absolute_pressure;
-      thrust[chamber] =
-          of(chamber).options.hole_discharge.value_or(0) * jet_thrust(pressure, ambient_pressure_, of(chamber).gamma) -
-          (pressure - ambient_pressure_);
+  for (int wall = 0; wall < count(); ++wall) {
+    if (vents(wall)) {  // But for what the missing wall does not bear.
+      const double within = gas[static_cast<std::size_t>(inside(wall))].absolute_pressure;
+      const double jet = jet_thrust(within, within - gas[static_cast<std::size_t>(wall)].pressure, of(wall).gamma);
+      thrust[wall] = of(wall).options.hole_discharge.value_or(0) * jet - gas[static_cast<std::size_t>(wall)].pressure;
     }
   }
   rims_.add_thrust(thrust, positions, force);
@@ -751,7 +992,7 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   }
   if (self.law == GasLaw::pressure) {
     gas.pressure = value_on_key_points(given.pressure, time);
-    gas.absolute_pressure = gas.pressure + ambient_pressure_;
+    gas.absolute_pressure = gas.pressure + gas_.ambient_pressure;
     gas.potential = -gas.pressure * volume;
     return gas;
   }
@@ -761,7 +1002,7 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   const double inside = has_opened ? exchange_.volume[chamber] : volume;
   const double initial_volume = self.initial_volume;
   const double strain = inside > 0 ? std::log(inside / initial_volume) : std::numeric_limits<double>::quiet_NaN();
-  double outside = ambient_pressure_;
+  double outside = gas_.ambient_pressure;
   double exponent = 1;
   double energy = 0;  // e [J]
   if (self.law == GasLaw::relative) {
@@ -794,19 +1035,48 @@ GasState Chambers::state(int chamber, double volume, double time) const {
   return gas;
 }
 
+std::vector<GasState> Chambers::states(const Eigen::VectorXd& walls, double time) const {
+  const Eigen::VectorXd volumes = gas_volumes(walls);
+  std::vector<GasState> states(chambers_.size());
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    if (inside(chamber) == chamber) {
+      states[static_cast<std::size_t>(chamber)] = state(chamber, volumes[chamber], time);
+    }
+  }
+  put_across_walls(states);
+  return states;
+}
+
+void Chambers::put_across_walls(std::vector<GasState>& states) const {
+  std::vector<double> pressure;  // against the ambient air
+  for (const GasState& gas : states) {
+    pressure.push_back(gas.pressure);
+  }
+  for (int wall = 0; wall < count(); ++wall) {
+    const int round = outside(wall);
+    states[static_cast<std::size_t>(wall)].pressure =
+        pressure[static_cast<std::size_t>(inside(wall))] - (round < 0 ? 0 : pressure[static_cast<std::size_t>(round)]);
+  }
+}
+
 void Chambers::begin_step(const GasExchange& exchange, double h, const ChamberWalls& walls) {
+  const bool is_other = exchange.inside != exchange_.inside;
   exchange_ = exchange;
   walls_ = walls;
   h_ = h;
+  if (is_other) {
+    find_vessels();
+  }
 }
 
-GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& volumes, double time) const {
+GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& walls, double time) const {
   GasNetwork::Step step;
-  step.volume = volumes(joined_);
-  step.temperature.resize(network_.count());
+  const Eigen::VectorXd volumes = gas_volumes(walls);
+  step.volume = volumes(vessels_);
+  step.temperature.resize(step.volume.size());
   step.time = time;
   step.h = h_;
-  for (const int chamber : joined_) {
+  for (const int chamber : vessels_) {
     const Chamber& self = of(chamber);
     const double temperature = value_on_key_points(self.options.temperature, time);
     const double amount = first_amount(chamber);
@@ -816,116 +1086,87 @@ GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& volumes, double t
       step.gas.back().heat = step.gas.back().amount * temperature;
     }
   }
-  for (const GasNetwork::Leak& leak : walls_.leaks) {
-    step.leaks.push_back({vessel_of_[static_cast<std::size_t>(leak.vessel)], leak.area, leak.rise});
+  for (GasNetwork::Leak leak : walls_.leaks) {
+    leak.vessel = vessel_of(leak.vessel);
+    leak.outside = leak.outside < 0 ? GasNetwork::ambient : vessel_of(leak.outside);
+    step.leaks.push_back(leak);
   }
   if (walls_.conductance.size() > 0) {
-    step.conductance = walls_.conductance(joined_);
-    step.wall_temperature = walls_.temperature(joined_);
+    step.conductance = walls_.conductance(vessels_);
+    step.wall_temperature = walls_.temperature(vessels_);
   }
   constexpr double wide = 1;  // [m^2]
-  for (int vessel = 0; vessel < network_.count(); ++vessel) {
-    const int chamber = joined_[static_cast<std::size_t>(vessel)];
+  for (std::size_t vessel = 0; vessel < vessels_.size(); ++vessel) {
+    const int chamber = vessels_[vessel];
     if (is_open(chamber)) {
-      step.volume[vessel] = exchange_.volume[chamber];
-      step.leaks.push_back({vessel, wide, 0});
+      step.volume[static_cast<Eigen::Index>(vessel)] = exchange_.volume[chamber];
+      step.leaks.push_back({static_cast<int>(vessel), wide, 0});
     }
   }
   return step;
 }
 
-std::vector<GasState> Chambers::end_states(const Eigen::VectorXd& volumes, double time) const {
-  std::vector<GasState> states;
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    states.push_back(state(chamber, volumes[chamber], time));
-  }
-  if (!has_network() || !(volumes(joined_).minCoeff() > 0)) {
-    return states;
-  }
-  const GasNetwork::End end = network_.solve(network_step(volumes, time));
-  for (int vessel = 0; vessel < network_.count(); ++vessel) {
-    GasState& gas = states[static_cast<std::size_t>(joined_[static_cast<std::size_t>(vessel)])];
-    gas.absolute_pressure = end.pressure[vessel];
-    gas.pressure = is_open(joined_[static_cast<std::size_t>(vessel)]) ? 0 : end.pressure[vessel] - ambient_pressure_;
-    gas.amount = end.gas[static_cast<std::size_t>(vessel)].amount;
-    gas.temperature = end.temperature[vessel];
-  }
-  return states;
-}
-
-Eigen::MatrixXd Chambers::joined_slopes(const Eigen::VectorXd& volumes, double time) const {
-  const GasNetwork::Step step = network_step(volumes, time);
-  Eigen::MatrixXd slopes = network_.slopes(step, network_.solve(step));
-  for (int vessel = 0; vessel < network_.count(); ++vessel) {
-    if (is_open(joined_[static_cast<std::size_t>(vessel)])) {
-      slopes.row(vessel).setZero();
-      slopes.col(vessel).setZero();
-    }
-  }
-  return slopes;
-}
-
-double Chambers::joined_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double time) const {
-  // Gauss's rule with four points: places in (0, 1) and weights.
-  static const std::array<double, 4> places{0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
-                                            0.9305681557970262};
-  static const std::array<double, 4> weights{0.17392742256872692, 0.32607257743127307, 0.32607257743127307,
-                                             0.17392742256872692};
-  double work = 0;
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    const std::vector<GasState> states = end_states(from + places[k] * (to - from), time);
-    for (const int chamber : joined_) {
-      work += weights[k] * states[static_cast<std::size_t>(chamber)].pressure * (to[chamber] - from[chamber]);
-    }
-  }
-  return work;
-}
-
-GasExchange Chambers::first_exchange(const Eigen::VectorXd& volumes) const {
-  GasExchange exchange(count(), static_cast<int>(network_.links().size()));
-  exchange.volume = volumes;
+GasExchange Chambers::first_exchange(const Eigen::VectorXd& walls) const {
+  GasExchange exchange(count(), static_cast<int>(links_.size()));
+  exchange.outside = exchange_.outside;
+  exchange.volume = gas_volumes(walls);
   for (int chamber = 0; chamber < count(); ++chamber) {
     exchange.reference_volume[chamber] = of(chamber).initial_volume;
-    exchange.first_energy[chamber] = energy(chamber, state(chamber, volumes[chamber], 0));
+    exchange.first_energy[chamber] = energy(chamber, state(chamber, exchange.volume[chamber], 0));
   }
   return exchange;
 }
 
-std::string Chambers::imbalance(const Eigen::VectorXd& volumes, double time) const {
+std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const {
   constexpr double tolerance = 1e-10;
-  // Of each chamber with what has been cut off it: sums that should be 0, and of what they are made.
+  // Chambers with what has been cut off them, and what they have become a part of, by the first of them.
+  std::vector<int> first(chambers_.size());
+  std::iota(first.begin(), first.end(), 0);
+  const auto unite = [&](int a, int b) {
+    const auto [low, high] = std::minmax(first[static_cast<std::size_t>(a)], first[static_cast<std::size_t>(b)]);
+    std::replace(first.begin(), first.end(), int(high), int(low));
+  };
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    unite(chamber, inside(chamber));
+    if (of(chamber).parent >= 0) {
+      unite(chamber, of(chamber).parent);
+    }
+  }
+  // Of each: sums that should be 0, and of what they are made.
   Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(2, count());
   Eigen::MatrixXd scale = rest;
   const auto add = [&](int row, int chamber, double value) {
-    while (of(chamber).parent >= 0) {
-      chamber = of(chamber).parent;
-    }
-    rest(row, chamber) += value;
-    scale(row, chamber) += std::abs(value);
+    rest(row, first[static_cast<std::size_t>(chamber)]) += value;
+    scale(row, first[static_cast<std::size_t>(chamber)]) += std::abs(value);
   };
+  const std::vector<GasState> gas = states(walls, time);
   for (const int chamber : joined_) {
     add(0, chamber, first_amount(chamber) + exchange_.amount[chamber]);
     add(0, chamber, exchange_.leak_amount[chamber] - first_amount(chamber));
-    add(1, chamber, energy(chamber, state(chamber, volumes[chamber], time)));
+    add(1, chamber, energy(chamber, gas[static_cast<std::size_t>(chamber)]));
     for (const double less : {exchange_.first_energy[chamber], exchange_.wall_heat[chamber], -exchange_.work[chamber],
                               -exchange_.leak_enthalpy[chamber]}) {
       add(1, chamber, -less);
     }
   }
-  for (std::size_t l = 0; l < network_.links().size(); ++l) {
-    const GasNetwork::Link& link = network_.links()[l];
-    for (const auto& [vessel, sign] : {std::pair(link.from, 1.0), std::pair(link.to, -1.0)}) {
-      if (vessel != GasNetwork::ambient) {
-        const int chamber = joined_[static_cast<std::size_t>(vessel)];
-        add(0, chamber, sign * exchange_.link_amount[static_cast<Eigen::Index>(l)]);
-        add(1, chamber, sign * exchange_.link_enthalpy[static_cast<Eigen::Index>(l)]);
+  for (std::size_t l = 0; l < links_.size(); ++l) {
+    for (const auto& [end, sign] : {std::pair(links_[l].from, 1.0), std::pair(links_[l].to, -1.0)}) {
+      if (end >= 0) {
+        add(0, end, sign * exchange_.link_amount[static_cast<Eigen::Index>(l)]);
+        add(1, end, sign * exchange_.link_enthalpy[static_cast<Eigen::Index>(l)]);
       }
     }
   }
+  std::vector<bool> keeps_temperature(chambers_.size());
   for (const int chamber : joined_) {
-    const bool keeps_temperature = of(chamber).law == GasLaw::isothermal;
+    if (of(chamber).law == GasLaw::isothermal) {
+      keeps_temperature[static_cast<std::size_t>(first[static_cast<std::size_t>(chamber)])] = true;
+    }
+  }
+  for (const int chamber : joined_) {
     for (const int row : {0, 1}) {
-      if ((row == 0 || !keeps_temperature) && !(std::abs(rest(row, chamber)) <= tolerance * scale(row, chamber))) {
+      if ((row == 0 || !keeps_temperature[static_cast<std::size_t>(chamber)]) &&
+          !(std::abs(rest(row, chamber)) <= tolerance * scale(row, chamber))) {
         char text[160];
         std::snprintf(text, sizeof text, "the ledger of the %s in chamber %s is off by %.2g %s, expected at most %.2g",
                       row == 0 ? "amount" : "energy", name(chamber).c_str(), rest(row, chamber), row == 0 ? "mol" : "J",
@@ -937,41 +1178,37 @@ std::string Chambers::imbalance(const Eigen::VectorXd& volumes, double time) con
   return "";
 }
 
-GasExchange Chambers::end_step(const Eigen::VectorXd& end, double time) const {
+GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const GasNetwork::Step& step,
+                               const GasNetwork::End& end) const {
   constexpr double large_hole = 0.1;
   constexpr double level = 1e-5;
   GasExchange exchange = exchange_;
-  exchange.volume = (exchange_.open.array() > 0).select(exchange_.volume, end);
-  const GasNetwork::Step step = network_step(end, time);
-  const GasNetwork::End ended = network_.solve(step);
-  Eigen::VectorXd energy = ended.wall_heat - ended.leak_enthalpy;  // into each vessel [J]
-  for (std::size_t l = 0; l < network_.links().size(); ++l) {
-    const GasNetwork::Link& link = network_.links()[l];
+  const Eigen::VectorXd volumes = gas_volumes(walls);
+  exchange.volume = (exchange_.open.array() > 0).select(exchange_.volume, volumes);
+  Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
+  for (std::size_t l = 0; l < links_.size(); ++l) {
     const auto row = static_cast<Eigen::Index>(l);
-    exchange.link_amount[row] += ended.flow[row];
-    exchange.link_enthalpy[row] += ended.enthalpy[row];
-    for (const auto& [vessel, sign] : {std::pair(link.from, -1.0), std::pair(link.to, 1.0)}) {
-      if (vessel != GasNetwork::ambient) {
-        exchange.amount[joined_[static_cast<std::size_t>(vessel)]] += sign * ended.flow[row];
-        energy[vessel] += sign * ended.enthalpy[row];
+    exchange.link_amount[row] += end.flow[row];
+    exchange.link_enthalpy[row] += end.enthalpy[row];
+    for (const auto& [chamber, sign] : {std::pair(links_[l].from, -1.0), std::pair(links_[l].to, 1.0)}) {
+      if (chamber >= 0) {
+        exchange.amount[inside(chamber)] += sign * end.flow[row];
+        energy[vessel_of(chamber)] += sign * end.enthalpy[row];
       }
     }
   }
-  for (int vessel = 0; vessel < network_.count(); ++vessel) {
-    const int chamber = joined_[static_cast<std::size_t>(vessel)];
+  for (std::size_t v = 0; v < vessels_.size(); ++v) {
+    const auto vessel = static_cast<Eigen::Index>(v);
+    const int chamber = vessels_[v];
     const Chamber& self = of(chamber);
-    const double capacity = network_.heat_capacity(vessel);
-    const double heat = step.gas[static_cast<std::size_t>(vessel)].heat;
-    exchange.amount[chamber] -= ended.leak[vessel];
-    exchange.leak_amount[chamber] += ended.leak[vessel];
-    exchange.leak_enthalpy[chamber] += ended.leak_enthalpy[vessel];
-    exchange.wall_heat[chamber] += ended.wall_heat[vessel];
+    const double capacity = heat_capacity(chamber);
+    const double heat = step.gas[v].heat;
+    exchange.amount[chamber] -= end.leak[vessel];
+    exchange.leak_amount[chamber] += end.leak[vessel];
+    exchange.leak_enthalpy[chamber] += end.leak_enthalpy[vessel];
+    exchange.wall_heat[chamber] += end.wall_heat[vessel];
     const double from = exchange_.volume[chamber];
     const double to = exchange.volume[chamber];
-    const bool is_level = std::abs(ended.pressure[vessel] - ambient_pressure_) <= level * ambient_pressure_;
-    if (vents(chamber) && walls_.hole_area[chamber] > (is_level ? large_hole : 1) * walls_.area[chamber]) {
-      exchange.open[chamber] = 1;
-    }
     if (self.law == GasLaw::isothermal) {
       exchange.work[chamber] += heat * gas_constant * std::log(to / from);
       continue;
@@ -980,69 +1217,36 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& end, double time) const {
     exchange.heat[chamber] += energy[vessel] / (capacity * colder(to));
     exchange.work[chamber] += capacity * heat * (colder(from) - colder(to));
   }
+  for (std::size_t v = 0; v < vessels_.size(); ++v) {
+    const int chamber = vessels_[v];
+    const int round = outside(chamber);
+    const double there = round < 0 ? gas_.ambient_pressure : end.pressure[vessel_of(round)];
+    const bool is_level = std::abs(end.pressure[static_cast<Eigen::Index>(v)] - there) <= level * gas_.ambient_pressure;
+    if (!vents(chamber) || !(walls_.hole_area[chamber] > (is_level ? large_hole : 1) * walls_.area[chamber])) {
+      continue;
+    }
+    if (round < 0) {
+      exchange.open[chamber] = 1;
+    } else {
+      become_part(exchange, chamber, step.time);
+    }
+  }
   return exchange;
 }
 
-std::vector<GasState> Chambers::moved_states(const Eigen::VectorXd& volumes, const Eigen::VectorXd& compliance,
-                                             double time) const {
-  std::vector<GasState> states;
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    states.push_back(moved_state(chamber, volumes[chamber], compliance[chamber], time));
-  }
-  if (!has_network()) {
-    return states;
-  }
-  // The same for the joined ones together, from where they would be without their links.
-  Eigen::VectorXd at(count());
-  for (int chamber = 0; chamber < count(); ++chamber) {
-    at[chamber] = states[static_cast<std::size_t>(chamber)].volume;
-  }
-  constexpr int most_iterations = 50;
-  constexpr double tolerance = 1e-12;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const std::vector<GasState> joined = end_states(at, time);
-    Eigen::VectorXd excess(network_.count());
-    for (int vessel = 0; vessel < network_.count(); ++vessel) {
-      const int chamber = joined_[static_cast<std::size_t>(vessel)];
-      states[static_cast<std::size_t>(chamber)] = joined[static_cast<std::size_t>(chamber)];
-      excess[vessel] =
-          at[chamber] - volumes[chamber] - compliance[chamber] * joined[static_cast<std::size_t>(chamber)].pressure;
+/// Gives a chamber's gas to that round it.
+void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
+  const auto round = static_cast<int>(exchange.inside[static_cast<int>(exchange.outside[chamber])]);
+  const Content own = content(exchange, chamber, time);
+  const Content other = content(exchange, round, time);
+  const double volume = exchange.volume[chamber] + exchange.volume[round];
+  fill(exchange, round, round, {own.amount + other.amount, own.heat + other.heat}, volume);
+  fill(exchange, chamber, chamber, {}, 0);
+  for (int part = 0; part < count(); ++part) {
+    if (exchange.inside[part] == chamber) {
+      exchange.inside[part] = round;
     }
-    if (!(excess.cwiseQuotient(at(joined_)).cwiseAbs().maxCoeff() > tolerance)) {
-      break;
-    }
-    const Eigen::MatrixXd slopes = joined_slopes(at, time);
-    const Eigen::MatrixXd derivative =
-        Eigen::MatrixXd::Identity(network_.count(), network_.count()) - compliance(joined_).asDiagonal() * slopes;
-    const Eigen::VectorXd step = derivative.partialPivLu().solve(excess);
-    at(joined_) = (at(joined_) - step).cwiseMax(at(joined_) / 2).eval();
   }
-  return states;
-}
-
-GasState Chambers::moved_state(int chamber, double volume, double compliance, double time) const {
-  if (prescribes_volume(chamber)) {
-    GasState gas;
-    gas.volume = prescribed_volume(chamber, time);
-    gas.pressure = compliance > 0 ? (gas.volume - volume) / compliance : 0;
-    return gas;
-  }
-  if (!needs_volume(chamber)) {
-    return state(chamber, volume, time);
-  }
-  // V - volume - compliance p(V) rises and is concave: Newton's method goes up to its zero, once it is below.
-  GasState gas = state(chamber, volume > 0 ? volume : of(chamber).initial_volume, time);
-  constexpr int most_iterations = 200;
-  constexpr double tolerance = 1e-14;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const double excess = gas.volume - volume - compliance * gas.pressure;
-    const double step = -excess / (1 - compliance * gas.pressure_slope);
-    if (std::abs(step) <= tolerance * gas.volume) {
-      break;
-    }
-    gas = state(chamber, std::max(gas.volume + step, gas.volume / 2), time);
-  }
-  return gas;
 }
 
 double Chambers::prescribed_volume(int chamber, double time) const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "gas/rims.h"
 #include "parallel/field.h"
 #include "surface/living.h"
+#include "surface/symmetry_planes.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -43,15 +45,17 @@ struct GasExchange {
         link_enthalpy(Eigen::VectorXd::Zero(links)),
         first_energy(Eigen::VectorXd::Zero(chambers)),
         volume(Eigen::VectorXd::Zero(chambers)),
+        inside(Eigen::VectorXd::LinSpaced(chambers, 0, chambers - 1)),
+        outside(Eigen::VectorXd::Constant(chambers, -1)),
         parent(Eigen::VectorXd::Constant(chambers, -1)),
         reference_volume(Eigen::VectorXd::Zero(chambers)) {}
 
   Eigen::VectorXd amount;         ///< into each chamber [mol]
   Eigen::VectorXd heat;           ///< likewise, see VesselGas [mol K]
   Eigen::VectorXd open;           ///< 1: for good, its pressure is that outside; 0: not
-  Eigen::VectorXd leak_amount;    ///< out through each wall [mol]
+  Eigen::VectorXd leak_amount;    ///< out through each wall, or in through walls that it lies round [mol]
   Eigen::VectorXd leak_enthalpy;  ///< that it carried [J]
-  Eigen::VectorXd wall_heat;      ///< that each wall has given to its gas [J]
+  Eigen::VectorXd wall_heat;      ///< that walls have given to each gas [J]
   Eigen::VectorXd work;           ///< of the gas of each chamber that links or heat join to anything [J]
   Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
   Eigen::VectorXd link_enthalpy;  ///< that it carried [J]
@@ -59,6 +63,10 @@ struct GasExchange {
   /// Of each chamber at the end of the last step, up to which work is counted; of one that is open at which it opened,
   /// which stands for what is left of it [m^3].
   Eigen::VectorXd volume;
+
+  // What gas is on both sides of the wall of each chamber.
+  Eigen::VectorXd inside;   ///< number of the chamber: its own, or that of which it has become a part
+  Eigen::VectorXd outside;  ///< number of the chamber round it; -1: the ambient air
 
   // Of chambers that have been cut in two.
   Eigen::VectorXd parent;            ///< number of the chamber that each was a part of; -1: it was there at first
@@ -71,14 +79,20 @@ struct GasExchange {
 struct ChamberWalls {
   Eigen::VectorXd area;                 ///< [m^2]
   Eigen::VectorXd hole_area;            ///< of the caps [m^2]
-  std::vector<GasNetwork::Leak> leaks;  ///< through which gas gets out and in; the vessel is the chamber
-  Eigen::VectorXd conductance;          ///< for heat [W/K]
+  std::vector<GasNetwork::Leak> leaks;  ///< through which gas gets out and in; its ends are chambers
+  Eigen::VectorXd conductance;          ///< for heat into each chamber, of its wall and those within it [W/K]
   Eigen::VectorXd temperature;          ///< [K]
 };
 
 /// The chambers of a balloon or of a sheet: volumes enclosed by closed pieces of the surface (balloon paper, section
 /// 5), or by a piece and the symmetry planes that its boundary lies in. The volume is that within the surface's
 /// triangles; of a sheet of quads they join corners and lattice points, so that both layers feel the pressure.
+///
+/// A chamber may lie inside another one, whose gas then is round its wall. What follows from the shape of a wall is of
+/// what it encloses, the chambers inside it included: W and dW/dx, by which the pressure across it acts. The volume V
+/// of a chamber's gas is that of its wall less those of the walls inside it.
+///
+/// The gas of chambers changes by what FlowingGas finds.
 class Chambers {
  public:
   /// Chambers in the order of their names; one without a vertex stands for every piece that no other names, as NAME,
@@ -87,10 +101,10 @@ class Chambers {
   /// @param projectors of the local vertices on the directions in which they may move (Constraints::projectors); asked
   /// for with symmetry planes alone
   /// @throws Error that names the chamber and the key, the same on all ranks: keys that the law lacks or does not know,
-  /// a vertex that the mesh lacks, a piece in two chambers, and, unless the law is pressure, a piece that is neither
-  /// closed nor closed by symmetry planes, or that encloses no volume above 0
+  /// a vertex that the mesh lacks, a piece in two chambers, a chamber inside none that is there, and, unless the law is
+  /// pressure, a piece that is neither closed nor closed by symmetry planes, or that encloses no volume above 0
   Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-           const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), bool has_symmetry_planes = false,
+           const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), const SymmetryPlanes& planes = {},
            const std::vector<Eigen::Matrix3d>& projectors = {});
 
   /// Chambers of triangles that have been chosen before, whatever has become of the surface since. Collective. The
@@ -99,16 +113,23 @@ class Chambers {
   /// @param exchange of a state that has one, which knows of chambers that have been cut in two
   /// @throws Error on keys that the law lacks or does not know
   Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-           const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange);
+           const Eigen::Vector3d& origin, const std::vector<PetscInt>& numbers, const GasExchange* exchange,
+           const SymmetryPlanes& planes = {});
 
   int count() const { return static_cast<int>(chambers_.size()); }
-  /// Number of the chamber that each local element bounds, -1: none.
+  const Surface& surface() const { return *surface_; }
+  /// Number of the chamber whose wall each local element is of, -1: none.
   const std::vector<PetscInt>& numbers() const { return chamber_of_element_; }
   const std::string& name(int chamber) const { return of(chamber).name; }
   /// Whether it was there at first; others are parts of a chamber that has been cut in two.
   bool was_there_at_first(int chamber) const { return of(chamber).parent < 0; }
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
   int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[static_cast<std::size_t>(triangle)]; }
+
+  /// Number of the chamber whose gas is inside the wall of a chamber: its own, or that of which it has become a part.
+  int inside(int chamber) const { return static_cast<int>(exchange_.inside[chamber]); }
+  /// Of the gas round it; GasNetwork::ambient.
+  int outside(int chamber) const;
 
   /// Whether its law asks for the volume.
   bool needs_volume(int chamber) const { return of(chamber).law != GasLaw::pressure; }
@@ -123,8 +144,8 @@ class Chambers {
   void set_living(const Living& living);
   /// What becomes of chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
   /// chamber's volume bounds a chamber, with gas of its state by its volume; the oldest of them goes on as the old
-  /// chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. Nothing: no wall has come
-  /// apart. Collective.
+  /// chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. A chamber inside it is inside
+  /// the piece round it. Nothing: no wall has come apart. Collective.
   struct Division {
     std::vector<PetscInt> numbers;   ///< see numbers
     GasExchange exchange;            ///< of all chambers, the new ones last
@@ -141,72 +162,98 @@ class Chambers {
 
   /// V0, from the undeformed positions, the same on every rank [m^3].
   double initial_volume(int chamber) const { return of(chamber).initial_volume; }
-  /// V of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
+  /// W of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
   Eigen::VectorXd volumes(const Field& positions) const;
+  /// V of all chambers: W less what walls inside them enclose. @param walls W [m^3]
+  Eigen::VectorXd gas_volumes(const Eigen::VectorXd& walls) const;
+  /// W of all chambers at the end of the last step; of one that is open at which it opened [m^3].
+  Eigen::VectorXd last_volumes() const;
   /// What the weights of gas and air, and jets through holes, do to walls beside pressures that are even. The pressure
   /// at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall, which sums up to minus the lift,
   /// (rho - rho_outside) V g; jets push the rims (jet_thrust), but for what the pressure on a wall with holes sums up
   /// to already. Of the owned particles (3 x owned) [N]. Collective.
   /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
   Eigen::Matrix3Xd uneven_forces(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
-  /// dV/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
+  /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
   Eigen::SparseMatrix<double> volume_gradients(const Field& positions) const;
   /// Of one chamber, (3 x owned) [m^2].
   Eigen::Matrix3Xd volume_gradient(int chamber, const Field& positions) const;
 
-  /// The gas by its law at a volume [m^3] and time [s], with what has come in by the beginning of the step. Not finite
-  /// where the law needs a volume above 0 and there is none.
+  /// The gas by its law at a volume V [m^3] and time [s], with what has come in by the beginning of the step, and its
+  /// pressure against that of the ambient air. Not finite where the law needs a volume above 0 and there is none.
   GasState state(int chamber, double volume, double time) const;
+  /// The same of all chambers, with the pressures across their walls. What has become a part of another is empty.
+  /// @param walls W [m^3]
+  std::vector<GasState> states(const Eigen::VectorXd& walls, double time) const;
+  /// Makes of pressures against the ambient air, of the states of all chambers, those across their walls.
+  void put_across_walls(std::vector<GasState>& states) const;
+  const GasOptions& gas_options() const { return gas_; }
 
-  /// Whether links or heat of the wall change a chamber's gas in a step. Its law is then isothermal or adiabatic.
-  bool is_joined(int chamber) const { return vessel_of_[static_cast<std::size_t>(chamber)] >= 0; }
-  bool has_network() const { return network_.count() > 0; }
-  const GasNetwork& network() const { return network_; }
-  /// The chambers of the network's vessels.
+  // Chambers whose gas changes: links, holes, leaks or heat join it to something, or it lies inside another or round
+  // one. Their laws are isothermal or adiabatic. Those that have not become a part of another are vessels of a network.
+
+  bool has_network() const { return !joined_.empty(); }
+  /// Ascending.
   const std::vector<int>& joined() const { return joined_; }
-  /// c_v of a mole of a joined chamber's gas [J/(mol K)].
-  double heat_capacity(int chamber) const {
-    return network_.heat_capacity(vessel_of_[static_cast<std::size_t>(chamber)]);
+  bool is_joined(int chamber) const { return vessel_of_[static_cast<std::size_t>(chamber)] >= 0; }
+  /// Chamber of each vessel, ascending.
+  const std::vector<int>& vessels() const { return vessels_; }
+  /// Number of the vessel whose gas is inside a joined chamber's wall.
+  int vessel_of(int chamber) const { return vessel_of_[static_cast<std::size_t>(chamber)]; }
+  /// Of the gas round its wall; GasNetwork::ambient.
+  int vessel_outside(int chamber) const {
+    return outside(chamber) < 0 ? GasNetwork::ambient : vessel_of(outside(chamber));
   }
+  GasNetwork::Vessel vessel(int number) const;
+  /// c_v of a mole of a joined chamber's gas [J/(mol K)].
+  double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
+  /// For good, its pressure is that outside.
+  bool is_open(int chamber) const { return is_open(exchange_, chamber); }
+
+  /// A link with an end in one of these chambers, or between them.
+  struct Link {
+    std::string name;
+    int from = GasNetwork::ambient;  ///< number of a chamber
+    int to = GasNetwork::ambient;
+    LinkOptions options;
+  };
+  static constexpr int elsewhere = -2;  ///< an end in a chamber of another object, which the options name
+  const std::vector<Link>& links() const { return links_; }
+  bool has_links_elsewhere() const {
+    return std::any_of(links_.begin(), links_.end(),
+                       [](const Link& link) { return link.from == elsewhere || link.to == elsewhere; });
+  }
+
   /// From here on gas is that of a step that begins with what has come in so far; h = 0: of the moment between steps.
   /// @param h length of the step [s]
   /// @param walls then
   void begin_step(const GasExchange& exchange, double h, const ChamberWalls& walls = {});
+  /// The step that has begun is of another length [s].
+  void set_step_length(double h) { h_ = h; }
   /// The walls at positions, with the temperatures that the options give. Collective.
   /// @param gravity as of uneven_forces: the pressure at a hole is that at its height
   ChamberWalls walls(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
   double heat_transfer(int chamber) const { return of(chamber).options.heat_transfer; }  ///< [W/(m^2 K)]
-  /// The gas of all chambers at the end of the step, with what links and walls bring until then. Not finite where a
-  /// volume is not above 0, or no amounts are found.
-  /// @param volumes of all chambers [m^3] @param time at the end of the step [s]
-  std::vector<GasState> end_states(const Eigen::VectorXd& volumes, double time) const;
-  /// dp_i/dV_j at the end of the step, of joined chambers, the vessels of the network [Pa/m^3].
-  Eigen::MatrixXd joined_slopes(const Eigen::VectorXd& volumes, double time) const;
-  /// Work of the gas of joined chambers from one volume to another, each pressure that at the end of a step to there:
-  /// along a straight line from all volumes to all others [J].
-  double joined_work(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double time) const;
-  /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty: all close.
-  /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall; a
-  /// chamber is looked at together with what has been cut off it. Of a chamber that keeps its temperature only amounts
-  /// are. @param volumes of all chambers [m^3]
-  std::string imbalance(const Eigen::VectorXd& volumes, double time) const;
-  /// What has come in at time 0: nothing. @param volumes of all chambers then [m^3]
-  GasExchange first_exchange(const Eigen::VectorXd& volumes) const;
-  /// Caps move at once where holes grow or join, and with them volumes: what has come in if the gas keeps its state,
-  /// and what is outside now has leaked. @param volumes of all chambers at the same positions [m^3]
-  GasExchange recapped(const GasExchange& exchange, const Eigen::VectorXd& volumes, double time) const;
+  /// What is known of the step of the vessels, of these chambers alone. @param walls W at its end [m^3]
+  GasNetwork::Step network_step(const Eigen::VectorXd& walls, double time) const;
   /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
   /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
-  /// larger than it. @param end volumes of all chambers then [m^3]
-  GasExchange end_step(const Eigen::VectorXd& end, double time) const;
+  /// larger than it. One inside another then becomes a part of it instead.
+  /// @param walls W then [m^3] @param step see network_step @param end how it ends, with the flows of `links`
+  GasExchange end_step(const Eigen::VectorXd& walls, const GasNetwork::Step& step, const GasNetwork::End& end) const;
 
-  /// The gas at the end of a step in which the pressures p move what encloses it: V is `volumes` + `compliance` p.
-  /// @param volumes to which the step leads without the pressures [m^3]
-  /// @param compliance h^2 g.W g, g = dV/dx and W the inverse masses: by how much p moves the volume [m^3/Pa]
-  /// @param time at the end of the step [s]
-  std::vector<GasState> moved_states(const Eigen::VectorXd& volumes, const Eigen::VectorXd& compliance,
-                                     double time) const;
+  /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty: all close.
+  /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall; a
+  /// chamber is looked at together with what has been cut off it and what it has become a part of. Of chambers that
+  /// keep their temperature only amounts are. @param walls W [m^3]
+  std::string imbalance(const Eigen::VectorXd& walls, double time) const;
+  /// What has come in at time 0: nothing. @param walls W then [m^3]
+  GasExchange first_exchange(const Eigen::VectorXd& walls) const;
+  /// Caps move at once where holes grow or join, and with them volumes: what has come in if the gas keeps its state,
+  /// and what is on the other side of the wall now has leaked. @param walls W at the same positions [m^3]
+  GasExchange recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
+
   /// Whether the volume is given and the pressure is what keeps it.
   bool prescribes_volume(int chamber) const { return of(chamber).law == GasLaw::volume; }
   /// Only where prescribes_volume. [m^3]
@@ -222,16 +269,31 @@ class Chambers {
     double gamma = 1;           ///< of the laws isothermal and adiabatic
     int parent = -1;            ///< see GasExchange
   };
+  /// The gas of a chamber for whom gas is moved at constant temperatures.
+  struct Content {
+    double amount = 0;  ///< [mol]
+    double heat = 0;    ///< n T [mol K]
+  };
 
   void add(const std::string& name, const ChamberOptions& options);
   void begin();
+  void nest();
+  std::vector<int> from_within() const;
+  void require_inside(int chamber) const;
   void find_particles();
-  void fill(GasExchange& exchange, int number, int like, double amount, double temperature, double volume) const;
-  void leak(GasExchange& exchange, int chamber, double amount, double temperature) const;
+  Content content(const GasExchange& exchange, int chamber, double time) const;
+  void fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const;
+  static void pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
+                       double heat_capacity);
   Eigen::VectorXd volumes(const Field& positions, const std::vector<int>& chamber_of_triangle, const Rims& rims,
                           int count) const;
+  Eigen::VectorXd windings(int chamber, const Field& positions, const std::vector<int>& number_of_triangle,
+                           int count) const;
   void set_amounts();
-  void join(const GasOptions& gas);
+  void join();
+  void find_vessels();
+  void become_part(GasExchange& exchange, int chamber, double time) const;
+  int number_of(const std::string& name, const std::string& key, const std::string& others) const;
   /// A pressure that changes with the place, beside the mean on a chamber's wall.
   struct UnevenPressure {
     Eigen::Vector3d slope;   ///< [Pa/m]
@@ -243,24 +305,20 @@ class Chambers {
                                                double time) const;
   Eigen::VectorXd areas(const Field& positions) const;
   static bool is_open(const GasExchange& exchange, int chamber) { return exchange.open[chamber] != 0; }
-  bool is_open(int chamber) const { return is_open(exchange_, chamber); }
   /// In a joined chamber at time 0 [mol].
   double first_amount(int chamber) const { return of(chamber).unit_amount * of(chamber).options.amount.front()[1]; }
   /// Of the gas in a joined chamber [J]; 0 of others.
   double energy(int chamber, const GasState& gas) const {
     return is_joined(chamber) ? heat_capacity(chamber) * gas.amount * gas.temperature : 0;
   }
-  GasNetwork::Step network_step(const Eigen::VectorXd& volumes, double time) const;
-  GasState moved_state(int chamber, double volume, double compliance, double time) const;
   PetscInt owned_triangles() const { return surface_->triangles_per_element * surface_->elements.owned; }
   const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
   void require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const;
 
   const Surface* surface_;
-  double ambient_pressure_;     ///< [Pa]
-  double ambient_temperature_;  ///< [K]
-  double molar_mass_;           ///< [kg/mol]
+  GasOptions gas_;
   Eigen::Vector3d origin_;
+  SymmetryPlanes planes_;
   std::vector<Chamber> chambers_;
   std::vector<PetscInt> chamber_of_element_;  ///< of each local element, -1: none
   std::vector<int> chamber_of_triangle_;      ///< of what is left of their triangles, -1: none
@@ -268,10 +326,11 @@ class Chambers {
   Eigen::SparseMatrix<double> no_gradients_;
   /// Which of these threes of entries each corner of the triangles has, -1: it is a ghost's, or bounds no chamber.
   std::vector<PetscInt> place_of_corner_;
-  Rims rims_;                   ///< of chambers that vent
-  std::vector<int> has_hole_;   ///< of each chamber
-  GasNetwork network_;          ///< of the joined chambers
-  std::vector<int> joined_;     ///< chamber of each vessel
+  Rims rims_;                  ///< of chambers that vent
+  std::vector<int> has_hole_;  ///< of each chamber
+  std::vector<Link> links_;
+  std::vector<int> joined_;
+  std::vector<int> vessels_;
   std::vector<int> vessel_of_;  ///< of each chamber, -1: it is not joined
   GasExchange exchange_{0, 0};  ///< by the beginning of the step
   ChamberWalls walls_;          ///< then

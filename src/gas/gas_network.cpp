@@ -44,6 +44,19 @@ void require_valid(const std::string& name, const LinkOptions& options) {
 /// What depends on one vessel's amount, heat and volume, in this order.
 using ByState = std::array<double, 3>;
 
+/// Whether what is left of the equations is what rounding of amounts and heats makes of them: much, where a wide link
+/// makes a large flow of a small difference of pressures.
+bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>& jacobian,
+                 const std::vector<VesselGas>& gas) {
+  constexpr double share = 4 * std::numeric_limits<double>::epsilon();
+  Eigen::VectorXd values(rest.size());
+  for (std::size_t v = 0; v < gas.size(); ++v) {
+    values.segment<2>(static_cast<Eigen::Index>(2 * v)) = Eigen::Vector2d(gas[v].amount, gas[v].heat);
+  }
+  const Eigen::VectorXd rounding = share * (jacobian.cwiseAbs() * values.cwiseAbs());
+  return (rest.array().abs() <= rounding.array()).all();
+}
+
 }  // namespace
 
 /// Pressure and temperature of a vessel, and by what they change.
@@ -227,12 +240,16 @@ GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<Vess
   for (const Leak& leak : step.leaks) {
     Local there = local_of(leak.vessel);
     there.pressure += leak.rise;
-    const Flow flow = through_orifice(leak.area, vessel(leak.vessel).gamma, there, outside);
+    const Flow flow = through_orifice(leak.area, vessel(leak.vessel).gamma, there, local_of(leak.outside));
     double amount = 0;
     double enthalpy = 0;
-    add_flow(leak.vessel, ambient, flow, amount, enthalpy);
-    result.leak[leak.vessel] += amount;
-    result.leak_enthalpy[leak.vessel] += enthalpy;
+    add_flow(leak.vessel, leak.outside, flow, amount, enthalpy);
+    for (const auto& [end, sign] : {std::pair(leak.vessel, 1.0), std::pair(leak.outside, -1.0)}) {
+      if (end != ambient) {
+        result.leak[end] += sign * amount;
+        result.leak_enthalpy[end] += sign * enthalpy;
+      }
+    }
   }
   for (int i = 0; i < count() && step.conductance.size() > 0; ++i) {
     const Local& self = local_of(i);
@@ -253,6 +270,9 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   constexpr double rounding = 1e-14;  // shares of amounts and heats: at which iterations end,
   constexpr double tolerance = 1e-9;  // and at which they have converged, where rounding allows no more
   constexpr double most_lost = 0.9;   // of what a vessel has, in an iteration
+  // Of what is left, by which a whole iteration has to lessen it: between flows like the square root of a difference of
+  // pressures, forwards and backwards, Newton's method goes to and fro.
+  constexpr double least_gain = 0.1;
   std::vector<VesselGas> gas = step.gas;
   Eigen::VectorXd scale(2 * count());
   for (int i = 0; i < count(); ++i) {
@@ -269,6 +289,10 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     Eigen::SparseMatrix<double> jacobian(2 * count(), 2 * count());
     jacobian.setFromTriplets(balance.by_gas.begin(), balance.by_gas.end());
+    if (is_rounding(balance.rest, jacobian, gas)) {
+      moved = 0;
+      break;
+    }
     const Eigen::SparseLU<Eigen::SparseMatrix<double>> factor(jacobian);
     moved = std::numeric_limits<double>::infinity();
     if (factor.info() != Eigen::Success) {
@@ -295,7 +319,7 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
     const double rest = size(balance.rest);
     std::vector<VesselGas> next = moved_by(share);
     Balance there = this->balance(step, next);
-    while (!(size(there.rest) < rest) && share * moved > rounding) {
+    while (!(size(there.rest) < (1 - least_gain * share) * rest) && share * moved > rounding) {
       share /= 2;
       next = moved_by(share);
       there = this->balance(step, next);

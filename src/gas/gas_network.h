@@ -46,11 +46,12 @@ class GasNetwork {
   };
   static constexpr int ambient = -1;
 
-  /// A way from a vessel to the ambient air.
+  /// A way from a vessel through its wall to the ambient air, or to the vessel round it.
   struct Leak {
     int vessel = 0;
-    double area = 0;  ///< times the discharge coefficient [m^2]
-    double rise = 0;  ///< of the difference of pressures there above that of the vessel [Pa]
+    double area = 0;        ///< times the discharge coefficient [m^2]
+    double rise = 0;        ///< of the difference of pressures there above that of the vessels [Pa]
+    int outside = ambient;  ///< number of a vessel
   };
 
   /// What is known of a step before it is solved.
@@ -72,7 +73,7 @@ class GasNetwork {
     Eigen::VectorXd temperature;    ///< [K]
     Eigen::VectorXd flow;           ///< through each link, from `from` to `to` [mol]
     Eigen::VectorXd enthalpy;       ///< that it carried [J]
-    Eigen::VectorXd leak;           ///< out of each vessel through its leaks [mol]
+    Eigen::VectorXd leak;           ///< out of each vessel through leaks, its own and those into it [mol]
     Eigen::VectorXd leak_enthalpy;  ///< [J]
     Eigen::VectorXd wall_heat;      ///< that each wall gave [J]
   };

@@ -76,6 +76,11 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .help(
           "number of any vertex of the piece that bounds the chamber; -1: a chamber for every piece that no other "
           "names (NAME, NAME_2, ...)");
+  table.add("inside", options.inside)
+      .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
+      .help(
+          "name of the chamber that it lies inside, whose gas is round its wall and whose volume ends there; the "
+          "ambient air unless given");
   table.add("pressure", options.pressure)
       .unit("s,Pa")
       .acts_with(law({GasLaw::relative, GasLaw::pressure}))

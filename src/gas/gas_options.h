@@ -61,6 +61,7 @@ struct ChamberOptions {
   Rows amount;                  ///< n [mol]
   Rows amount_ratio;            ///< n over what fills V0 at ambient pressure and the temperature at time 0
   Rows temperature;             ///< T(t); adiabatic: one row, T0 [K]
+  std::string inside;           ///< name of the chamber round it; empty: the ambient air is
   std::optional<double> gamma;  ///< adiabatic exponent, 1.4 unless given
   std::optional<double> hole_discharge;  ///< of what flows through holes of the wall; none: it must be closed
   double permeability = 0;               ///< share of the wall's area through which gas seeps as through holes

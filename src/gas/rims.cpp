@@ -15,12 +15,27 @@ inline namespace gas {
 
 namespace {
 
-/// A side by the persistent ids of its ends, and its chamber.
+/// A side by the persistent ids of its ends, its chamber, and the symmetry planes that its ends lie in.
 struct NamedSide {
   PetscInt from;
   PetscInt to;
   int chamber;
+  unsigned planes_of_from;
+  unsigned planes_of_to;
 };
+
+/// On what lies in all of some planes with a common point.
+Eigen::Matrix3d projector_on(unsigned planes, const std::vector<Eigen::Vector3d>& normals) {
+  constexpr double nearness = 1e-6;  // normals that differ less are the same
+  Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
+  for (std::size_t plane = 0; plane < normals.size(); ++plane) {
+    const Eigen::Vector3d axis = projector * normals[plane];
+    if ((planes >> plane) % 2 == 1 && axis.norm() > nearness) {
+      projector -= axis.normalized() * axis.normalized().transpose();
+    }
+  }
+  return projector;
+}
 
 /// Those of the sides that are not there the other way round, too.
 std::vector<NamedSide> without_opposites(const std::vector<NamedSide>& sides) {
@@ -37,15 +52,20 @@ std::vector<NamedSide> without_opposites(const std::vector<NamedSide>& sides) {
 
 }  // namespace
 
-Rims::Rims(const Surface& surface, const std::vector<int>& chamber) : surface_(&surface) {
+Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen::Vector3d& origin,
+           const SymmetryPlanes& planes)
+    : surface_(&surface), origin_(origin) {
   std::vector<NamedSide> own;
   const auto owned = static_cast<std::size_t>(surface.triangles_per_element * surface.elements.owned);
   for (std::size_t triangle = 0; triangle < owned; ++triangle) {
     for (std::size_t k = 0; k < 3 && chamber[triangle] >= 0; ++k) {
-      const auto id = [&](std::size_t corner) {
-        return surface.persistent_id[static_cast<std::size_t>(surface.triangles[triangle][corner % 3])];
-      };
-      own.push_back({id(k), id(k + 1), chamber[triangle]});
+      const PetscInt from = surface.triangles[triangle][k];
+      const PetscInt to = surface.triangles[triangle][(k + 1) % 3];
+      if (planes.common(from, to) == 0) {
+        own.push_back({surface.persistent_id[static_cast<std::size_t>(from)],
+                       surface.persistent_id[static_cast<std::size_t>(to)], chamber[triangle],
+                       planes.common(from, from), planes.common(to, to)});
+      }
     }
   }
   // What is left on a rank has a neighbour on another one, or none.
@@ -72,8 +92,7 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber) : surface_(&
   for (auto& [id, rim] : rim_of) {
     rim = rims++;
   }
-  chamber_.resize(rims);
-  sides_of_.assign(rims, 0);
+  rims_.resize(rims);
   std::map<PetscInt, PetscInt> place;  // of local particles at rims
   for (const auto& [id, low] : lower) {
     place[id] = -1;
@@ -95,45 +114,65 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber) : surface_(&
       }
     }
   }
+  std::map<PetscInt, std::pair<int, unsigned>> begun;  // at each vertex: sides that begin less those that end; planes
   for (const NamedSide& side : all) {
-    const std::size_t rim = rim_of.at(lowest(side.from));
-    chamber_[rim] = side.chamber;
-    sides_of_[rim] += 1;
+    Rim& rim = rims_[rim_of.at(lowest(side.from))];
+    rim.chamber = side.chamber;
+    rim.sides += 1;
+    begun[side.from].first += 1;
+    begun[side.from].second = side.planes_of_from;
+    begun[side.to].first -= 1;
+    begun[side.to].second = side.planes_of_to;
     const std::array<PetscInt, 2> ends{place.at(side.from), place.at(side.to)};
     const auto is_owned = [&](PetscInt end) { return end >= 0 && end < surface.particles.owned; };
     if (is_owned(ends[0]) || is_owned(ends[1])) {
-      sides_.push_back({ends, rim});
+      sides_.push_back({ends, rim_of.at(lowest(side.from))});
     }
+  }
+  std::vector<unsigned> ends_in(rims, 0);
+  for (const auto& [id, sides] : begun) {
+    ends_in[rim_of.at(lowest(id))] |= sides.first != 0 ? sides.second : 0;
+  }
+  for (std::size_t rim = 0; rim < rims; ++rim) {
+    rims_[rim].projector = projector_on(ends_in[rim], planes.normals);
   }
 }
 
 /// Collective.
 std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
-  Eigen::Matrix<double, 6, Eigen::Dynamic> sums =
-      Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, static_cast<Eigen::Index>(chamber_.size()));
+  // Places about the origin: of the sides' middles their sum, of (to x from) / 2, and of (to - from) / 2.
+  Eigen::Matrix<double, 9, Eigen::Dynamic> sums =
+      Eigen::Matrix<double, 9, Eigen::Dynamic>::Zero(9, static_cast<Eigen::Index>(rims_.size()));
   for (const Side& side : sides_) {
     if (side.ends[0] < surface_->particles.owned) {  // One rank has its beginning.
-      const Eigen::Vector3d from = positions.vector(side.ends[0]);
-      const Eigen::Vector3d to = positions.vector(side.ends[1]);
-      sums.col(static_cast<Eigen::Index>(side.rim)).head<3>() += from / sides_of_[side.rim];
-      sums.col(static_cast<Eigen::Index>(side.rim)).tail<3>() -= from.cross(to) / 2;
+      const Eigen::Vector3d from = positions.vector(side.ends[0]) - origin_;
+      const Eigen::Vector3d to = positions.vector(side.ends[1]) - origin_;
+      auto sum = sums.col(static_cast<Eigen::Index>(side.rim));
+      sum.head<3>() += (from + to) / 2;
+      sum.segment<3>(3) += to.cross(from) / 2;
+      sum.tail<3>() += (to - from) / 2;
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
   std::vector<Cap> caps;
-  for (Eigen::Index rim = 0; rim < sums.cols(); ++rim) {
-    caps.push_back({sums.col(rim).head<3>(), sums.col(rim).tail<3>()});
+  for (std::size_t rim = 0; rim < rims_.size(); ++rim) {
+    const auto sum = sums.col(static_cast<Eigen::Index>(rim));
+    const Eigen::Vector3d middle = rims_[rim].projector * sum.head<3>() / rims_[rim].sides;
+    const Eigen::Vector3d cone = sum.segment<3>(3);
+    // Of the whole loop the parts across the planes cancel.
+    const Eigen::Vector3d area = rims_[rim].projector * (cone + middle.cross(Eigen::Vector3d(sum.tail<3>())));
+    caps.push_back({origin_ + middle, area, middle.dot(cone) / 3});
   }
   return caps;
 }
 
-void Rims::add_volumes(const Field& positions, const Eigen::Vector3d& origin, Eigen::VectorXd& volumes) const {
+void Rims::add_volumes(const Field& positions, Eigen::VectorXd& volumes) const {
   if (empty()) {
     return;
   }
   const std::vector<Cap> all = caps(positions);
   for (std::size_t rim = 0; rim < all.size(); ++rim) {
-    volumes[chamber_[rim]] += (all[rim].middle - origin).dot(all[rim].area) / 3;
+    volumes[rims_[rim].chamber] += all[rim].volume;
   }
 }
 
@@ -153,7 +192,7 @@ std::vector<Rims::Hole> Rims::holes(const Field& positions) const {
   }
   MPI_Allreduce(MPI_IN_PLACE, areas.data(), static_cast<int>(areas.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
   for (std::size_t rim = 0; rim < all.size(); ++rim) {
-    holes.push_back({chamber_[rim], areas[static_cast<Eigen::Index>(rim)], all[rim].middle});
+    holes.push_back({rims_[rim].chamber, areas[static_cast<Eigen::Index>(rim)], all[rim].middle});
   }
   return holes;
 }
@@ -164,8 +203,11 @@ void Rims::add_thrust(const Eigen::VectorXd& thrust, const Field& positions, Eig
   }
   const std::vector<Cap> all = caps(positions);
   for (const Side& side : sides_) {
-    if (side.ends[0] < surface_->particles.owned) {
-      force.col(side.ends[0]) -= thrust[chamber_[side.rim]] / sides_of_[side.rim] * all[side.rim].area;
+    const Rim& rim = rims_[side.rim];
+    for (const PetscInt end : side.ends) {
+      if (end >= 0 && end < surface_->particles.owned) {
+        force.col(end) -= thrust[rim.chamber] / (2 * rim.sides) * all[side.rim].area;
+      }
     }
   }
 }

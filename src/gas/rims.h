@@ -6,23 +6,29 @@
 
 #include "parallel/field.h"
 #include "surface/surface.h"
+#include "surface/symmetry_planes.h"
 
 namespace pellicle {
 inline namespace gas {
 
 /// The rims of what is left of the walls of chambers: closed loops of the sides of triangles that have no neighbour. A
-/// cap closes each: triangles from the middle of its vertices to its sides, which move with it. So a wall with holes
+/// cap closes each: triangles from the middle of its sides to its sides, which move with it. So a wall with holes
 /// encloses a volume. A pressure acts on what is there of the wall, not on the caps.
+///
+/// Sides in a symmetry plane are no rims: what is mirrored in it goes on there. A rim that ends in planes is a part of
+/// a loop, whose middle lies in them.
 class Rims {
  public:
   /// There are none.
   Rims() = default;
   /// Collective. The surface must outlive the rims. @param chamber of each local triangle, -1: it bounds none
-  Rims(const Surface& surface, const std::vector<int>& chamber);
+  /// @param origin a point of all planes, or any; volumes are about it [m]
+  Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen::Vector3d& origin,
+       const SymmetryPlanes& planes);
 
-  bool empty() const { return chamber_.empty(); }
-  /// Adds what the caps enclose to the volumes of the chambers, about an origin [m^3]. Collective.
-  void add_volumes(const Field& positions, const Eigen::Vector3d& origin, Eigen::VectorXd& volumes) const;
+  bool empty() const { return rims_.empty(); }
+  /// Adds what the caps enclose to the volumes of the chambers [m^3]. Collective.
+  void add_volumes(const Field& positions, Eigen::VectorXd& volumes) const;
   /// What a cap closes.
   struct Hole {
     int chamber;
@@ -43,15 +49,21 @@ class Rims {
     std::size_t rim = 0;
   };
   struct Cap {
-    Eigen::Vector3d middle;
-    Eigen::Vector3d area;  ///< outwards [m^2]
+    Eigen::Vector3d middle;  ///< [m]
+    Eigen::Vector3d area;    ///< outwards [m^2]
+    double volume;           ///< [m^3]
+  };
+  struct Rim {
+    int chamber = -1;
+    double sides = 0;                                         ///< how many
+    Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();  ///< on the planes that it ends in
   };
 
   std::vector<Cap> caps(const Field& positions) const;
 
   const Surface* surface_ = nullptr;
-  std::vector<int> chamber_;      ///< of each rim
-  std::vector<double> sides_of_;  ///< how many each has
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::vector<Rim> rims_;
   std::vector<PetscInt> sides_of_triangles_;
   std::vector<Side> sides_;  ///< with an owned end
 };

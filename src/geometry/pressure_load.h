@@ -15,6 +15,10 @@ inline double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& 
   return x1.dot(x2.cross(x3)) / 6;
 }
 
+/// Solid angle of a triangle as seen from the origin, positive where its normal points away (Van Oosterom and Strackee
+/// 1983) [sr].
+double solid_angle(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3);
+
 /// Area vector of a triangle, A n [m^2]; a third of it is the derivative of the volume by each corner, summed over the
 /// triangles round a vertex (balloon paper, eq. 15).
 inline Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {

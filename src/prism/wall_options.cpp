@@ -161,6 +161,13 @@ void describe(OptionTable& table, WallOptions& options) {
       .more_than(0)
       .help("undeformed density of the wall")
       .source("balloon paper, eq. 19; docs/theory.md: parameters");
+  table.add("wall.strength", options.strength)
+      .unit("Pa")
+      .more_than(0)
+      .help(
+          "stress at which the unburnt wall cracks along sides of its cells: force per width over the present "
+          "thickness. In place of ablation.strength, which is a force per width however thin the wall has become; with "
+          "what else there is of ablation.strength");
   table.add("wall.reference_temperature", options.reference_temperature)
       .unit("K")
       .more_than(0)

@@ -80,6 +80,7 @@ struct WallOptions {
   std::vector<double> thickness_range{0.1e-3, 0.5e-3};  ///< where the image is black and where it is white [m]
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
+  std::optional<double> strength;                       ///< stress at which it cracks [Pa]; none: see ablation.strength
   /// At which the moduli hold, which are proportional to the temperature; unless given they do not depend on it [K].
   std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;

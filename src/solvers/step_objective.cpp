@@ -257,9 +257,11 @@ int StepObjective::columns() const {
 void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
   LowRank all(Eigen::SparseMatrix<double>(3 * vertices().owned, columns()), Eigen::VectorXd(columns()));
   std::vector<Eigen::Triplet<double>> entries;
+  std::vector<Eigen::Index> first_columns;
   Eigen::Index first = 0;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     LowRank part = parts_[p]->begin_tangent(curvature, positive_share);
+    first_columns.push_back(first);
     if (parts_.size() == 1) {
       all = std::move(part);
       break;
@@ -275,6 +277,9 @@ void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, d
   }
   if (parts_.size() > 1) {
     all.sparse.setFromTriplets(entries.begin(), entries.end());
+  }
+  if (joint_) {
+    joint_(all, first_columns, curvature == Curvature::positive ? 0 : 1 - positive_share);
   }
   for (Potential* potential : between_) {
     potential->set_positive_share(positive_share);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "parallel/joined_layout.h"
@@ -67,6 +69,10 @@ class StepObjective {
   const Tangent& tangent() const { return *tangent_; }
   /// Columns of the low-rank part of the second derivative.
   int columns() const;
+  /// Gives columns of several parts what joins them, once they are all there.
+  /// @param first column of each part @param left of what is not positive, 0 to 1
+  using Joint = std::function<void(LowRank& all, const std::vector<Eigen::Index>& first, double left)>;
+  void set_joint(Joint joint) { joint_ = std::move(joint); }
   /// Sets the second derivative at x. Collective.
   /// @param system of the tangent's matrix, with so many columns
   /// @param positive_share of the way from the exact tangent to the positive one (see `blends`)
@@ -85,6 +91,7 @@ class StepObjective {
   Eigen::VectorXd of_parts(const Of& of) const;
 
   std::vector<StepPart*> parts_;
+  Joint joint_;
   JoinedLayout joined_;
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Eigen::Matrix3d> projectors_;  ///< of the local vertices

@@ -80,12 +80,18 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
+    if (chambers_.count() > 0 && options.contact.together) {
+      filled_.emplace(*elastic_, chambers_, options.gas.tangent);
+    }
   } else if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
   } else {
     projection_ = std::make_unique<SuccessiveProjection>(
         sheet, options.project,
         at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
+  }
+  if (chambers_.count() > 0 && !filled_) {
+    flow_.emplace(std::vector<FlowingGas::Object>{{"", &chambers_}});
   }
   if (options.force.air.density > 0) {
     air_.emplace(sheet, options.force.air);
@@ -157,19 +163,19 @@ void Burn::follow(State& state) {
   set_lengths(state);
 }
 
-/// @throws Error on what contact with other objects does not go with
+/// @throws Error on what contact with other objects and links to their chambers do not go with
 void Burn::require_going_together() const {
-  const auto refuse = [](const std::string& what) {
-    throw Error("contact.self: true of several objects, which touch each other, does not go with " + what);
+  const auto refuse = [this](const std::string& what) {
+    const char* why = has_links_elsewhere(options_)
+                          ? "gas_network.links to a chamber of another object do"
+                          : "contact.self: true of several objects, which touch each other, does";
+    throw Error(std::string(why) + " not go with " + what);
   };
   if (options_.dynamics != Dynamics::elastic) {
     refuse("dynamics: " + options_.dynamics.name() + ", expected elastic");
   }
   if (options_.project.strain_limit) {
     refuse("project.strain_limit: " + number_text(*options_.project.strain_limit) + ", expected none");
-  }
-  if (chambers_.count() > 0) {
-    refuse("chambers of a sheet, expected none");
   }
 }
 
@@ -211,8 +217,16 @@ BurnStep Burn::begin(State& state, double h) {
   if (step.converged) {
     together_.emplace(move_freely(state, h));
     const auto timer = clock_.time("projection");
+    if (filled_) {
+      chambers_.set_living(state.living);
+      begin_gas(state, h);
+      unconstrained_ = state.position.values();
+    }
     begin_bodies(state, h);
     elastic_->begin(state.position, elastic_input(state, h));
+    if (filled_) {
+      filled_->begin_step(state.pressure, state.time + h);
+    }
   }
   return step;
 }
@@ -232,6 +246,14 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
       state.position.vector(i) = start_.vector(i);
+    }
+  }
+  if (filled_) {
+    state.pressure = filled_->pressures();
+    step.reason = end_gas(state, together_->h);
+    step.converged = step.reason.empty();
+    if (!step.converged) {
+      return;
     }
   }
   if (tearing_) {
@@ -429,10 +451,7 @@ DynamicsResult Burn::dynamics(State& state, double h) {
       follow_corners(sheet_, state.position);
     }
     begin_gas(state, h);
-    if (gas_pushes_unevenly(options_)) {
-      lift(state, h);
-    }
-    gas.emplace(chambers_, sheet_, state.position, mass_, held_, state.time + h, h);
+    gas.emplace(*flow_, sheet_, state.position, mass_, held_, state.time + h, h);
     free_position = x;
     free_velocity = v;
   }
@@ -495,13 +514,22 @@ void Burn::lift(State& state, double h) {
   }
 }
 
-/// What is in the chambers, and may come in during the step. Collective.
+/// What is in the chambers, and may come in during the step; what its weight and its jets do. Collective.
 void Burn::begin_gas(State& state, double h) {
   if (state.gas != nullptr) {
     *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(start_), state.time);
+    chambers_.begin_step(*state.gas, 0);
+  }
+  if (gas_pushes_unevenly(options_)) {
+    lift(state, h);
+  }
+  if (state.gas != nullptr) {
     ChamberWalls walls = chambers_.walls(start_, gravity_of_gas(options_), state.time);
     gas_heat_.begin_step(chambers_, sheet_, start_, state, options_.heat.capacity, h, walls);
     chambers_.begin_step(*state.gas, h, walls);
+    if (flow_) {
+      flow_->begin_step();
+    }
   }
 }
 
@@ -511,11 +539,16 @@ std::string Burn::end_gas(State& state, double h) {
     return "";
   }
   const Eigen::VectorXd before = state.gas->wall_heat;
-  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
-  *state.gas = chambers_.end_step(volumes, state.time + h);
+  const FlowingGas::Walls walls{chambers_.volumes(state.position)};
+  if (filled_) {
+    *state.gas = filled_->end_gas(state.position);
+  } else {
+    const GasNetwork::Step step = flow_->network_step(walls, state.time + h);
+    *state.gas = flow_->end_step(0, walls, step, flow_->solve(step));
+  }
   chambers_.begin_step(*state.gas, 0);
-  gas_heat_.end_step(state.gas->wall_heat - before, state);
-  return chambers_.imbalance(volumes, state.time + h);
+  const std::string fault = gas_heat_.end_step(chambers_, state.gas->wall_heat - before, state);
+  return fault.empty() ? chambers_.imbalance(walls.front(), state.time + h) : fault;
 }
 
 /// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.

@@ -16,6 +16,7 @@
 #include "contact/body_contact.h"
 #include "contact/surface_contact.h"
 #include "elastic/elastic_step.h"
+#include "equilibrium/gas_filled_part.h"
 #include "equilibrium/implicit_step.h"
 #include "gas/chambers.h"
 #include "projection/spring_baseline.h"
@@ -89,7 +90,8 @@ class Burn {
   // ended. Collective.
 
   BurnStep begin(State& state, double h);
-  StepPart& part() { return *elastic_; }
+  StepPart& part() { return filled_ ? static_cast<StepPart&>(*filled_) : *elastic_; }
+  GasFilled* gas() { return filled_ ? &*filled_ : nullptr; }
   /// @param balance how the balance was found @param step what `begin` has said
   void end(State& state, const ImplicitResult& balance, BurnStep& step);
 
@@ -161,9 +163,11 @@ class Burn {
   std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
   Chambers chambers_;
+  std::optional<FlowingGas> flow_;  ///< if it has chambers, and is not brought into balance elsewhere
   GasHeat gas_heat_;
   std::optional<Tearing> tearing_;
   std::optional<ContactStep> together_;       ///< of a step that is begun and ended
+  std::optional<GasFilledPart> filled_;       ///< if it has chambers, and is brought into balance elsewhere
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]
   // One of these, as `dynamics` says.
   std::unique_ptr<ElasticStep> elastic_;

@@ -29,6 +29,7 @@ class BurnRun : public TouchingObject {
   StepResult advance(double h) override;
   StepResult begin(double h) override;
   StepPart& part() override { return burn_->part(); }
+  GasFilled* gas() override { return burn_->gas(); }
   StepResult end(const ImplicitResult& balance) override;
   const Surface& surface() const override { return *sheet_; }
   const std::vector<bool>* living() const override { return &state_->living.triangles; }

@@ -1,6 +1,7 @@
 #include "world/gas_heat.h"
 
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <utility>
 
@@ -15,16 +16,19 @@ void GasHeat::begin_step(const Chambers& chambers, const Surface& surface, const
   h_ = h;
   std::map<std::pair<PetscInt, int>, double> areas;
   for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
-    const int chamber = chambers.of_triangle(static_cast<PetscInt>(triangle));
-    if (chamber < 0 || chambers.heat_transfer(chamber) == 0) {
+    const int wall = chambers.of_triangle(static_cast<PetscInt>(triangle));
+    if (wall < 0) {
       continue;
     }
     const auto& corners = surface.triangles[triangle];
     const double area =
         area_vector(position.vector(corners[0]), position.vector(corners[1]), position.vector(corners[2])).norm();
-    for (const PetscInt corner : corners) {
-      if (corner < surface.particles.owned && fields.mass.data()[corner] > 0) {
-        areas[{corner, chamber}] += area / 3;
+    for (const int side : {chambers.inside(wall), chambers.outside(wall)}) {
+      for (const PetscInt corner : corners) {
+        if (side >= 0 && chambers.heat_transfer(side) > 0 && corner < surface.particles.owned &&
+            fields.mass.data()[corner] > 0) {
+          areas[{corner, side}] += area / 3;
+        }
       }
     }
   }
@@ -44,15 +48,32 @@ void GasHeat::begin_step(const Chambers& chambers, const Surface& surface, const
   walls_ = walls;
 }
 
-void GasHeat::end_step(const Eigen::VectorXd& given, BurningFields& fields) const {
+std::string GasHeat::end_step(const Chambers& chambers, const Eigen::VectorXd& given, BurningFields& fields) const {
+  // Of each chamber: what walls and gas have got together, which should be 0, and the sum of what was exchanged [J].
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(given.size(), 2);
   for (const auto& [particle, chamber, conductance] : shares_) {
     double& temperature = fields.temperature.data()[particle];
     const double gas = walls_.temperature[chamber] - given[chamber] / (h_ * walls_.conductance[chamber]);
     const double heat = h_ * conductance * (gas - temperature);  // into the wall [J]
     temperature += heat / (capacity_ * fields.mass.data()[particle]);
     (heat > 0 ? fields.heat_in : fields.heat_out) += std::abs(heat);
+    sums(chamber, 0) += heat;
+    sums(chamber, 1) += std::abs(heat);
   }
   fields.temperature.update_ghosts();
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
+                chambers.surface().comm());
+  constexpr double tolerance = 1e-10;
+  for (Eigen::Index chamber = 0; chamber < given.size(); ++chamber) {
+    const double rest = sums(chamber, 0) + given[chamber];
+    if (!(std::abs(rest) <= tolerance * (sums(chamber, 1) + std::abs(given[chamber])))) {
+      char text[200];
+      std::snprintf(text, sizeof text, "the ledger of the heat between chamber %s and walls is off by %.2g J of %.2g J",
+                    chambers.name(static_cast<int>(chamber)).c_str(), rest, std::abs(given[chamber]));
+      return text;
+    }
+  }
+  return "";
 }
 
 }  // namespace world

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "gas/chambers.h"
@@ -8,7 +9,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// Heat between the gas in chambers and walls that have temperatures. A particle i with a share a of its chamber's wall
+/// Heat between the gas in chambers and walls that have temperatures. A particle i with a share a of a chamber's walls
 /// gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k, as if its own temperature changed
 /// implicitly too; what the gas takes is the sum.
 class GasHeat {
@@ -19,7 +20,8 @@ class GasHeat {
                   double capacity, double h, ChamberWalls& walls);
   /// Takes from the particles what the gas has got, and the other way round. Collective.
   /// @param given to the gas of each chamber in the step [J]
-  void end_step(const Eigen::VectorXd& given, BurningFields& fields) const;
+  /// @returns in words where the two do not agree to 1e-10; empty: everywhere
+  std::string end_step(const Chambers& chambers, const Eigen::VectorXd& given, BurningFields& fields) const;
 
  private:
   struct Share {

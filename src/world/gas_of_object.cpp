@@ -45,7 +45,7 @@ std::vector<History::Column> gas_columns(const Chambers& chambers) {
                                    {"gas_leak", "mol"},
                                    {"gas_leak_enthalpy", "J"}});
   }
-  for (const GasNetwork::Link& link : chambers.network().links()) {
+  for (const Chambers::Link& link : chambers.links()) {
     columns.push_back({"through_" + link.name, "mol"});
     columns.push_back({"enthalpy_" + link.name, "J"});
   }
@@ -56,13 +56,15 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
                                double time) {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
   const int several = chambers_at_first(chambers);
-  const Eigen::VectorXd volumes = chambers.volumes(state.position);
+  const Eigen::VectorXd walls = chambers.volumes(state.position);
+  const Eigen::VectorXd volumes = chambers.gas_volumes(walls);
+  const std::vector<GasState> states = chambers.states(walls, time);
   GasState all;
   double initial_volume = 0;
   double energy = 0;  // of the joined chambers
   std::vector<double> of_chambers;
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
-    GasState gas = chambers.state(chamber, volumes[chamber], time);
+    GasState gas = states[static_cast<std::size_t>(chamber)];
     gas.pressure = chambers.prescribes_volume(chamber) ? pressure[chamber] : gas.pressure;
     const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
     all.volume += gas.volume;
@@ -104,9 +106,17 @@ std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState&
   }
   told.conservativeResizeLike(Eigen::VectorXd::Zero(chambers.count()));
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
-    if (state.gas->open[chamber] != std::exchange(told[chamber], state.gas->open[chamber])) {
-      lines.push_back("chamber " + chambers.name(chamber) + " is open for good at " + time_text(state.time) +
-                      ": its holes are large, and its pressure is that outside");
+    const bool is_part = chambers.inside(chamber) != chamber;
+    const double now = is_part || chambers.is_open(chamber) ? 1 : 0;
+    if (now == std::exchange(told[chamber], now)) {
+      continue;
+    }
+    const std::string why = " at " + time_text(state.time) + ": its holes are large, and its pressure is that ";
+    if (is_part) {
+      lines.push_back("chamber " + chambers.name(chamber) + " becomes a part of " +
+                      chambers.name(chambers.inside(chamber)) + why + "round it");
+    } else {
+      lines.push_back("chamber " + chambers.name(chamber) + " is open for good" + why + "outside");
     }
   }
   return lines;

@@ -22,8 +22,8 @@ std::vector<History::Column> gas_columns(const Chambers& chambers);
 /// @param time of the amounts, temperatures and pressures that are given [s]
 std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure, double time);
 
-/// Which chambers have opened for good since the last call, a line each. @param told 1 of each chamber that has been
-/// told
+/// Which chambers have opened for good or become parts of others since the last call, a line each. @param told 1 of
+/// each chamber that has been told
 std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told);
 
 /// Divides the chambers whose walls have come apart (Chambers::divided), in the state. Collective.

@@ -19,19 +19,19 @@ constexpr double least_share = 1e-6;
 
 }  // namespace
 
-GasPush::GasPush(const Chambers& chambers, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+GasPush::GasPush(const FlowingGas& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
                  const std::vector<bool>& held, double time, double h)
-    : chambers_(chambers),
+    : gas_(gas),
+      chambers_(gas.chambers(0)),
       time_(time),
-      intercept_(chambers.volumes(free)),
-      compliance_(chambers.count()),
-      pressure_(static_cast<std::size_t>(chambers.count())),
-      expected_(pressure_.size()),
+      intercept_(chambers_.volumes(free)),
+      compliance_(chambers_.count()),
+      pressure_(static_cast<std::size_t>(chambers_.count())),
       velocity_(sheet.particles, 3) {
   const PetscInt owned = sheet.particles.owned;
-  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
+  for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     Field& move = moves_.emplace_back(sheet.particles, 3);
-    move.values().leftCols(owned) = chambers.volume_gradient(chamber, free);
+    move.values().leftCols(owned) = chambers_.volume_gradient(chamber, free);
     if (sheet.layers == 1) {
       move.update_ghosts();
       for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
@@ -57,12 +57,12 @@ GasPush::GasPush(const Chambers& chambers, const Sheet& sheet, const Field& free
 
 void GasPush::choose_pressures() {
   velocity_.values().setZero();
-  const std::vector<GasState> states = chambers_.moved_states(intercept_, compliance_, time_);
+  const FlowingGas::Moved moved = gas_.moved_states(intercept_, compliance_, time_);
+  expected_ = moved.walls;
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     const auto c = static_cast<std::size_t>(chamber);
-    const GasState& gas = states[c];
+    const GasState& gas = moved.gas[c];
     pressure_[c] = gas.pressure;
-    expected_[c] = gas.volume;
     velocity_.values() += gas.pressure * moves_[c].values();
   }
 }
@@ -72,9 +72,8 @@ bool GasPush::is_done(const Field& end) {
   ++solves_;
   disagreement_.clear();
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
-    const auto c = static_cast<std::size_t>(chamber);
     if (chambers_.needs_volume(chamber)) {
-      const double share = volumes[chamber] / expected_[c] - 1;
+      const double share = volumes[chamber] / expected_[chamber] - 1;
       if (!(std::abs(share) <= tolerance)) {  // also when it is not a number
         char text[200];
         std::snprintf(

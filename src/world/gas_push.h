@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "gas/chambers.h"
+#include "gas/flowing_gas.h"
 #include "parallel/field.h"
 #include "surface/sheet.h"
 
@@ -20,11 +20,11 @@ inline namespace world {
 /// centres of their cells.
 class GasPush {
  public:
-  /// Chambers and sheet must outlive it. Collective.
+  /// Gas, of one object, and sheet must outlive it. Collective.
   /// @param free positions to which velocities alone lead, ghosts up to date [m]
   /// @param mass of the local particles, of those that move [kg] @param held local particles that nothing moves
   /// @param time at the end of the step [s] @param h its length [s]
-  GasPush(const Chambers& chambers, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+  GasPush(const FlowingGas& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
           const std::vector<bool>& held, double time, double h);
 
   /// What to add to the velocities of the local particles, (3 x local) [m/s].
@@ -41,18 +41,19 @@ class GasPush {
  private:
   void choose_pressures();
 
+  const FlowingGas& gas_;
   const Chambers& chambers_;
   double time_;  ///< at the end of the step [s]
   int solves_ = 0;
   std::string disagreement_;
   std::vector<Field> moves_;           ///< h W g of each chamber, (3 x local) [m/(s Pa)]
-  Eigen::VectorXd intercept_;          ///< volume at the end of the step without pressure, as far as known [m^3]
+  Eigen::VectorXd intercept_;          ///< W at the end of the step without pressure, as far as known [m^3]
   Eigen::VectorXd compliance_;         ///< by how much a pressure moves it, likewise [m^3/Pa]
   Eigen::VectorXd free_compliance_;    ///< without springs
   std::vector<double> pressure_;       ///< [Pa]
-  std::vector<double> expected_;       ///< volume at which the law gives it [m^3]
+  Eigen::VectorXd expected_;           ///< W at which the laws give them [m^3]
   std::vector<double> last_pressure_;  ///< of the solve before
-  Eigen::VectorXd last_volume_;        ///< to which it has led
+  Eigen::VectorXd last_volume_;        ///< W to which it has led
   Field velocity_;
 };
 

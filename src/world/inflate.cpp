@@ -9,6 +9,7 @@
 #include "combustion/combustion.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
+#include "world/contact_of_object.h"
 #include "world/textures.h"
 
 namespace pellicle {
@@ -57,8 +58,13 @@ TimeIntegrator integrator_of(const Options& options) {
   if (!is_alpha && options.force.air.density > 0) {
     refuse("force.air_density");
   }
-  if (gas_is_joined(options)) {
-    refuse("gas_network.links and heat_transfer of chambers");
+  if (gas_is_joined(options) && !is_alpha) {
+    refuse(
+        "gas that flows (gas_network.links, and holes, permeability, heat_transfer and inside of chambers): the "
+        "loads' time may go back");
+  }
+  if (has_links_elsewhere(options)) {
+    refuse("gas_network.links to chambers of other objects");
   }
   for (const auto& [name, chamber] : options.chambers) {
     if (chamber.law == GasLaw::volume) {
@@ -148,18 +154,19 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       pins_(state == nullptr ? Pins(membrane, options.pins) : Pins(membrane, options.pins, state->pin)),
       constraints_(membrane, options.symmetry, pins_),
       chambers_(state == nullptr ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
-                                            constraints_.has_planes(), constraints_.projectors())
+                                            constraints_.planes(), constraints_.projectors())
                                  : Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
-                                            state->chamber, state->gas)),
+                                            state->chamber, state->gas, constraints_.planes())),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
       bodies_(membrane, options.bodies, options.contact, stiffness_of_bodies(membrane, wall_, options)),
       uneven_(membrane.particles, 3),
+      between_(membrane.particles, 3),
       start_(membrane.particles, 3),
       start_velocity_(membrane.particles, 3) {
   if (balloon_burns(options)) {
     burning_.emplace(membrane, options, clock, textures_);
-    const AblationOptions& ablation = options.ablation;
+    const AblationOptions ablation = cracks_of(options);
     if (ablation.strength) {
       cracks_.emplace(membrane, ablation,
                       textures_.values(membrane.uv, "ablation.strength_texture", ablation.strength_texture,
@@ -199,6 +206,11 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   if (options.contact.self) {
     require_contact_possible(options);
+  }
+  if (has_links_elsewhere(options) && options.wall.thickness_rule == WallThickness::global_volume) {
+    throw Error(
+        "gas_network.links to chambers of other objects do not go with prism.thickness: global, whose volume is "
+        "preserved behind the step");
   }
   if (options.contact.self && !options.contact.together) {
     contact_.emplace(std::vector<ContactSurface::Part>{{&membrane, options.contact.thickness}}, options.contact,
@@ -361,19 +373,27 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
 
 /// What is in the chambers, and may come in during the step. Collective.
 void Inflate::begin_gas(BalloonState& state) {
+  if (state.gas != nullptr) {
+    *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(state.position), state.time);
+    chambers_.begin_step(*state.gas, 0);
+  }
   if (lift_ != nullptr) {
+    // As far as the forces are in balance at the beginning of the step, or on the way through it.
+    between_.values() = state.position.values();
+    if (integrator_.is_second_order()) {
+      between_.values() += integrator_.share() * h_ * state.velocity.values();
+    }
     uneven_.values().leftCols(membrane_.particles.owned) =
-        chambers_.uneven_forces(state.position, gravity_of_gas(options_), state.time_of_loads());
+        chambers_.uneven_forces(between_, gravity_of_gas(options_), state.time_of_loads());
   }
   if (state.gas == nullptr) {
     return;
   }
-  *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(state.position), state.time);
   ChamberWalls walls = chambers_.walls(state.position, gravity_of_gas(options_), state.time_of_loads());
   if (burning_) {
     gas_heat_.begin_step(chambers_, membrane_, state.position, *state.burning, options_.heat.capacity, h_, walls);
   }
-  chambers_.begin_step(*state.gas, h_, walls);
+  chambers_.begin_step(*state.gas, integrator_.share() * h_, walls);
 }
 
 /// What has come in. Collective. @returns which ledger does not close; empty: all do
@@ -381,14 +401,17 @@ std::string Inflate::end_gas(BalloonState& state) {
   if (state.gas == nullptr) {
     return "";
   }
+  chambers_.set_step_length(h_);
   const Eigen::VectorXd before = state.gas->wall_heat;
-  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
-  *state.gas = chambers_.end_step(volumes, state.time + h_);
+  *state.gas = implicit_->potential().end_gas(state.position);
   chambers_.begin_step(*state.gas, 0);
   if (burning_) {
-    gas_heat_.end_step(state.gas->wall_heat - before, *state.burning);
+    const std::string fault = gas_heat_.end_step(chambers_, state.gas->wall_heat - before, *state.burning);
+    if (!fault.empty()) {
+      return fault;
+    }
   }
-  return chambers_.imbalance(volumes, state.time + h_);
+  return chambers_.imbalance(chambers_.volumes(state.position), state.time + h_);
 }
 
 /// What bodies may press on in the step to come.
@@ -411,9 +434,11 @@ void Inflate::begin_acceleration(BalloonState& state) {
   }
   state.acceleration->values().setZero();
   set_drag(state, 0);
+  chambers_.set_step_length(0);
   const Eigen::Matrix3Xd acceleration = implicit_->potential().acceleration(state.position, start_of_step(state));
   state.acceleration->values().leftCols(acceleration.cols()) = acceleration;
   state.acceleration->update_ghosts();
+  chambers_.set_step_length(integrator_.share() * h_);
 }
 
 /// Velocities, and accelerations if they count, from the positions before and after the step. @returns the largest
@@ -487,8 +512,11 @@ bool Inflate::crack(BalloonState& state) {
   }
   const auto timer = clock_.time("ablation");
   BurningFields& fields = *state.burning;
-  const std::vector<Eigen::Matrix3d> tensions = elements_.tensions(state.position, state.thickness_ratio);
-  return burning_->crack(fields, cracks_->sides({fields.living, tensions, state.position, fields.mass, pins_.pinned(),
+  std::vector<Eigen::Matrix3d> stress = elements_.tensions(state.position, state.thickness_ratio);
+  for (std::size_t e = 0; e < stress.size() && options_.wall.strength; ++e) {
+    stress[e] /= wall_.thickness[e] * state.thickness_ratio[e];
+  }
+  return burning_->crack(fields, cracks_->sides({fields.living, stress, state.position, fields.mass, pins_.pinned(),
                                                  options_.combustion.min_mass}));
 }
 
@@ -532,10 +560,10 @@ void Inflate::take_over(const BalloonState& state) {
 }
 
 void Inflate::set_pressures(BalloonState& state) const {
-  const Eigen::VectorXd volumes = chambers_.volumes(state.position);
+  const std::vector<GasState> gas = chambers_.states(chambers_.volumes(state.position), state.time_of_loads());
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     if (!chambers_.prescribes_volume(chamber)) {
-      state.pressure[chamber] = chambers_.state(chamber, volumes[chamber], state.time_of_loads()).pressure;
+      state.pressure[chamber] = gas[static_cast<std::size_t>(chamber)].pressure;
     }
   }
 }

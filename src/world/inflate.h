@@ -68,7 +68,7 @@ class Inflate {
   // ended. Collective.
 
   InflateStep begin(BalloonState& state, double h);
-  StepPart& part() { return implicit_->potential(); }
+  StepPotential& part() { return implicit_->potential(); }
   /// @param step what `begin` has said @param balance how the balance was found
   void end(BalloonState& state, const ImplicitResult& balance, InflateStep& step);
 
@@ -149,6 +149,7 @@ class Inflate {
   std::optional<AirDrag> air_;                               ///< if there is air
   GasHeat gas_heat_;                                         ///< of a wall that burns
   Field uneven_;                                             ///< forces of gas and air by their weight [N]
+  Field between_;                                            ///< positions at which these are
   std::unique_ptr<Potential> lift_;                          ///< likewise, if they have any
   std::unique_ptr<Potential> drag_;                          ///< likewise: of its drag
   double h_ = 0;                                             ///< length of the step [s]

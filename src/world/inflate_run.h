@@ -26,6 +26,7 @@ class InflateRun : public TouchingObject {
   StepResult advance(double h) override;
   StepResult begin(double h) override;
   StepPart& part() override { return inflate_->part(); }
+  GasFilled* gas() override { return inflate_->chambers().count() > 0 ? &inflate_->part() : nullptr; }
   StepResult end(const ImplicitResult& balance) override;
   const Surface& surface() const override { return *membrane_; }
   const std::vector<bool>* living() const override {

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/stage_clock.h"
 #include "equilibrium/implicit_step.h"
+#include "equilibrium/step_gas.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
 #include "io/output_folder.h"
@@ -104,8 +105,9 @@ class Object {
   virtual void resume_output(const Hdf5File& checkpoint) = 0;
 };
 
-/// An object that can touch others, if its options say so (ContactOptions::together): its steps are begun, its part is
-/// brought into balance together with theirs, and then they are ended. All calls are collective.
+/// An object that can touch others or have links to their chambers, if its options say so (ContactOptions::together):
+/// its steps are begun, its part is brought into balance together with theirs, and then they are ended. All calls are
+/// collective.
 class TouchingObject : public Object {
  public:
   TouchingObject* touching() override { return this; }
@@ -114,6 +116,8 @@ class TouchingObject : public Object {
   virtual StepResult begin(double h) = 0;
   /// Of the step that has begun. It is the same object as before unless its numbering is another one.
   virtual StepPart& part() = 0;
+  /// The same with the gas in its chambers; null if it has none.
+  virtual GasFilled* gas() = 0;
   /// The rest of the step. @param balance how the balance was found
   virtual StepResult end(const ImplicitResult& balance) = 0;
   /// What is drawn of it, and which drawn triangles there still are; null: all.

@@ -31,6 +31,8 @@ struct ObjectState : FieldRegistry {
     declare({"link_enthalpy", "J", Item::object}, gas->link_enthalpy, links);
     declare({"gas_first_energy", "J", Item::object}, gas->first_energy, chambers);
     declare({"gas_last_volume", "m^3", Item::object}, gas->volume, chambers);
+    declare({"gas_inside", "", Item::object}, gas->inside, chambers);
+    declare({"gas_outside", "", Item::object}, gas->outside, chambers);
     declare({"gas_parent", "", Item::object}, gas->parent, chambers);
     declare({"gas_reference_volume", "m^3", Item::object}, gas->reference_volume, chambers);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/error.h"
 #include "base/object_tables.h"
 #include "base/options.h"
 #include "contact/body_heat.h"
@@ -81,14 +82,32 @@ bool balloon_burns(const Options& options) {
   const HeatOptions& heat = options.heat;
   return options.chain == ChainKind::inflate &&
          (!heat.sources.empty() || heat.convection > 0 || heat.emissivity > 0 || options.ablation.strength ||
-          exchange_heat(options.bodies) || heat.initial_temperature > options.combustion.ignition_temperature);
+          options.wall.strength || exchange_heat(options.bodies) ||
+          heat.initial_temperature > options.combustion.ignition_temperature);
+}
+
+AblationOptions cracks_of(const Options& options) {
+  AblationOptions cracks = options.ablation;
+  if (options.chain == ChainKind::inflate && options.wall.strength) {
+    if (cracks.strength) {
+      throw Error("wall.strength: given, and ablation.strength too, expected one of them");
+    }
+    cracks.strength = options.wall.strength;
+  }
+  return cracks;
+}
+
+bool has_links_elsewhere(const Options& options) {
+  return std::any_of(options.gas.links.begin(), options.gas.links.end(), [](const auto& link) {
+    return (link.second.from + link.second.to).find('.') != std::string::npos;
+  });
 }
 
 bool gas_is_joined(const Options& options) {
   return !options.gas.links.empty() ||
          std::any_of(options.chambers.begin(), options.chambers.end(), [](const auto& chamber) {
            return chamber.second.heat_transfer > 0 || chamber.second.permeability > 0 ||
-                  chamber.second.hole_discharge.has_value();
+                  chamber.second.hole_discharge.has_value() || !chamber.second.inside.empty();
          });
 }
 
@@ -127,7 +146,9 @@ void describe_sheet(OptionTable& table, Options& options) {
 void describe_burning(OptionTable& table, Options& options) {
   describe(table, options.heat);
   describe(table, options.combustion);
-  describe(table, options.ablation);
+  describe(table, options.ablation,
+           {"ablation.strength or wall.strength",
+            [&options] { return options.ablation.strength.has_value() || options.wall.strength.has_value(); }});
   const Condition has_tension = one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic});
   for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
     table.find_key(std::string("ablation.") + name)->acts_with(has_tension);
@@ -192,7 +213,7 @@ void describe(OptionTable& table, Options& options) {
   const Condition burns = one_of("chain", options.chain, {ChainKind::burn});
   const Condition inflates = one_of("chain", options.chain, {ChainKind::inflate});
   const Condition heats{
-      "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, "
+      "chain: burn, or for a balloon heat.sources, heat.convection, heat.emissivity, ablation.strength, wall.strength, "
       "bodies.NAME.temperature, or heat.initial_temperature above combustion.ignition_temperature",
       [&options] { return options.chain == ChainKind::burn || balloon_burns(options); }};
   table.add("chain", options.chain)

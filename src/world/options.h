@@ -125,7 +125,12 @@ SheetOptions shell_options(const Options& options);
 double velocity_damping(const Options& options);
 /// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
 bool balloon_burns(const Options& options);
-/// Whether links, holes or heat of walls change the gas in its chambers.
+/// How an object cracks: `ablation.strength` or `wall.strength` is the strength, if either is given.
+/// @throws Error if both are
+AblationOptions cracks_of(const Options& options);
+/// Whether a link joins a chamber of it to one of another object (world/gas_links.h).
+bool has_links_elsewhere(const Options& options);
+/// Whether links, holes or heat of walls change the gas in its chambers, or one is inside another.
 bool gas_is_joined(const Options& options);
 /// Whether gas does more to walls than to press evenly: it weighs something, or flows through holes.
 bool gas_pushes_unevenly(const Options& options);

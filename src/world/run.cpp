@@ -12,6 +12,7 @@
 #include "surface/membrane.h"
 #include "surface/shell.h"
 #include "world/burn_run.h"
+#include "world/gas_links.h"
 #include "world/inflate_run.h"
 #include "world/load_mesh.h"
 #include "world/mesh_only.h"
@@ -281,6 +282,7 @@ void refuse_reserved_names(const std::deque<ObjectOptions>& objects) {
 }  // namespace
 
 void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
+  share_links(objects);
   const std::optional<TogetherOptions> together = find_together(objects);
   refuse_reserved_names(objects);
   const OutputOptions& output = objects.front().options.output;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "contact/crossings.h"
 #include "world/contact_of_object.h"
 
@@ -35,24 +36,33 @@ void require_alike(const ObjectOptions& first, const ObjectOptions& other) {
 }  // namespace
 
 std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects) {
-  std::vector<ObjectOptions*> touching;
+  const auto touching = std::count_if(objects.begin(), objects.end(),
+                                      [](const ObjectOptions& object) { return object.options.contact.self; });
+  std::vector<ObjectOptions*> members;
   TogetherOptions together;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (objects[i].options.contact.self) {
-      touching.push_back(&objects[i]);
+    const Options& options = objects[i].options;
+    const bool is_linked = has_links_elsewhere(options);
+    if (is_linked || (options.contact.self && touching > 1)) {
+      members.push_back(&objects[i]);
       together.objects.push_back(i);
       together.names.push_back(objects[i].name);
+      together.touches.push_back(options.contact.self);
     }
   }
-  if (touching.size() < 2) {
+  if (members.size() < 2) {
     return std::nullopt;
   }
-  const ObjectOptions& first = *touching.front();
+  const auto first_that_touches = std::find(together.touches.begin(), together.touches.end(), true);
+  const auto first_of_contact = first_that_touches == together.touches.end()
+                                    ? 0
+                                    : static_cast<std::size_t>(first_that_touches - together.touches.begin());
+  const ObjectOptions& first = *members[first_of_contact];
   together.contact = first.options.contact;
-  const auto balloon = std::find_if(touching.begin(), touching.end(), [](const ObjectOptions* object) {
+  const auto balloon = std::find_if(members.begin(), members.end(), [](const ObjectOptions* object) {
     return object->options.chain == ChainKind::inflate;
   });
-  if (balloon != touching.end()) {
+  if (balloon != members.end()) {
     together.step = (*balloon)->options.prism;
   } else {
     together.step.solver_prefix = first.options.elastic.solver_prefix;
@@ -60,8 +70,10 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
   together.step.newton = NewtonEnd::converged;
   together.step.inertia = together.step.inertia && first.options.time.scheme != TimeScheme::statics;
   together.step.positive_elements = false;
-  for (ObjectOptions* object : touching) {
-    require_alike(first, *object);
+  for (ObjectOptions* object : members) {
+    if (object->options.contact.self) {
+      require_alike(first, *object);
+    }
     Options& options = object->options;
     options.contact.together = true;
     together.contact.check = together.contact.check || options.contact.check;
@@ -73,15 +85,12 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
   return together;
 }
 
-Together::Step::Step(const std::vector<StepPart*>& parts, const std::vector<ContactSurface::Part>& surfaces,
+Together::Step::Step(const std::vector<StepPart*>& parts, std::unique_ptr<SurfaceContact> contact,
                      const TogetherOptions& options)
     : parts(parts),
-      contact(surfaces, options.contact,
-              std::all_of(parts.begin(), parts.end(),
-                          [&](const StepPart* part) {
-                            return can_move_alike(surfaces.front().surface->comm(), part->projectors());
-                          })),
-      objective(parts, {&contact}, options.step.mat_type, options.step.solver_prefix),
+      contact(std::move(contact)),
+      objective(parts, this->contact ? std::vector<Potential*>{this->contact.get()} : std::vector<Potential*>(),
+                options.step.mat_type, options.step.solver_prefix),
       solver(objective, options.step) {}
 
 Together::Together(TogetherOptions options, const std::vector<Object*>& objects, OutputFolder& folder)
@@ -89,10 +98,17 @@ Together::Together(TogetherOptions options, const std::vector<Object*>& objects,
   for (const std::size_t i : options_.objects) {
     objects_.push_back(objects[i]->touching());
   }
+  common();  // What is wrong with links is said before anything is written.
 }
 
 bool Together::has(const Object* object) const {
   return std::find(objects_.begin(), objects_.end(), object) != objects_.end();
+}
+
+/// Of an object that takes part: itself and others.
+bool Together::touches(const Object* object) const {
+  return options_
+      .touches[static_cast<std::size_t>(std::find(objects_.begin(), objects_.end(), object) - objects_.begin())];
 }
 
 std::vector<TouchingObject*> Together::present() const {
@@ -113,9 +129,52 @@ Together::Step& Together::common() {
     }
   }
   if (step_ == nullptr || step_->parts != parts) {
-    step_ = std::make_unique<Step>(parts, surfaces, options_);
+    std::unique_ptr<SurfaceContact> contact;
+    if (options_.any_touches()) {
+      const bool is_free = std::all_of(parts.begin(), parts.end(), [&](const StepPart* part) {
+        return can_move_alike(surfaces.front().surface->comm(), part->projectors());
+      });
+      contact = std::make_unique<SurfaceContact>(surfaces, options_.contact, is_free);
+    }
+    step_ = std::make_unique<Step>(parts, std::move(contact), options_);
+    share_gas(step_->objective);
   }
   return *step_;
+}
+
+/// Makes one gas of what is in the chambers of parts that are linked. Where only one of them is left its links lead to
+/// the ambient air.
+void Together::share_gas(StepObjective& objective) {
+  std::vector<StepGas::Part> filled;
+  std::vector<std::size_t> columns_of;  // the parts that have them
+  std::vector<GasFilled*> sharing;
+  std::size_t number = 0;  // of the part
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (objects_[i]->is_gone()) {
+      continue;
+    }
+    GasFilled* gas = objects_[i]->gas();
+    if (gas != nullptr && gas->gas_part().chambers->has_links_elsewhere()) {
+      filled.push_back(gas->gas_part());
+      filled.back().object = options_.names[i];
+      sharing.push_back(gas);
+      columns_of.push_back(number);
+    }
+    ++number;
+  }
+  if (sharing.empty()) {
+    return;
+  }
+  const auto gas = std::make_shared<StepGas>(filled);
+  for (std::size_t part = 0; part < sharing.size(); ++part) {
+    sharing[part]->share_gas(gas, part);
+  }
+  objective.set_joint([gas, columns_of](LowRank& all, const std::vector<Eigen::Index>& first, double left) {
+    std::vector<Eigen::Index> of_gas;
+    std::transform(columns_of.begin(), columns_of.end(), std::back_inserter(of_gas),
+                   [&first](std::size_t part) { return first[part]; });
+    gas->join(all, of_gas, left);
+  });
 }
 
 StepResult Together::advance(double h) {
@@ -133,6 +192,7 @@ StepResult Together::advance(double h) {
     all.reason = result.converged ? "" : heading_of(name_of(object)) + result.reason;
     return result.converged;
   };
+  Step& step = common();
   for (TouchingObject* object : objects) {
     const StepResult begun = object->begin(h);
     all.iterations += begun.iterations;
@@ -142,10 +202,11 @@ StepResult Together::advance(double h) {
   }
   {
     const auto timer = clock_.time("implicit step");
-    Step& step = common();
-    for (std::size_t p = 0; p < objects.size(); ++p) {
-      if (const std::vector<bool>* living = objects[p]->living()) {
-        step.contact.set_living(*living, p);
+    for (std::size_t p = 0; p < objects.size() && step.contact != nullptr; ++p) {
+      if (!touches(objects[p])) {
+        step.contact->set_living(std::vector<bool>(objects[p]->surface().triangles.size(), false), p);
+      } else if (const std::vector<bool>* living = objects[p]->living()) {
+        step.contact->set_living(*living, p);
       }
     }
     last_ = step.solver.advance(h);
@@ -153,7 +214,7 @@ StepResult Together::advance(double h) {
   all.iterations += last_.linear_iterations;
   if (!last_.converged) {
     all.converged = false;
-    all.reason = "what touches: " + last_.reason;
+    all.reason = "what " + what() + ": " + last_.reason;
     return all;
   }
   for (TouchingObject* object : objects) {
@@ -190,13 +251,16 @@ void Together::make_history(const Hdf5File* resumed) {
 }
 
 void Together::record(double time, int step) {
+  if (!options_.any_touches()) {
+    return;
+  }
   if (history_ == nullptr) {
     make_history(nullptr);
   }
   const std::vector<TouchingObject*> objects = present();
   ContactFigures figures;
   if (!objects.empty()) {
-    SurfaceContact& contact = common().contact;
+    SurfaceContact& contact = *common().contact;
     Field x(contact.joined().layout(), 3);
     for (std::size_t p = 0; p < objects.size(); ++p) {
       contact.joined().put(p, objects[p]->state().position, x);
@@ -215,6 +279,9 @@ void Together::record(double time, int step) {
   if (options_.contact.check) {
     std::vector<PlacedSurface> surfaces;
     for (const TouchingObject* object : objects) {
+      if (!touches(object)) {
+        continue;
+      }
       surfaces.push_back({object->surface(), object->state().position, object->living()});
     }
     const Crossings crossings = surfaces.empty() ? Crossings() : find_crossings(surfaces);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -17,24 +18,30 @@
 namespace pellicle {
 inline namespace world {
 
-/// How the objects that touch each other do so, and how their common step is solved.
+/// Which objects touch each other or are linked by their gas, and how their common step is solved.
 struct TogetherOptions {
   std::vector<std::size_t> objects;              ///< which, by their places in the run
   std::vector<std::string> names;                ///< of them
+  std::vector<bool> touches;                     ///< whether they touch themselves and each other
   std::vector<std::optional<double>> thickness;  ///< of their contact [m]
   ContactOptions contact;
   PrismOptions step;
+
+  bool any_touches() const { return std::find(touches.begin(), touches.end(), true) != touches.end(); }
 };
 
-/// Objects of a run with `contact.self` touch each other: their options are told so (ContactOptions::together).
+/// Objects of a run with `contact.self` touch each other, and links (share_links) join chambers of several: their
+/// options are told that they are brought into balance together (ContactOptions::together).
 /// @returns nothing unless there are at least two @throws Error when they are to touch in different ways
 std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects);
 
-/// Objects that touch themselves and each other: a step brings all of them into balance at once, so that what one
-/// presses on another presses back. All calls are collective.
+/// Objects that touch themselves and each other, or whose chambers are linked: a step brings all of them into balance
+/// at once, so that what one presses on another presses back, and gas flows by the pressures at the step's end. All
+/// calls are collective.
 class Together {
  public:
   /// @param objects all of the run; must outlive it
+  /// @throws Error on links between objects whose gas or air differs
   Together(TogetherOptions options, const std::vector<Object*>& objects, OutputFolder& folder);
 
   /// Whether an object of the run takes part.
@@ -45,13 +52,21 @@ class Together {
   /// See Object::forget.
   void forget() { step_ = nullptr; }
 
-  /// Adds a row to contacts.csv.
+  /// Adds a row to contacts.csv, if any of them touch.
   void record(double time, int step);
-  void save(Hdf5File& checkpoint) const { history_->save(checkpoint); }
-  void resume_output(const Hdf5File& checkpoint) { make_history(&checkpoint); }
+  void save(Hdf5File& checkpoint) const {
+    if (history_ != nullptr) {
+      history_->save(checkpoint);
+    }
+  }
+  void resume_output(const Hdf5File& checkpoint) {
+    if (options_.any_touches()) {
+      make_history(&checkpoint);
+    }
+  }
 
-  /// Which linear solver it has.
-  std::string solver_words() { return common().solver.solver_words(); }
+  /// Which linear solver it has, and of what.
+  std::string solver_words() { return "linear solver of what " + what() + ": " + common().solver.solver_words(); }
   /// Of its common steps.
   const StageClock& clock() const { return clock_; }
   StageClock& clock() { return clock_; }
@@ -59,17 +74,20 @@ class Together {
  private:
   /// The step of some surfaces, until their numbering changes.
   struct Step {
-    Step(const std::vector<StepPart*>& parts, const std::vector<ContactSurface::Part>& surfaces,
-         const TogetherOptions& options);
+    /// @param contact null: nothing touches
+    Step(const std::vector<StepPart*>& parts, std::unique_ptr<SurfaceContact> contact, const TogetherOptions& options);
 
     std::vector<StepPart*> parts;
-    SurfaceContact contact;
+    std::unique_ptr<SurfaceContact> contact;
     StepObjective objective;
     ImplicitStep solver;
   };
 
   std::vector<TouchingObject*> present() const;
+  bool touches(const Object* object) const;
   Step& common();
+  void share_gas(StepObjective& objective);
+  std::string what() const { return options_.any_touches() ? "touches" : "is linked"; }
   void make_history(const Hdf5File* resumed);
 
   TogetherOptions options_;

@@ -146,7 +146,7 @@ std::vector<std::string> World::gather(std::vector<std::string> (Object::*lines)
 std::vector<std::string> World::first_remarks() const {
   std::vector<std::string> lines = gather(&Object::first_remarks);
   if (together_ != nullptr) {
-    lines.push_back("linear solver of what touches: " + together_->solver_words());
+    lines.push_back(together_->solver_words());
   }
   return lines;
 }

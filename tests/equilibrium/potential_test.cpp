@@ -151,7 +151,7 @@ struct SpringBalloon {
         elements(membrane, wall),
         pins(membrane, {{"top", top()}}),
         constraints(membrane, {}, pins),
-        chambers(membrane, {}, {{"air", air()}}, constraints.origin(), false, constraints.projectors()),
+        chambers(membrane, {}, {{"air", air()}}, constraints.origin(), {}, constraints.projectors()),
         loads(membrane, std::vector<double>(membrane.persistent_id.size(), 0.0), {}, {}),
         springs(membrane),
         x(membrane.particles, 3),

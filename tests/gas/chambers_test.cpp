@@ -25,7 +25,7 @@ GasOptions gas_options() {
 }
 
 Chambers chambers_of(const Membrane& membrane, const ChamberMap& options) {
-  return {membrane, gas_options(), options, Eigen::Vector3d::Zero(), false, free_to_move(membrane)};
+  return {membrane, gas_options(), options, Eigen::Vector3d::Zero(), {}, free_to_move(membrane)};
 }
 
 ChamberOptions relative(double p0) {
@@ -160,35 +160,41 @@ class HalfSphere : public ::testing::Test {
     }
     membrane = membrane_of(mesh);
     projectors = free_to_move(membrane);
+    planes.normals = {Eigen::Vector3d::UnitZ()};
+    planes.of_particle.assign(projectors.size(), 0);
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       if (std::abs(membrane.rest(2, i) - height) < 1e-12) {
         projectors[static_cast<std::size_t>(i)](2, 2) = 0;
+        planes.of_particle[static_cast<std::size_t>(i)] = 1;
       }
     }
   }
 
   Eigen::Vector3d plane;
   Membrane membrane;
+  SymmetryPlanes planes;
   std::vector<Eigen::Matrix3d> projectors;
 };
 
 TEST_F(HalfSphere, a_symmetry_plane_closes_a_piece) {
-  const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, true, projectors);
+  const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, planes, projectors);
   const Membrane whole = membrane_of(icosphere_mesh(2, radius));
   EXPECT_NEAR(chambers.initial_volume(0) / chambers_of(whole, {{"air", relative(1)}}).initial_volume(0), 0.5, 1e-14);
 }
 
 TEST_F(HalfSphere, an_open_piece_has_no_volume_but_may_have_a_pressure) {
-  const auto refused = [&](bool has_planes, const std::vector<Eigen::Matrix3d>& free, const std::string& words) {
+  const auto refused = [&](const SymmetryPlanes& known, const std::vector<Eigen::Matrix3d>& free,
+                           const std::string& words) {
     try {
-      const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, has_planes, free);
+      const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, known, free);
       ADD_FAILURE() << "no error: " << words;
     } catch (const Error& error) {
       EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
     }
   };
-  refused(false, projectors, "chambers.air.law: relative needs a volume, but the piece is open, expected");
-  refused(true, free_to_move(membrane), "chambers.air.law: relative needs a volume, but the piece is open at vertex ");
+  refused({}, projectors, "chambers.air.law: relative needs a volume, but the piece is open, expected");
+  refused(planes, free_to_move(membrane),
+          "chambers.air.law: relative needs a volume, but the piece is open at vertex ");
   ChamberOptions prescribed = of_law("pressure");
   prescribed.pressure = {{0, 500}};
   EXPECT_EQ(chambers_of(membrane, {{"air", prescribed}}).state(0, 0, 0).pressure, 500);
@@ -456,7 +462,7 @@ TEST_F(BadGas, pieces) {
 TEST_F(BadGas, no_amount_in_a_vacuum) {
   GasOptions vacuum;
   vacuum.ambient_pressure = 0;
-  EXPECT_THROW(Chambers(membrane, vacuum, {{"air", of_law("isothermal")}}, Eigen::Vector3d::Zero(), false,
+  EXPECT_THROW(Chambers(membrane, vacuum, {{"air", of_law("isothermal")}}, Eigen::Vector3d::Zero(), SymmetryPlanes(),
                         free_to_move(membrane)),
                Error);
 }

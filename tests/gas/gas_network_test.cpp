@@ -136,6 +136,33 @@ TEST(GasNetwork, a_step_does_not_pass_the_equilibrium_however_wide_the_link) {
   }
 }
 
+TEST(GasNetwork, a_step_ends_however_near_the_pressures_and_wide_the_link) {
+  // The flow goes with the square root of the difference, so that Newton's method may go to and fro between two signs.
+  const GasNetwork::Link between = [] {
+    GasNetwork::Link link = hole(1);
+    link.to = 1;
+    return link;
+  }();
+  int failures = 0;
+  for (double area = 1e-8; area < 2; area *= 10) {
+    for (double difference = 1e-6; difference < 2e5; difference *= 3) {
+      for (const double h : {1e-6, 1e-3, 1.0}) {
+        for (const double temperature : {250.0, 293.15, 600.0}) {
+          GasNetwork::Link link = between;
+          link.options.area = area;
+          const GasNetwork network({vessel("a", false), vessel("b", false)}, {link}, GasOptions());
+          const std::vector<VesselGas> gas{gas_at(ambient_pressure + difference, temperature),
+                                           gas_at(ambient_pressure, ambient_temperature)};
+          const GasNetwork::End end = network.solve(step_of(gas, h));
+          const double left = end.converged ? end.pressure[0] - end.pressure[1] : -1e9;
+          failures += end.converged && left > -1e-7 && left < difference * (1 + 1e-9) + 1e-7 ? 0 : 1;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(failures, 0);
+}
+
 TEST(GasNetwork, valves_and_pumps) {
   const GasOptions options;
   GasNetwork::Link valve = hole(1e-4);

@@ -67,8 +67,8 @@ TEST_F(ReferenceGas, volumes_pressures_force_and_tangents) {
     ChamberOptions filled;
     filled.law = "isothermal";
     filled.amount_ratio = {{0, 1 + params["gas_ambient"]["p_add"].as<double>() / gas.ambient_pressure}};
-    const Chambers chambers(membrane, gas, {{"air", relative}}, Eigen::Vector3d::Zero(), false, free_to_move(membrane));
-    const Chambers pumped(membrane, gas, {{"air", filled}}, Eigen::Vector3d::Zero(), false, free_to_move(membrane));
+    const Chambers chambers(membrane, gas, {{"air", relative}}, Eigen::Vector3d::Zero(), {}, free_to_move(membrane));
+    const Chambers pumped(membrane, gas, {{"air", filled}}, Eigen::Vector3d::Zero(), {}, free_to_move(membrane));
 
     const auto expect_near = [](double value, const YAML::Node& wanted) {
       EXPECT_NEAR(value, wanted.as<double>(), tolerance * std::abs(wanted.as<double>()));

@@ -122,6 +122,10 @@ TEST(Rims, AChamberWhoseWallIsCutInTwoBecomesTwoByVolume) {
   // A cap that moves leaves the gas as it is, and what it leaves outside has leaked.
   const GasExchange shifted = chambers.recapped(exchange, Eigen::VectorXd::Constant(1, 0.9 * volume), 0);
   EXPECT_NEAR(shifted.leak_amount[0], 0.1 * before.amount, 1e-12 * before.amount);
+  GasExchange failed = exchange;  // What a step that has failed has left does not count.
+  failed.amount[0] += 1;
+  chambers.begin_step(failed, 0);
+  EXPECT_EQ(chambers.recapped(exchange, Eigen::VectorXd::Constant(1, 0.9 * volume), 0).amount, shifted.amount);
   chambers.begin_step(shifted, 0);
   EXPECT_NEAR(chambers.state(0, 0.9 * volume, 0).pressure, before.pressure, 1e-9 * before.absolute_pressure);
   EXPECT_NEAR(chambers.state(0, 0.9 * volume, 0).temperature, before.temperature, 1e-10 * before.temperature);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "meshing/closed_shapes.h"
 #include "meshing/triangulation.h"
@@ -303,6 +305,132 @@ TEST(FlowingGas, AJetDrivesABalloonByTheMomentumOfItsGas) {
   MPI_Allreduce(MPI_IN_PLACE, momentum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   EXPECT_GT(impulse, 1e-3);
   EXPECT_NEAR(momentum.norm(), impulse, 0.03 * impulse);
+}
+
+/// Takes the faces away whose middle is within a distance of a point.
+SurfaceMesh with_hole(SurfaceMesh mesh, const Eigen::Vector3d& middle, double size) {
+  const auto is_gone = [&](const std::vector<int>& face) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const int point : face) {
+      sum += mesh.points[static_cast<std::size_t>(point)] / 3;
+    }
+    return (sum - middle).norm() < size;
+  };
+  mesh.faces.erase(std::remove_if(mesh.faces.begin(), mesh.faces.end(), is_gone), mesh.faces.end());
+  std::map<int, int> number_of;  // of the points that are left
+  SurfaceMesh left;
+  for (const std::vector<int>& face : mesh.faces) {
+    left.faces.emplace_back();
+    for (const int point : face) {
+      const auto [found, is_new] = number_of.try_emplace(point, static_cast<int>(left.points.size()));
+      if (is_new) {
+        left.points.push_back(mesh.points[static_cast<std::size_t>(point)]);
+      }
+      left.faces.back().push_back(found->second);
+    }
+  }
+  return left;
+}
+
+/// The same with its mirror image in the plane z = 0, in which its boundary lies.
+SurfaceMesh with_mirror_image(const SurfaceMesh& half) {
+  SurfaceMesh whole = half;
+  std::vector<int> image;
+  for (const Eigen::Vector3d& point : half.points) {
+    const bool is_in_plane = std::abs(point.z()) < 1e-12;
+    image.push_back(is_in_plane ? static_cast<int>(image.size()) : static_cast<int>(whole.points.size()));
+    if (!is_in_plane) {
+      whole.points.emplace_back(point.x(), point.y(), -point.z());
+    }
+  }
+  for (const std::vector<int>& face : half.faces) {
+    const auto of = [&](std::size_t k) { return image[static_cast<std::size_t>(face[k])]; };
+    whole.faces.push_back({of(0), of(2), of(1)});
+  }
+  return whole;
+}
+
+TEST(FlowingGas, AHoleThatASymmetryPlaneCutsIsHalfAHole) {
+  // A ball with holes at both poles and one on the equator, and its upper half with the plane of the equator.
+  Options options = rubber_ball();
+  options.symmetry.clear();
+  options.prism.inertia = true;
+  options.prism.snes_rtol = 1e-11;
+  options.prism.ksp_rtol = 1e-10;
+  options.chambers["air"].law = GasLaw::adiabatic;
+  options.chambers["air"].hole_discharge = 0.6;
+  options.gas.links["pump"] = pump("air", {{0, 0.4}});
+  Options of_half = options;
+  of_half.symmetry["equator"].normal = {0, 0, 1};
+  of_half.gas.links["pump"].flow = {{0, 0.2}};
+  const SurfaceMesh mesh = with_hole(with_hole(dome_mesh(2, 0.05), {0, 0, 0.05}, 0.01), {0.05, 0, 0}, 0.012);
+  StaticBalloon whole(with_mirror_image(mesh), options);
+  StaticBalloon half(mesh, of_half);
+  EXPECT_NEAR(half.chain.chambers().initial_volume(0), whole.chain.chambers().initial_volume(0) / 2, 1e-12 * 5e-4);
+  const auto hole_area = [](const StaticBalloon& balloon) {
+    return balloon.chain.chambers().walls(balloon.state.position, Eigen::Vector3d::Zero(), 0).hole_area[0];
+  };
+  EXPECT_NEAR(hole_area(half), hole_area(whole) / 2, 1e-12 * hole_area(whole));
+  const auto momentum = [](const StaticBalloon& balloon) {
+    double sum = 0;
+    for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
+      sum += balloon.chain.mass()[static_cast<std::size_t>(i)] * balloon.state.velocity.vector(i).x();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    return sum;
+  };
+  for (int step = 1; step <= 20; ++step) {
+    whole.reach(1e-3 * step);
+    half.reach(1e-3 * step);
+  }
+  EXPECT_GT(whole.pressure(), 50);
+  EXPECT_NEAR(half.pressure(), whole.pressure(), 1e-8 * whole.pressure());
+  EXPECT_NEAR(half.volume(), whole.volume() / 2, 1e-10 * whole.volume());
+  EXPECT_LT(momentum(whole), -1e-5);
+  EXPECT_NEAR(momentum(half), momentum(whole) / 2, 1e-6 * std::abs(momentum(whole)));
+}
+
+TEST(FlowingGas, ByGeneralizedAlphaItFlowsAsByImplicitEuler) {
+  // A ball that is pumped up and rings while gas leaves it by a hole: amounts and energy balance, and both integrators
+  // lead to the same end where steps are short.
+  const auto end = [](TimeScheme scheme, double h) {
+    Options options = rubber_ball();
+    options.symmetry.clear();
+    options.prism.inertia = true;
+    options.prism.mass_damping = 5;
+    options.time.scheme = scheme;
+    ChamberOptions& air = options.chambers["air"];
+    air.law = GasLaw::adiabatic;
+    air.hole_discharge = 0.6;
+    air.heat_transfer = 20;
+    air.wall_temperature = 350;
+    options.gas.links["pump"] = pump("air", {{0, 0.4}});
+    SurfaceMesh mesh = icosphere_mesh(1, 0.05);
+    mesh.faces.pop_back();
+    StaticBalloon balloon(mesh, options);
+    const GasExchange first = *balloon.state.gas;
+    const Chambers& chambers = balloon.chain.chambers();
+    const auto gas = [&] { return chambers.states(chambers.volumes(balloon.state.position), balloon.state.time)[0]; };
+    const GasState before = gas();
+    for (int step = 1; step <= std::lround(0.1 / h); ++step) {
+      balloon.reach(h * step);
+    }
+    const GasExchange& now = *balloon.state.gas;
+    EXPECT_NEAR(gas().amount, before.amount + now.link_amount[0] - now.leak_amount[0], 1e-13 * before.amount);
+    const double capacity = chambers.heat_capacity(0);
+    EXPECT_NEAR(capacity * (gas().amount * gas().temperature - before.amount * before.temperature),
+                now.link_enthalpy[0] - now.leak_enthalpy[0] + now.wall_heat[0] - now.work[0],
+                1e-11 * capacity * before.amount * before.temperature);
+    EXPECT_NEAR(now.link_amount[0], 0.04, 1e-12);
+    return std::pair(balloon.volume(), now.leak_amount[0]);
+  };
+  const auto [volume, leak] = end(TimeScheme::generalized_alpha, 0.5e-3);
+  const auto [volume_of_long, leak_of_long] = end(TimeScheme::generalized_alpha, 1e-3);
+  const auto [volume_by_euler, leak_by_euler] = end(TimeScheme::implicit_euler, 0.25e-3);
+  EXPECT_NEAR(volume_of_long, volume, 0.01 * volume);
+  EXPECT_NEAR(leak_of_long, leak, 0.01 * leak);
+  EXPECT_NEAR(volume_by_euler, volume, 0.01 * volume);
+  EXPECT_NEAR(leak_by_euler, leak, 0.01 * leak);
 }
 
 }  // namespace

@@ -5,30 +5,21 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <sstream>
 
 #include "base/error.h"
 #include "contact/crossings.h"
 #include "meshing/closed_shapes.h"
-#include "surface/shell.h"
 #include "tests/io/files.h"
 #include "tests/support/by_id.h"
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/run_folder.h"
-#include "tests/world/one_object.h"
+#include "tests/world/several_objects.h"
 
 namespace pellicle::together_test {
 namespace {
 
 constexpr double radius = 0.05;  // [m]
 constexpr double gap = 2e-3;     // between what is to touch [m]
-
-SurfaceMesh on_root(const SurfaceMesh& mesh) {
-  int rank = 0;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  return rank == 0 ? mesh : SurfaceMesh();
-}
 
 SurfaceMesh ball_at(const Eigen::Vector3d& centre) {
   SurfaceMesh mesh = icosphere_mesh(2, radius);
@@ -56,65 +47,6 @@ void make_touching(Options& options, const std::string& directory) {
   options.output.directory = directory;
   options.output.name = "scene";
 }
-
-/// The world of some objects with their meshes.
-struct Scene {
-  Scene(std::deque<ObjectOptions> of_objects, const std::vector<SurfaceMesh>& meshes)
-      : objects(std::move(of_objects)),
-        together(find_together(objects)),
-        folder(objects.front().options.output),
-        world(folder.output, objects.front().options.output, members(meshes), {}, together) {
-    world.draw();
-    world.record(0, 0);
-  }
-
-  std::vector<World::Member> members(const std::vector<SurfaceMesh>& meshes) {
-    std::vector<World::Member> list;
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      const Options& options = objects[i].options;
-      const bool burns = options.chain == ChainKind::burn;
-      World::Member& member = list.emplace_back();
-      member.name = objects[i].name;
-      member.clock = burns ? clock_of<BurnRun>(options) : clock_of<InflateRun>(options);
-      const ObjectOutput output{folder.output, console, *member.clock, member.name};
-      if (burns) {
-        member.object = std::make_unique<BurnRun>(
-            make_sheet(PETSC_COMM_WORLD, on_root(meshes[i]), shell_options(options)), options, output);
-      } else {
-        member.object = std::make_unique<InflateRun>(make_membrane(PETSC_COMM_WORLD, on_root(meshes[i]), options.sheet),
-                                                     options, output);
-      }
-    }
-    return list;
-  }
-
-  TouchingObject& object(std::size_t i) { return *world.members()[i].object->touching(); }
-
-  void throw_all(std::size_t i, const Eigen::Vector3d& velocity) {
-    object(i).state().velocity.values().colwise() = velocity;
-  }
-
-  void step(double h) {
-    world.keep();
-    const StepResult result = world.advance(h);
-    ASSERT_TRUE(result.converged) << result.reason;
-    world.accept(world.time());
-    world.record(h, 0);
-  }
-
-  /// A column of contacts.csv in its last row.
-  double last(const std::string& column) {
-    MPI_Barrier(PETSC_COMM_WORLD);
-    return read_csv(objects.front().options.output.directory + "/contacts.csv").at(column).back();
-  }
-
-  std::deque<ObjectOptions> objects;
-  std::optional<TogetherOptions> together;
-  std::ostringstream said;
-  Console console{PETSC_COMM_WORLD, 0, said, false};
-  RunFolder folder;
-  World world;
-};
 
 // The same equations, with other numbers for the vertices.
 TEST(Together, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "parallel/collective.h"
 #include "surface/membrane.h"
 #include "tests/io/files.h"
@@ -131,8 +132,13 @@ TEST(WallCracks, part_a_strip_across_where_it_is_weak) {
 }
 
 /// When a strip cracks first that is pulled by a force which grows by `rate` [s].
-double cracking_time(const TestFolder& folder, int cells, double h, double rate) {
-  Options options = strip(folder, std::to_string(cells) + "_" + std::to_string(h));
+/// @param stress that it withstands half-way up, in place of a force per width [Pa]; 0: none
+double cracking_time(const TestFolder& folder, int cells, double h, double rate, double stress = 0) {
+  Options options = strip(folder, std::to_string(cells) + "_" + std::to_string(h) + "_" + std::to_string(stress));
+  if (stress > 0) {
+    options.ablation.strength.reset();
+    options.wall.strength = 2 * stress;
+  }
   options.prism.inertia = false;
   options.symmetry["lower"].normal = {0, 1, 0};
   options.forces["upper"].box = {-1, length - 1e-6, -1, 1, 1, 1};
@@ -161,6 +167,22 @@ TEST(WallCracks, begin_where_the_tension_reaches_the_strength_whatever_mesh_and_
     EXPECT_NEAR(cracking_time(folder, cells, h, rate), expected + h / 2, 0.003 * expected + h / 2)
         << cells << " cells, " << h << " s";
   }
+}
+
+TEST(WallCracks, a_strength_in_pascal_is_that_of_the_stress_in_the_wall_as_thin_as_it_has_become) {
+  // mu (c^2 - 1/c) = 0.2 MPa at a stretch of c = 1.16537.
+  const TestFolder folder;
+  constexpr double c = 1.16537;
+  constexpr double rate = 20;  // [N/s]
+  constexpr double h = 0.01;   // [s]
+  constexpr double stress = 0.2e6;
+  ASSERT_NEAR(mu * (c * c - 1 / c), stress, 1e-4 * stress);
+  const double expected = mu * thickness * width * (c - 1 / (c * c)) / rate;
+  EXPECT_NEAR(cracking_time(folder, 4, h, rate, stress), expected + h / 2, 0.003 * expected + h / 2);
+
+  Options both = strip(folder, "both");
+  both.wall.strength = stress;
+  EXPECT_THROW(cracks_of(both), Error);
 }
 
 }  // namespace

@@ -1,0 +1,113 @@
+#include "equilibrium/gas_filled_part.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "geometry/cross_matrix.h"
+#include "geometry/pressure_load.h"
+
+namespace pellicle {
+inline namespace equilibrium {
+
+std::vector<VertexPair> PressureStiffness::pattern() const {
+  std::vector<VertexPair> pairs;
+  for (const std::array<PetscInt, 3>& triangle : chambers_.surface().triangles) {
+    for (const PetscInt i : triangle) {
+      for (const PetscInt j : triangle) {
+        pairs.push_back({i, chambers_.surface().particles.to_global(j)});
+      }
+    }
+  }
+  return pairs;
+}
+
+void PressureStiffness::update_hessian(const Field& x, Curvature curvature) {
+  blocks_.clear();
+  const double share = curvature == Curvature::positive ? 0 : 1 - positive_share_;
+  if (pressure_.empty() || share == 0) {
+    return;
+  }
+  const auto& triangles = chambers_.surface().triangles;
+  blocks_.resize(9 * triangles.size(), Eigen::Matrix3d::Zero());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Eigen::Vector3d side = x.vector(triangles[t][1]) - x.vector(triangles[t][0]);
+    const Eigen::Vector3d other = x.vector(triangles[t][2]) - x.vector(triangles[t][0]);
+    const double sixth = share * pressure_[t] / 6;
+    const std::array<Eigen::Matrix3d, 3> by_corner{cross_matrix(sixth * (side - other)), cross_matrix(sixth * other),
+                                                   cross_matrix(-sixth * side)};
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t column = 0; column < 3; ++column) {
+        blocks_[9 * t + 3 * row + column] = by_corner[column];
+      }
+    }
+  }
+  for (const PetscInt rim : chambers_.rims().sides()) {
+    const auto t = static_cast<std::size_t>(rim / 3);
+    const auto from = static_cast<std::size_t>(rim % 3);
+    const std::size_t to = (from + 1) % 3;
+    const Eigen::Matrix3d block =
+        rim_stiffness(share * pressure_[t], x.vector(triangles[t][from]), x.vector(triangles[t][to]));
+    blocks_[9 * t + 3 * from + to] += block;
+    blocks_[9 * t + 3 * to + from] += block;
+    blocks_[9 * t + 4 * from] += 2 * block;
+    blocks_[9 * t + 4 * to] += 2 * block;
+  }
+}
+
+void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
+  for (std::size_t pair = 0; pair < blocks_.size(); ++pair) {
+    blocks.add(pair, blocks_[pair]);
+  }
+}
+
+GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, GasTangent tangent)
+    : part_(part),
+      chambers_(chambers),
+      tangent_(tangent),
+      stiffness_(chambers),
+      potentials_(part.potentials()),
+      gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {
+  potentials_.push_back(&stiffness_);
+}
+
+void GasFilledPart::begin_step(const std::vector<double>& pressure, double time) {
+  time_ = time;
+  gas_->begin_step(time);
+  const Eigen::Map<const Eigen::VectorXd> all(pressure.data(), static_cast<Eigen::Index>(pressure.size()));
+  gas_->set_multiplier(number_, all(prescribed()));
+}
+
+std::vector<double> GasFilledPart::pressures() {
+  std::vector<double> pressures;
+  for (const GasState& gas : gas_->states(number_)) {
+    pressures.push_back(gas.pressure);
+  }
+  return pressures;
+}
+
+void GasFilledPart::move_to(const Field& position, const Eigen::VectorXd& own) {
+  part_.move_to(position, {});
+  gas_->set_multiplier(number_, own.cwiseProduct(pressure_scales()));
+}
+
+Eigen::Matrix3Xd GasFilledPart::gradient() {
+  Eigen::Matrix3Xd sum = part_.gradient();
+  squares_ = part_.squared_forces();
+  Eigen::Matrix3Xd of_gas = gas_->gradient(number_);
+  for (Eigen::Index i = 0; i < of_gas.cols(); ++i) {
+    of_gas.col(i) = (projectors()[static_cast<std::size_t>(i)] * of_gas.col(i)).eval();
+  }
+  squares_.push_back(of_gas.squaredNorm());
+  return sum + of_gas;
+}
+
+LowRank GasFilledPart::begin_tangent(Curvature curvature, double positive_share) {
+  part_.begin_tangent(curvature, positive_share);
+  stiffness_.set_positive_share(positive_share);
+  stiffness_.set_pressure(gas_->load_pressure(number_));
+  const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
+  return projected(gas_->begin_tangent(number_, left), projectors());
+}
+
+}  // namespace equilibrium
+}  // namespace pellicle

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "equilibrium/step_gas.h"
+#include "solvers/potential.h"
+
+namespace pellicle {
+inline namespace equilibrium {
+
+/// What the pressures of gas add to the second derivative by the positions of a surface's triangles while they stay the
+/// same: a potential without value and gradient, which stand beside it (StepGas). Nothing here communicates.
+class PressureStiffness : public Potential {
+ public:
+  /// The chambers must outlive it.
+  explicit PressureStiffness(const Chambers& chambers) : chambers_(chambers) {}
+
+  /// @param pressure on the local triangles [Pa]; empty: none counts
+  void set_pressure(std::vector<double> pressure) { pressure_ = std::move(pressure); }
+
+  double value(const Field& /*x*/) const override { return 0; }
+  void add_gradient(const Field& /*x*/, Eigen::Matrix3Xd& /*gradient*/) const override {}
+  std::vector<VertexPair> pattern() const override;
+  void set_positive_share(double share) override { positive_share_ = share; }
+  void update_hessian(const Field& x, Curvature curvature) override;
+  void add_hessian(const HessianBlocks& blocks) const override;
+
+ private:
+  const Chambers& chambers_;
+  double positive_share_ = 0;
+  std::vector<double> pressure_;
+  std::vector<Eigen::Matrix3d> blocks_;  ///< nine of each local triangle; empty where it is left out
+};
+
+/// Another part of a step, with gas in the chambers that its surface bounds.
+class GasFilledPart : public StepPart, public GasFilled {
+ public:
+  /// Part and chambers must outlive it. Collective.
+  GasFilledPart(StepPart& part, const Chambers& chambers, GasTangent tangent);
+
+  /// After the part and its chambers have begun theirs. @param pressure of all chambers, where the multipliers start
+  /// [Pa] @param time at the end [s]
+  void begin_step(const std::vector<double>& pressure, double time);
+  /// Pressures across the walls where the part is [Pa]. Collective.
+  std::vector<double> pressures();
+  /// What has come into its chambers at the end of the step, at positions `end`. Collective.
+  GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_); }
+
+  StepGas::Part gas_part() const override {
+    return {"", &chambers_, &part_.start(), &part_.position(), tangent_, part_.force_scale()};
+  }
+  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
+    gas_ = std::move(gas);
+    number_ = part;
+  }
+
+  const Layout& vertices() const override { return part_.vertices(); }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return part_.triangles(); }
+  const std::vector<Eigen::Matrix3d>& projectors() const override { return part_.projectors(); }
+  const std::vector<Potential*>& potentials() const override { return potentials_; }
+  const Field& start() const override { return part_.start(); }
+  const Field& position() const override { return part_.position(); }
+  void move_to(const Field& position, const Eigen::VectorXd& own) override;
+  Eigen::VectorXd own_unknowns() const override { return multiplier().cwiseQuotient(pressure_scales()); }
+  bool leaves_held_behind() override { return part_.leaves_held_behind(); }
+  double value() override { return part_.value() + gas_->value(number_); }
+  Eigen::Matrix3Xd gradient() override;
+  const std::vector<double>& squared_forces() const override { return squares_; }
+  Eigen::VectorXd own_rows() override { return -pressure_scales().cwiseProduct(excess_volume()); }
+  double inverted(const Field& from, const Field& to) const override { return part_.inverted(from, to); }
+  int columns() const override { return chambers_.count(); }
+  LowRank begin_tangent(Curvature curvature, double positive_share) override;
+  bool blends() const override { return part_.blends(); }
+  std::vector<int> prescribed() const override { return gas_->prescribed(number_); }
+  Eigen::VectorXd pressure_scales() const override { return gas_->pressure_scales(number_); }
+  Eigen::VectorXd multiplier() const override { return gas_->multiplier(number_); }
+  Eigen::VectorXd excess_volume() const override { return gas_->excess_volume(number_); }
+  double tolerance() const override { return part_.tolerance(); }
+  double length_scale() const override { return part_.length_scale(); }
+  double force_scale() const override { return part_.force_scale(); }
+  double rounding() const override { return std::max(part_.rounding(), gas_->rounding(number_)); }
+
+ private:
+  StepPart& part_;
+  const Chambers& chambers_;
+  GasTangent tangent_;
+  PressureStiffness stiffness_;
+  std::vector<Potential*> potentials_;
+  std::shared_ptr<StepGas> gas_;
+  std::size_t number_ = 0;  ///< of the part of the gas
+  double time_ = 0;         ///< at the end of the step [s]
+  std::vector<double> squares_;
+};
+
+}  // namespace equilibrium
+}  // namespace pellicle

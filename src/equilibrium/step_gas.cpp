@@ -1,0 +1,327 @@
+#include "equilibrium/step_gas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "geometry/principal_axes.h"
+
+namespace pellicle {
+inline namespace equilibrium {
+
+namespace {
+
+/// Share of dV/dx dV/dx^T dp/dV that a tangent takes: the paper's 1/27 is a third of the exact 1/9 (eq. 16).
+double rank_one_share(GasTangent gas_tangent) { return gas_tangent == GasTangent::paper ? 1.0 / 3 : 1.0; }
+
+/// Gauss's rule: places in (0, 1) and weights.
+struct GaussPoint {
+  double place;
+  double weight;
+};
+constexpr std::array<GaussPoint, 3> three_points{
+    {{0.1127016653792583, 5.0 / 18}, {0.5, 8.0 / 18}, {0.8872983346207417, 5.0 / 18}}};
+constexpr std::array<GaussPoint, 4> four_points{{{0.06943184420297371, 0.17392742256872692},
+                                                 {0.33000947820757187, 0.32607257743127307},
+                                                 {0.6699905217924281, 0.32607257743127307},
+                                                 {0.9305681557970262, 0.17392742256872692}}};
+
+std::vector<FlowingGas::Object> objects_of(const std::vector<StepGas::Part>& parts) {
+  std::vector<FlowingGas::Object> objects;
+  std::transform(parts.begin(), parts.end(), std::back_inserter(objects), [](const StepGas::Part& part) {
+    return FlowingGas::Object{part.object, part.chambers};
+  });
+  return objects;
+}
+
+}  // namespace
+
+LowRank projected(LowRank low_rank, const std::vector<Eigen::Matrix3d>& projectors) {
+  // The entries are blocks of three, of the vertices.
+  Eigen::Map<Eigen::Matrix3Xd> blocks(low_rank.sparse.valuePtr(), 3, low_rank.sparse.nonZeros() / 3);
+  for (Eigen::Index block = 0; block < blocks.cols(); ++block) {
+    const auto vertex = static_cast<std::size_t>(low_rank.sparse.innerIndexPtr()[3 * block] / 3);
+    blocks.col(block) = (projectors[vertex] * blocks.col(block)).eval();
+  }
+  return low_rank;
+}
+
+StepGas::StepGas(const std::vector<Part>& parts) : flow_(objects_of(parts)) {
+  for (const Part& part : parts) {
+    Own& own = parts_.emplace_back();
+    static_cast<Part&>(own) = part;
+    for (int chamber = 0; chamber < part.chambers->count(); ++chamber) {
+      if (part.chambers->prescribes_volume(chamber)) {
+        own.prescribed.push_back(chamber);
+      }
+    }
+    own.multiplier.setZero(static_cast<Eigen::Index>(own.prescribed.size()));
+    own.between = Field(part.chambers->surface().particles, 3);
+  }
+  walls_.resize(parts.size());
+}
+
+void StepGas::begin_step(double time) {
+  flow_.begin_step();
+  ended_.clear();
+  of_tangent_.clear();
+  set_time(time);
+}
+
+void StepGas::set_time(double time) {
+  time_ = time;
+  move();
+}
+
+/// The gas of all parts where they are. Collective.
+void StepGas::evaluate() {
+  if (is_evaluated_) {
+    return;
+  }
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    walls_[part] = parts_[part].chambers->volumes(*parts_[part].position);
+  }
+  step_ = flow_.network_step(walls_, time_);
+  end_ = flow_.solve(step_);
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    Own& own = parts_[part];
+    own.states = flow_.end_states(part, walls_, time_, end_);
+    for (std::size_t c = 0; c < own.prescribed.size(); ++c) {
+      own.states[static_cast<std::size_t>(own.prescribed[c])].pressure = own.multiplier[static_cast<Eigen::Index>(c)];
+    }
+  }
+  is_evaluated_ = true;
+}
+
+const std::vector<GasState>& StepGas::states(std::size_t part) {
+  evaluate();
+  return parts_[part].states;
+}
+
+void StepGas::set_multiplier(std::size_t part, const Eigen::VectorXd& pressure) {
+  if (parts_[part].multiplier != pressure) {
+    parts_[part].multiplier = pressure;
+    move();
+  }
+}
+
+Eigen::VectorXd StepGas::pressure_scales(std::size_t part) const {
+  const Own& own = parts_[part];
+  Eigen::VectorXd scales(own.multiplier.size());
+  std::transform(own.prescribed.begin(), own.prescribed.end(), scales.begin(),
+                 [&own](int chamber) { return own.force_scale / own.chambers->initial_volume(chamber); });
+  return scales;
+}
+
+Eigen::VectorXd StepGas::excess_volume(std::size_t part) {
+  const Own& own = parts_[part];
+  Eigen::VectorXd excess(own.multiplier.size());
+  if (excess.size() > 0) {
+    evaluate();
+  }
+  std::transform(own.prescribed.begin(), own.prescribed.end(), excess.begin(),
+                 [&](int chamber) { return walls_[part][chamber] - own.chambers->prescribed_volume(chamber, time_); });
+  return excess;
+}
+
+Eigen::Matrix3Xd StepGas::gradient(std::size_t part) {
+  evaluate();
+  Own& own = parts_[part];
+  const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(*own.position);
+  Eigen::VectorXd pressure(own.chambers->count());
+  double absolute = 0;  // squares of the forces of the absolute pressures
+  for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+    const GasState& state = own.states[static_cast<std::size_t>(chamber)];
+    pressure[chamber] = state.pressure;
+    absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
+  }
+  constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
+  MPI_Allreduce(MPI_IN_PLACE, &absolute, 1, MPI_DOUBLE, MPI_SUM, own.chambers->surface().comm());
+  own.rounding = share * std::sqrt(absolute);
+  return (gradients * -pressure).reshaped(3, gradients.rows() / 3);
+}
+
+LowRank StepGas::begin_tangent(std::size_t part, double left) {
+  evaluate();
+  Own& own = parts_[part];
+  of_tangent_.resize(parts_.size());
+  of_tangent_[part] = walls_[part];
+  own.of_tangent = own.position->values();
+  has_work_ = false;
+  LowRank result(own.chambers->volume_gradients(*own.position), Eigen::VectorXd(own.chambers->count()));
+  for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+    double stiffness = 0;
+    if (own.chambers->prescribes_volume(chamber)) {
+      stiffness = bordering_stiffness(own, chamber);
+    } else if (!own.chambers->is_joined(chamber)) {
+      stiffness = -rank_one_share(own.tangent) * own.states[static_cast<std::size_t>(chamber)].pressure_slope;
+    }
+    result.coefficients[chamber] = std::max(stiffness, left * stiffness);
+  }
+  if (parts_.size() == 1) {
+    join(result, {0}, left);
+  }
+  return result;
+}
+
+void StepGas::join(LowRank& all, const std::vector<Eigen::Index>& first, double left) {
+  evaluate();
+  std::vector<Eigen::Index> columns;
+  Eigen::VectorXd share(all.count());
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    for (const int chamber : parts_[part].chambers->joined()) {
+      columns.push_back(first[part] + chamber);
+      share[columns.back()] = rank_one_share(parts_[part].tangent);
+    }
+  }
+  if (columns.empty()) {
+    return;
+  }
+  const Eigen::MatrixXd slopes = flow_.slopes(step_, end_);
+  const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
+  all.mixing(columns, columns) = principal.axes;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const double stiffness = share[columns[k]] * principal.values[static_cast<Eigen::Index>(k)];
+    all.coefficients[columns[k]] = std::max(stiffness, left * stiffness);
+  }
+}
+
+std::vector<double> StepGas::load_pressure(std::size_t part) {
+  evaluate();
+  const Own& own = parts_[part];
+  std::vector<double> pressure;
+  if (own.tangent == GasTangent::exact && own.chambers->count() > 0) {
+    for (std::size_t t = 0; t < own.chambers->surface().triangles.size(); ++t) {
+      const int chamber = own.chambers->of_triangle(static_cast<PetscInt>(t));
+      pressure.push_back(chamber >= 0 ? own.states[static_cast<std::size_t>(chamber)].pressure : 0);
+    }
+  }
+  return pressure;
+}
+
+double StepGas::bordering_stiffness(const Own& own, int chamber) const {
+  const double volume = std::abs(own.states[static_cast<std::size_t>(chamber)].volume);
+  const double pressure = std::abs(own.states[static_cast<std::size_t>(chamber)].pressure);
+  return 10 * (pressure + own.force_scale / std::pow(volume, 2.0 / 3)) / volume;
+}
+
+/// Work of given pressures on what is left of walls with holes, straight from x^n to x: by Simpson's rule, which is
+/// exact, since the force is a square of the positions. Collective.
+double StepGas::work_on_rest(Own& own) {
+  double work = 0;
+  bool has_hole = false;
+  for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+    if (!own.chambers->has_hole(chamber)) {
+      continue;
+    }
+    has_hole = true;
+    const Eigen::Matrix3Xd moved = own.position->values() - own.start->values();
+    const auto force = [&](double share) {
+      own.between.values() = own.start->values() + share * moved;
+      return own.chambers->volume_gradient(chamber, own.between);
+    };
+    const Eigen::Matrix3Xd mean = (force(0) + 4 * force(0.5) + force(1)) / 6;
+    work +=
+        own.states[static_cast<std::size_t>(chamber)].pressure * mean.cwiseProduct(moved.leftCols(mean.cols())).sum();
+  }
+  if (has_hole) {
+    MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, own.chambers->surface().comm());
+  }
+  return work;
+}
+
+/// Work of joined gas of all parts from where the tangent was last taken: along a straight line from all W to all
+/// others, or where walls have holes, on whose caps no pressure acts, from all positions to all others. Collective.
+void StepGas::find_work() {
+  if (has_work_) {
+    return;
+  }
+  has_work_ = true;
+  evaluate();
+  for (Own& own : parts_) {
+    own.work = 0;
+  }
+  const bool has_begun =
+      of_tangent_.size() == parts_.size() &&
+      std::all_of(of_tangent_.begin(), of_tangent_.end(), [](const auto& walls) { return walls.size() > 0; });
+  if (!has_begun || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
+    return;
+  }
+  const auto states_at = [&](const FlowingGas::Walls& walls) {
+    const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
+    std::vector<std::vector<GasState>> states;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      states.push_back(flow_.end_states(part, walls, time_, end));
+    }
+    return states;
+  };
+  const auto add = [&](Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
+    for (const int chamber : own.chambers->joined()) {
+      own.work += weight * states[static_cast<std::size_t>(chamber)].pressure * rates[chamber];
+    }
+  };
+  const bool is_closed =
+      std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); });
+  if (is_closed) {
+    for (const auto& [place, weight] : four_points) {
+      FlowingGas::Walls walls;
+      for (std::size_t part = 0; part < parts_.size(); ++part) {
+        walls.push_back(of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
+      }
+      const std::vector<std::vector<GasState>> states = states_at(walls);
+      for (std::size_t part = 0; part < parts_.size(); ++part) {
+        add(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
+      }
+    }
+    return;
+  }
+  for (const auto& [place, weight] : three_points) {
+    FlowingGas::Walls walls;
+    for (Own& own : parts_) {
+      own.between.values() = own.of_tangent + place * (own.position->values() - own.of_tangent);
+      walls.push_back(own.chambers->volumes(own.between));
+    }
+    const std::vector<std::vector<GasState>> states = states_at(walls);
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      Own& own = parts_[part];
+      const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(own.between);
+      const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
+      add(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
+    }
+  }
+  for (Own& own : parts_) {
+    MPI_Allreduce(MPI_IN_PLACE, &own.work, 1, MPI_DOUBLE, MPI_SUM, own.chambers->surface().comm());
+  }
+}
+
+double StepGas::value(std::size_t part) {
+  evaluate();
+  Own& own = parts_[part];
+  double sum = -work_on_rest(own);
+  for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+    if (!own.chambers->prescribes_volume(chamber) && !own.chambers->has_hole(chamber) &&
+        !own.chambers->is_joined(chamber)) {
+      sum += own.states[static_cast<std::size_t>(chamber)].potential;
+    }
+  }
+  find_work();
+  return sum - own.work;
+}
+
+GasExchange StepGas::end_step(std::size_t part, const Field& end, double time) {
+  if (parts_.size() == 1) {
+    const FlowingGas::Walls walls{parts_.front().chambers->volumes(end)};
+    const GasNetwork::Step step = flow_.network_step(walls, time);
+    return flow_.end_step(0, walls, step, flow_.solve(step));
+  }
+  if (ended_.empty()) {  // Of all at once: from then on the chambers know of the next step.
+    evaluate();
+    for (std::size_t other = 0; other < parts_.size(); ++other) {
+      ended_.push_back(flow_.end_step(other, walls_, step_, end_));
+    }
+  }
+  return ended_[part];
+}
+
+}  // namespace equilibrium
+}  // namespace pellicle

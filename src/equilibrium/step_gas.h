@@ -1,0 +1,127 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "gas/flowing_gas.h"
+#include "solvers/low_rank.h"
+#include "solvers/step_part.h"
+
+namespace pellicle {
+inline namespace equilibrium {
+
+/// The gas in a step that is brought into balance: what it adds to the potential of a part, its gradient and its second
+/// derivative. Of one part, or of several whose chambers are linked, so that the pressures in each follow from the
+/// volumes in all of them.
+///
+/// Gas that links or heat join to something has no potential: its W is minus its work from where the tangent was last
+/// taken, which is all that a search along a step of Newton's method asks for. Of a chamber with a hole, whose pressure
+/// is given, W is minus the work on what is left of the wall, straight from x^n to x.
+///
+/// A chamber of prescribed volume has no W: its pressure p is the multiplier of V(x) = V*, an unknown beside x, as p
+/// over its pressure scale, and the row of the residual is that scale times V* - V(x).
+class StepGas {
+ public:
+  /// All must outlive it; positions are those that the parts go through.
+  struct Part {
+    std::string object;  ///< its name, by which links of others know it
+    const Chambers* chambers = nullptr;
+    const Field* start = nullptr;     ///< x^n
+    const Field* position = nullptr;  ///< x
+    GasTangent tangent = GasTangent::exact;
+    double force_scale = 0;  ///< StepPart::force_scale [N]
+  };
+
+  /// @throws Error see FlowingGas
+  explicit StepGas(const std::vector<Part>& parts);
+
+  /// All chambers have begun a step. @param time at which forces are in balance [s]
+  void begin_step(double time);
+  /// The loads' time has changed.
+  void set_time(double time);
+  /// A part has gone to another place.
+  void move() {
+    is_evaluated_ = false;
+    has_work_ = false;
+  }
+
+  // Of a part, where it is. Collective.
+
+  /// Of its chambers; of prescribed volumes the pressure is the multiplier.
+  const std::vector<GasState>& states(std::size_t part);
+  /// By the owned vertices (3 x owned) [N].
+  Eigen::Matrix3Xd gradient(std::size_t part);
+  /// The potential, of all ranks [J].
+  double value(std::size_t part);
+  /// Before the second derivative is asked for. @returns it, a column a chamber, without projectors. Of several parts
+  /// those of joined chambers have no stiffness yet, see `join`
+  /// @param left of what is not positive, 0 to 1
+  LowRank begin_tangent(std::size_t part, double left);
+  /// Gives the columns of all parts the stiffness of what is joined: its volumes change each other's pressures, so the
+  /// columns become those along which the symmetric part of this stiffness is diagonal. (It is symmetric where all
+  /// pressures are the same.)
+  /// @param first column of each part
+  void join(LowRank& all, const std::vector<Eigen::Index>& first, double left);
+  /// Pressures on the triangles of its surface, whose load stiffness counts [Pa]; empty: none does.
+  std::vector<double> load_pressure(std::size_t part);
+  /// What rounding may leave of the last gradient [N].
+  double rounding(std::size_t part) const { return parts_[part].rounding; }
+
+  /// What has come into its chambers at the end of the step.
+  /// @param end positions then, of a part that is alone; where several are they are those of the balance
+  GasExchange end_step(std::size_t part, const Field& end, double time);
+
+  // Prescribed volumes of a part.
+
+  const std::vector<int>& prescribed(std::size_t part) const { return parts_[part].prescribed; }
+  const Eigen::VectorXd& multiplier(std::size_t part) const { return parts_[part].multiplier; }  ///< [Pa]
+  void set_multiplier(std::size_t part, const Eigen::VectorXd& pressure);
+  Eigen::VectorXd pressure_scales(std::size_t part) const;  ///< [Pa]
+  Eigen::VectorXd excess_volume(std::size_t part);          ///< [m^3]
+
+ private:
+  struct Own : Part {
+    std::vector<int> prescribed;
+    Eigen::VectorXd multiplier;  ///< pressures of these [Pa]
+    double rounding = 0;
+    Eigen::Matrix3Xd of_tangent;  ///< positions of all local vertices, where the tangent was last taken
+    Field between;                ///< on the way to the present ones
+    std::vector<GasState> states;
+    double work = 0;  ///< of what is joined, from where the tangent was last taken [J]
+  };
+
+  void evaluate();
+  void find_work();
+  double work_on_rest(Own& own);
+  double bordering_stiffness(const Own& own, int chamber) const;
+  bool is_joined(const Own& own) const { return own.chambers->has_network(); }
+
+  std::vector<Own> parts_;
+  FlowingGas flow_;
+  double time_ = 0;
+  bool is_evaluated_ = false;  ///< where the parts are
+  bool has_work_ = false;      ///< likewise
+  FlowingGas::Walls walls_;    ///< W of all parts
+  FlowingGas::Walls of_tangent_;
+  GasNetwork::Step step_;
+  GasNetwork::End end_;
+  std::vector<GasExchange> ended_;  ///< of all parts, once the step has ended
+};
+
+/// Columns by vertices where these may move. @param projectors of the local vertices (StepPart::projectors)
+LowRank projected(LowRank low_rank, const std::vector<Eigen::Matrix3d>& projectors);
+
+/// A part of a step with gas in its chambers, which may be one with that of other parts.
+class GasFilled {
+ public:
+  virtual ~GasFilled() = default;
+
+  /// Its own, without a name.
+  virtual StepGas::Part gas_part() const = 0;
+  /// From here on its gas is this part's of a gas that it shares with others.
+  virtual void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) = 0;
+};
+
+}  // namespace equilibrium
+}  // namespace pellicle

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "gas/chambers.h"
+
+namespace pellicle {
+inline namespace gas {
+
+/// The gas of the chambers of an object in a step, or of several objects whose chambers links join: what it is at the
+/// step's end, by the volumes that the walls enclose then. Knows nothing of how they move.
+///
+/// Between `Chambers::begin_step` and the next one all follows from the arguments.
+class FlowingGas {
+ public:
+  struct Object {
+    std::string name;  ///< by which links of others know it
+    const Chambers* chambers = nullptr;
+  };
+  /// Of each object: W of its chambers (Chambers::volumes) [m^3].
+  using Walls = std::vector<Eigen::VectorXd>;
+
+  /// The chambers must outlive it. Links to objects that are not among them lead to the ambient air.
+  /// @throws Error on links, see GasNetwork, and where gas flows between objects that differ in what air and gas are
+  explicit FlowingGas(std::vector<Object> objects);
+
+  std::size_t objects() const { return objects_.size(); }
+  const Chambers& chambers(std::size_t object) const { return *objects_[object].chambers; }
+
+  /// All chambers have begun a step.
+  void begin_step();
+
+  /// The step of the network of all vessels, object after object. @param time at its end [s]
+  GasNetwork::Step network_step(const Walls& walls, double time) const;
+  /// How it ends; has not converged where a volume is not above 0.
+  GasNetwork::End solve(const GasNetwork::Step& step) const;
+  /// The gas of an object's chambers at the end of the step, with what links and walls bring until then. Not finite
+  /// where the network has not converged.
+  std::vector<GasState> end_states(std::size_t object, const Walls& walls, double time,
+                                   const GasNetwork::End& end) const;
+  /// By how much the pressures across the walls of joined chambers change with the W of all of them, object after
+  /// object [Pa/m^3].
+  Eigen::MatrixXd slopes(const GasNetwork::Step& step, const GasNetwork::End& end) const;
+  /// What has come into an object's chambers at the end of the step (Chambers::end_step).
+  GasExchange end_step(std::size_t object, const Walls& walls, const GasNetwork::Step& step,
+                       const GasNetwork::End& end) const;
+
+  /// Of one object: the gas at the end of a step in which the pressures q across the walls move them: W is `walls` +
+  /// `compliance` q.
+  /// @param walls to which the step leads without the pressures [m^3]
+  /// @param compliance h^2 g.M g, g = dW/dx and M the inverse masses: by how much q moves the wall [m^3/Pa]
+  /// @param time at the end of the step [s]
+  struct Moved {
+    std::vector<GasState> gas;
+    Eigen::VectorXd walls;  ///< W [m^3]
+  };
+  Moved moved_states(const Eigen::VectorXd& walls, const Eigen::VectorXd& compliance, double time) const;
+
+ private:
+  void make_network();
+  void find_walls();
+  GasNetwork::Step own_step(std::size_t object, const GasNetwork::Step& step) const;
+  GasNetwork::End own_end(std::size_t object, const GasNetwork::End& end) const;
+  int end_elsewhere(const std::string& name, const std::string& link) const;
+
+  std::vector<Object> objects_;
+  std::vector<int> first_vessel_;  ///< of each object, and behind the last
+  GasNetwork network_;
+  std::vector<std::vector<int>> link_of_;  ///< of the links of each object the number in the network; -1: nothing flows
+  std::vector<Eigen::VectorXd> inside_;    ///< of each object, for which the network has been made
+  /// Of all joined walls, object after object: the vessels on both sides.
+  std::vector<std::array<int, 2>> sides_of_walls_;
+};
+
+}  // namespace gas
+}  // namespace pellicle
