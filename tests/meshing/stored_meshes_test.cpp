@@ -1,4 +1,4 @@
-// meshes/ holds what our own generators wrote, one mesh for each reader. To write them anew after a change:
+// meshes/ holds what our own generators wrote, a mesh for each reader and one for a deck. To write them anew:
 //   PELLICLE_WRITE_MESHES=1 build/release/tests/test_mesh --gtest_filter='StoredMeshes.*'
 
 #include <gtest/gtest.h>
@@ -27,7 +27,8 @@ std::vector<StoredMesh> stored_meshes() {
           {"sheet.vtp", sheet},
           {"sheet.vtu", sheet},
           {"sheet.vtk", sheet},
-          {"sheet.msh", sheet}};
+          {"sheet.msh", sheet},
+          {"curtain.msh", rectangle_mesh({32, 24}, {0.4, 0.3})}};
 }
 
 TEST(StoredMeshes, AreWhatTheGeneratorsGive) {
