@@ -87,6 +87,7 @@ std::vector<double> GasFilledPart::pressures() {
 
 void GasFilledPart::move_to(const Field& position, const Eigen::VectorXd& own) {
   part_.move_to(position, {});
+  gas_->move();
   gas_->set_multiplier(number_, own.cwiseProduct(pressure_scales()));
 }
 

@@ -143,7 +143,7 @@ Chambers chamber_of(const BalloonCase& c, const YAML::Node& gas) {
           options,
           {{"gas", chamber}},
           Eigen::Vector3d::Zero(),
-          false,
+          {},
           std::vector<Eigen::Matrix3d>(c.membrane.persistent_id.size(), Eigen::Matrix3d::Identity())};
 }
 
