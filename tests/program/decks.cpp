@@ -32,7 +32,8 @@ class DecksTest : public ProgramTest, public testing::WithParamInterface<std::st
 };
 
 TEST_P(DecksTest, RunsTwoSteps) {
-  // A deck without a mesh is a set of options to be laid over any scene, the solvers of the paper over a projected sheet.
+  // A deck without a mesh is a set of options to be laid over any scene, the solvers of the paper over a projected
+  // sheet.
   const YAML::Node deck = YAML::LoadFile(deck_path(GetParam()));
   const bool is_scene = deck["mesh"].IsDefined() || deck["objects"].IsDefined();
   const std::string scene = GetParam() == "paper_solver" ? "peer_w1" : "uniform_shrink";

@@ -39,8 +39,8 @@ class Wrinkles : public ProgramTest {
 };
 
 TEST_F(Wrinkles, ProjectionCrumplesWhereHookeSpringsBendSmoothly) {
-  const double projection = roughness(
-      {deck_path("uniform_shrink"), deck_path("paper_sheet"), "-combustion_mass_loss_range", "1,1"});
+  const double projection =
+      roughness({deck_path("uniform_shrink"), deck_path("paper_sheet"), "-combustion_mass_loss_range", "1,1"});
   const double springs = roughness({deck_path("uniform_shrink_spring")});
   std::printf("roughness: projection %.1f degrees, springs %.1f degrees\n", projection, springs);
   EXPECT_GT(projection, 4 * springs);
