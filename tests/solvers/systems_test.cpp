@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
+#include <vector>
 
 #include "solvers/backtracking.h"
 #include "solvers/bordered_system.h"
