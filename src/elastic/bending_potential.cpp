@@ -20,9 +20,6 @@ Eigen::Map<const Eigen::Matrix3Xd> positions_of(const Field& x) { return {x.data
 /// Share of the undeformed area vector below which that of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double length_of_flat = 1 + sharp * sharp;  // squared: an unfolded sheet has a normal of length 1
-/// Viscosity over stiffness and step up to which the Hessian has it in all directions: half as many multiplications in
-/// a product are then worth more than the few iterations of Newton's method that this costs.
-constexpr double simple_damping = 1;
 
 }  // namespace
 
@@ -33,6 +30,7 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
       stiffness_(stencils_.stencils().size(), Curvature3::Zero()),
       reference_(stencils_.stencils().size()),
       dashpots_(stencils_.stencils().size()) {
+  rows_.normals = Field(sheet.particles, 3);
   make_rows();
 }
 
@@ -108,12 +106,8 @@ void BendingPotential::update_rows() {
   bool is_same = fits_of_rows_ == stencils_.fits() && rows_of_.size() == stiffness_.size();
   rows_of_.resize(stiffness_.size());
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
-    Curvature3 stiffness = stiffness_[s];
-    if (!has_dashpots_) {
-      stiffness += dashpots_[s].stiffness;
-    }
-    is_same = is_same && (rows_of_[s] == stiffness).all();
-    rows_of_[s] = stiffness;
+    is_same = is_same && (rows_of_[s] == stiffness_[s]).all();
+    rows_of_[s] = stiffness_[s];
   }
   if (is_same) {
     return;
@@ -127,7 +121,7 @@ void BendingPotential::update_rows() {
       continue;
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = rows_of_[s] * stencils_.weights()[p];
+      const Curvature3 weighted = stiffness_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
         if (*place >= 0) {
           rows_.entries[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
@@ -139,15 +133,13 @@ void BendingPotential::update_rows() {
 
 void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
   stencils_.update(living);
-  is_damped_ = input.damping_over_step > 0;
-  has_dashpots_ = input.damping_over_step > simple_damping;
+  rows_.along = input.damping_over_step;
   const Curvature3 by_direction(input.stiffness[0], 2 * std::sqrt(input.stiffness[0] * input.stiffness[1]),
                                 input.stiffness[1]);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     target_[s].setZero();
     stiffness_[s].setZero();
-    dashpots_[s].stiffness.setZero();
     if (stencil.area == 0) {
       continue;
     }
@@ -170,14 +162,35 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
     target_[s] = mean * stencil.rest + mean * mean * curl * Curvature3(1, 0, 1);
     stiffness_[s] = factor * stencil.area / (mean * mean) * by_direction;
     reference_[s] = mean * mean * stencils_.area_vector(stencil, sheet_->rest).norm();
-    if (is_damped_) {
+    if (is_damped()) {
       const Positions x = positions_of(start);
       Dashpot& dashpot = dashpots_[s];
       dashpot.normal = normal_at(s, x).direction;
       dashpot.start = (second_derivatives(stencil, x).transpose() * dashpot.normal).array();
-      dashpot.stiffness = input.damping_over_step * stiffness_[s];
     }
   }
+  if (is_damped()) {
+    find_normals();
+  }
+}
+
+/// Of each particle the mean of the normals of the dashpots that it takes part in.
+void BendingPotential::find_normals() {
+  const PetscInt owned = sheet_->particles.owned;
+  Field& normals = rows_.normals;
+  normals.values().setZero();
+  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    for (std::size_t p = stencil.first; p < stencil.last && stencil.area > 0 && !stencil.is_clamped; ++p) {
+      if (const PetscInt i = stencils_.points()[p]; i < owned) {
+        normals.vector(i) += dashpots_[s].normal;
+      }
+    }
+  }
+  for (PetscInt i = 0; i < owned; ++i) {
+    normals.vector(i).normalize();  // 0 stays 0.
+  }
+  normals.update_ghosts();
 }
 
 BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const Positions& x) const {
@@ -241,8 +254,8 @@ double BendingPotential::energy(std::size_t number, const Eigen::Matrix3d& bent,
                                 const Eigen::Matrix3d& residual) const {
   const Eigen::Array3d squares = residual.colwise().squaredNorm().transpose();
   double sum = (stiffness_[number] * squares).sum() / 2;
-  if (is_damped_) {
-    sum += (dashpots_[number].stiffness * dashpots_[number].change(bent).square()).sum() / 2;
+  if (is_damped()) {
+    sum += rows_.along * (stiffness_[number] * dashpots_[number].change(bent).square()).sum() / 2;
   }
   return sum;
 }
@@ -262,9 +275,9 @@ double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
     sum += stencil.centre < owned ? energy(s, bent, off_target) : 0;
     const Eigen::Matrix3d moments = off_target * stiffness_[s].matrix().asDiagonal();
     Eigen::Matrix3d all_moments = moments;
-    if (is_damped_) {
+    if (is_damped()) {
       const Dashpot& dashpot = dashpots_[s];
-      all_moments += dashpot.normal * (dashpot.stiffness * dashpot.change(bent)).matrix().transpose();
+      all_moments += rows_.along * dashpot.normal * (stiffness_[s] * dashpot.change(bent)).matrix().transpose();
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
@@ -320,29 +333,24 @@ std::vector<VertexPair> BendingPotential::pattern() const {
 }
 
 void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
+  std::size_t pair = 0;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    for (PetscInt k = rows_.offsets[static_cast<std::size_t>(i)]; k < rows_.offsets[static_cast<std::size_t>(i) + 1];
-         ++k) {
-      const auto place = static_cast<std::size_t>(k);
-      add_pair(blocks, place, rows_.columns[place] == i, rows_.entries[place] * Eigen::Matrix3d::Identity());
+    for (auto k = static_cast<std::size_t>(rows_.offsets[static_cast<std::size_t>(i)]);
+         k < static_cast<std::size_t>(rows_.offsets[static_cast<std::size_t>(i) + 1]); ++k) {
+      const Eigen::Matrix3d block = rows_.block(i, k);
+      blocks.add(pair++, block);
+      if (rows_.columns[k] != i) {
+        blocks.add(pair, block.transpose());
+      }
+      ++pair;
     }
   }
-  visit_dashpots([&](std::size_t place, PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
-    add_pair(blocks, place, i == j, block);
-  });
-  std::size_t pair = 2 * rows_.entries.size();
   visit_clamped([&](PetscInt /*i*/, PetscInt /*j*/, const Eigen::Matrix3d& block) { blocks.add(pair++, block); });
 }
 
 void BendingPotential::visit(HessianTerms& terms) const {
   const PetscInt owned = sheet_->particles.owned;
   terms.add_numbers(rows_);
-  visit_dashpots([&](std::size_t /*place*/, PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
-    terms.add_block(i, j, block);
-    if (i != j && j < owned) {
-      terms.add_block(j, i, block);
-    }
-  });
   visit_clamped([&](PetscInt i, PetscInt j, const Eigen::Matrix3d& block) {
     if (i < owned) {
       terms.add_block(i, j, block);
@@ -356,89 +364,13 @@ void BendingPotential::visit_clamped(const Take& take) const {
     const Stencil& stencil = stencils_.stencils()[s];
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = (stiffness_[s] + dashpots_[s].stiffness) * stencils_.weights()[p];
+      const Curvature3 weighted = (1 + rows_.along) * stiffness_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         take(stencils_.points()[p], stencils_.points()[q],
              (weighted * stencils_.weights()[q]).sum() * n * n.transpose());
       }
     }
   }
-}
-
-/// Adds a block of the rows, and the one across the diagonal.
-void BendingPotential::add_pair(const HessianBlocks& blocks, std::size_t place, bool is_diagonal,
-                                const Eigen::Matrix3d& block) {
-  blocks.add(2 * place, block);
-  if (!is_diagonal) {
-    blocks.add(2 * place + 1, block);
-  }
-}
-
-template <class Take>
-void BendingPotential::visit_dashpots(const Take& take) const {
-  auto place = places_.begin();
-  for (std::size_t s = 0; has_dashpots_ && s < stiffness_.size(); ++s) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    if (stencil.is_clamped) {
-      continue;
-    }
-    const Eigen::Matrix3d along = dashpots_[s].normal * dashpots_[s].normal.transpose();
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = dashpots_[s].stiffness * stencils_.weights()[p];
-      for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
-        if (*place >= 0) {
-          take(static_cast<std::size_t>(*place), stencils_.points()[p], stencils_.points()[q],
-               (weighted * stencils_.weights()[q]).sum() * along);
-        }
-      }
-    }
-  }
-}
-
-/// Adds the product with the Hessian k n n^T of B along a normal.
-void BendingPotential::add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness,
-                                         const double* w, double* result) const {
-  Curvature3 bent = Curvature3::Zero();
-  for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-    bent += n.dot(Eigen::Map<const Eigen::Vector3d>(w + 3 * stencils_.points()[p])) * stencils_.weights()[p];
-  }
-  bent *= stiffness;
-  for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-    Eigen::Map<Eigen::Vector3d>(result + 3 * stencils_.points()[p]) += (bent * stencils_.weights()[p]).sum() * n;
-  }
-}
-
-void BendingPotential::add_product(const double* w, double* result) const {
-  using Vector = Eigen::Map<Eigen::Vector3d>;
-  using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-  for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    const Eigen::Vector3d own = ConstVector(w + 3 * i);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    PetscInt k = rows_.offsets[static_cast<std::size_t>(i)];
-    const PetscInt end = rows_.offsets[static_cast<std::size_t>(i) + 1];
-    if (k < end && rows_.columns[static_cast<std::size_t>(k)] == i) {
-      sum = rows_.entries[static_cast<std::size_t>(k++)] * own;
-    }
-    for (; k < end; ++k) {
-      const double entry = rows_.entries[static_cast<std::size_t>(k)];
-      const PetscInt j = rows_.columns[static_cast<std::size_t>(k)];
-      sum += entry * ConstVector(w + 3 * j);
-      Vector(result + 3 * j) += entry * own;
-    }
-    Vector(result + 3 * i) += sum;
-  }
-  for (const std::size_t s : clamped_) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
-    add_product_along(stencil, n, stiffness_[s] + dashpots_[s].stiffness, w, result);
-  }
-  for (std::size_t s = 0; has_dashpots_ && s < dashpots_.size(); ++s) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    if (stencil.area > 0 && !stencil.is_clamped) {
-      add_product_along(stencil, dashpots_[s].normal, dashpots_[s].stiffness, w, result);
-    }
-  }
-  check(PetscLogFlops(12.0 * static_cast<double>(rows_.entries.size())));
 }
 
 }  // namespace elastic

@@ -16,14 +16,14 @@ inline namespace elastic {
 /// without moment. A sheet that bends without stretching has B along n, and r is its curvature less B*; where B* is 0
 /// the energy is quadratic in the positions and needs no normal, which a sharp fold does not have (Bergou and others,
 /// A quadratic bending model for inextensible surfaces, 2006). One of the principal curvatures is nearly 0 then, and
-/// Poisson's ratio plays no part beyond that in D. At a clamp the normal is fixed, and r is what lies along it. Nothing
-/// here communicates.
+/// Poisson's ratio plays no part beyond that in D. At a clamp the normal is fixed, and r is what lies along it.
 ///
 /// Viscosity resists the change of B along the normal that the sheet had at the step's start, U = D (tau/h)
 /// |n . (B - B_start)|^2 / 2: not what turns as a whole, nor B across the normal, which strain has, too.
 ///
 /// Both curvatures, exact and positive, are the Hessian without the change of the normals: positive semi-definite, and
-/// exact where B* or r is 0. Weak viscosity it has in all directions in place of the normal's.
+/// exact where B* or r is 0. Of viscosity it has normals of the particles in place of the stencils': a number for each
+/// pair of particles and a normal for each particle are all of it, and it is exact where the sheet is flat.
 class BendingPotential : public Potential {
  public:
   /// The sheet must outlive it. @param clamped see BendingStencils
@@ -38,7 +38,7 @@ class BendingPotential : public Potential {
     double damping_over_step = 0;          ///< viscosity over stiffness and length of the step
   };
 
-  /// Sets B* and the stiffness of a step that starts at `start`. Not collective.
+  /// Sets B* and the stiffness of a step that starts at `start`. Collective.
   void begin_step(const Living& living, const Field& start, const Input& input);
 
   double value(const Field& x) const override;
@@ -48,7 +48,6 @@ class BendingPotential : public Potential {
   void update_hessian(const Field& /*x*/, Curvature /*curvature*/) override { update_rows(); }
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
-  void add_product(const double* w, double* result) const override;
   bool has_terms() const override { return true; }
   void visit(HessianTerms& terms) const override;
 
@@ -74,15 +73,11 @@ class BendingPotential : public Potential {
   Eigen::Matrix3d residual(std::size_t stencil, const Eigen::Matrix3d& second_derivatives, const Positions& x,
                            Normal& normal) const;
   bool needs_normal(std::size_t stencil) const;
-  static void add_pair(const HessianBlocks& blocks, std::size_t place, bool is_diagonal, const Eigen::Matrix3d& block);
-  /// Calls `take` with blocks along the dashpots' normals: with the place in the rows, both particles and the block.
-  template <class Take>
-  void visit_dashpots(const Take& take) const;
   /// Calls `take` with the blocks of the stencils that are clamped: with both particles and the block.
   template <class Take>
   void visit_clamped(const Take& take) const;
-  void add_product_along(const Stencil& stencil, const Eigen::Vector3d& n, const Curvature3& stiffness, const double* w,
-                         double* result) const;
+  bool is_damped() const { return rows_.along > 0; }
+  void find_normals();
   void make_rows();
   void update_rows();
 
@@ -94,21 +89,17 @@ class BendingPotential : public Potential {
   /// Viscosity of a stencil in a step.
   struct Dashpot {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    Curvature3 start = Curvature3::Zero();      ///< n . B at the start of the step [1/m]
-    Curvature3 stiffness = Curvature3::Zero();  ///< as stiffness_ [N m^3]
+    Curvature3 start = Curvature3::Zero();  ///< n . B at the start of the step [1/m]
     /// n . (B - B_start)
     Curvature3 change(const Eigen::Matrix3d& second_derivatives) const;
   };
   std::vector<Dashpot> dashpots_;
-  bool is_damped_ = false;
-  bool has_dashpots_ = false;  ///< the Hessian, along the normals
 
-  // The Hessian of the stencils that are not clamped, a number for each pair of particles, in rows of the owned ones.
-  // It is symmetric: a row has its diagonal and the columns after it, with those of ghosts.
+  // The Hessian of the stencils that are not clamped. Their share along the normals is viscosity over stiffness.
   NumberRows rows_;
   std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: none, before the diagonal
   std::vector<std::size_t> clamped_;  ///< stencils
-  std::vector<Curvature3> rows_of_;   ///< the stiffness, with weak viscosity, that `entries_` have
+  std::vector<Curvature3> rows_of_;   ///< the stiffness that the entries have
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits, likewise
 };
 

@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "base/error.h"
 #include "surface/net_strain.h"
@@ -10,32 +11,40 @@
 namespace pellicle {
 inline namespace elastic {
 
+namespace {
+
+/// What sets by colour have of a spring.
+template <class Spring, class Sets>
+decltype(auto) of(const Spring& spring, Sets& sets) {
+  return sets[static_cast<std::size_t>(spring.colour)][static_cast<std::size_t>(spring.number)];
+}
+
+}  // namespace
+
 SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
   const PetscInt owned = sheet.particles.owned;
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
-      const auto [a, b] = set.ends[s];
-      const bool is_owned = s < static_cast<std::size_t>(set.owned());
-      if (is_owned || a < owned || b < owned) {
-        number_[static_cast<std::size_t>(colour)].push_back(s);
-        springs_.push_back({a, b, 0, set.initial_length[s], 0, is_owned});
+      const auto [a, b] = std::minmax(set.ends[s][0], set.ends[s][1]);
+      const auto number = static_cast<PetscInt>(s);
+      if (number < set.owned() || a < owned) {
+        springs_.push_back({a, b, 0, set.initial_length[s], 0, number, colour, number < set.owned()});
       }
     }
   }
+  // Near in memory what is near in the sheet.
+  std::sort(springs_.begin(), springs_.end(), [](const Spring& one, const Spring& other) {
+    return std::tie(one.a, one.b, one.colour) < std::tie(other.a, other.b, other.colour);
+  });
   hessian_.reserve(springs_.size());
 }
 
 void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
                           const std::array<std::vector<double>, 4>& length) {
-  auto spring = springs_.begin();
-  for (const Colour colour_of_spring : all_colours) {
-    const auto colour = static_cast<std::size_t>(colour_of_spring);
-    for (const std::size_t s : number_[colour]) {
-      spring->stiffness = stiffness[colour][s];
-      spring->length = length[colour][s];
-      ++spring;
-    }
+  for (Spring& spring : springs_) {
+    spring.stiffness = of(spring, stiffness);
+    spring.length = of(spring, length);
   }
 }
 
@@ -43,14 +52,8 @@ void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
                                 const std::array<std::vector<double>, 4>& target_length,
                                 const std::array<std::vector<bool>, 4>& lives) {
   limit_ = limit;
-  auto spring = springs_.begin();
-  for (const Colour colour_of_spring : all_colours) {
-    const auto colour = static_cast<std::size_t>(colour_of_spring);
-    const bool is_limited = limit && is_of_net(colour_of_spring);
-    for (const std::size_t s : number_[colour]) {
-      spring->target = is_limited && lives[colour][s] ? target_length[colour][s] : 0;
-      ++spring;
-    }
+  for (Spring& spring : springs_) {
+    spring.target = limit && is_of_net(spring.colour) && of(spring, lives) ? of(spring, target_length) : 0;
   }
 }
 
@@ -81,14 +84,9 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
   for (const Colour colour : all_colours) {
     result[static_cast<std::size_t>(colour)].assign(static_cast<std::size_t>(sheet_->of(colour).owned()), 0);
   }
-  auto spring = springs_.begin();
-  for (const Colour colour : all_colours) {
-    std::vector<double>& of_colour = result[static_cast<std::size_t>(colour)];
-    for (const std::size_t s : number_[static_cast<std::size_t>(colour)]) {
-      if (s < of_colour.size()) {
-        of_colour[s] = law(*spring, (x.vector(spring->a) - x.vector(spring->b)).norm()).slope;
-      }
-      ++spring;
+  for (const Spring& spring : springs_) {
+    if (spring.is_owned) {
+      of(spring, result) = law(spring, (x.vector(spring.a) - x.vector(spring.b)).norm()).slope;
     }
   }
   return result;
@@ -182,18 +180,6 @@ void SpringPotential::add_hessian(const HessianBlocks& blocks) const {
     blocks.add(pair + 2, block);
     blocks.add(pair + 3, -block);
   }
-}
-
-void SpringPotential::add_product(const double* w, double* result) const {
-  using Vector = Eigen::Map<Eigen::Vector3d>;
-  using ConstVector = Eigen::Map<const Eigen::Vector3d>;
-  for (const DifferenceTerm& spring : hessian_) {
-    const Eigen::Vector3d difference = ConstVector(w + 3 * spring.a) - ConstVector(w + 3 * spring.b);
-    const Eigen::Vector3d force = spring.direction.dot(difference) * spring.direction + spring.across * difference;
-    Vector(result + 3 * spring.a) += force;
-    Vector(result + 3 * spring.b) -= force;
-  }
-  check(PetscLogFlops(23.0 * static_cast<double>(hessian_.size())));
 }
 
 }  // namespace elastic

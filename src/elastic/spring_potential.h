@@ -47,7 +47,6 @@ class SpringPotential : public Potential {
   void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
   bool multiplies() const override { return true; }
-  void add_product(const double* w, double* result) const override;
   bool has_terms() const override { return true; }
   void visit(HessianTerms& terms) const override { terms.add_differences(hessian_); }
 
@@ -57,7 +56,9 @@ class SpringPotential : public Potential {
     PetscInt b;
     double stiffness;
     double length;
-    double target;  ///< of the limit; 0: the spring has none
+    double target;    ///< of the limit; 0: the spring has none
+    PetscInt number;  ///< in its colour's set
+    Colour colour;
     bool is_owned;
     bool acts() const { return stiffness != 0 || target != 0; }
   };
@@ -68,8 +69,7 @@ class SpringPotential : public Potential {
   const Sheet* sheet_;
   std::optional<StrainLimit> limit_;
   double positive_share_ = 0;
-  std::array<std::vector<std::size_t>, 4> number_;  ///< in its colour's set, of each spring, in order
-  std::vector<Spring> springs_;
+  std::vector<Spring> springs_;          ///< sorted by a, the smaller end, then b
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order
 };
 

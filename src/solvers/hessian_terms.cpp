@@ -15,7 +15,7 @@ void HessianTerms::add_numbers(const NumberRows& rows) {
   for (PetscInt i = 0; i < owned_; ++i) {
     const auto last = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
     for (auto k = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i)]); k < last; ++k) {
-      add_blocks(i, rows.columns[k], rows.entries[k]);
+      add_blocks(rows, i, k);
     }
   }
 }
@@ -31,11 +31,12 @@ void HessianTerms::add_blocks(const DifferenceTerm& term) {
   }
 }
 
-void HessianTerms::add_blocks(PetscInt row, PetscInt column, double number) {
-  const Eigen::Matrix3d block = number * Eigen::Matrix3d::Identity();
+void HessianTerms::add_blocks(const NumberRows& rows, PetscInt row, std::size_t entry) {
+  const PetscInt column = rows.columns[entry];
+  const Eigen::Matrix3d block = rows.block(row, entry);
   add_block(row, column, block);
   if (row != column && column < owned_) {
-    add_block(column, row, block);
+    add_block(column, row, block.transpose());
   }
 }
 

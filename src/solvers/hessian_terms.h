@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "parallel/field.h"
+
 namespace pellicle {
 inline namespace solvers {
 
@@ -17,12 +19,24 @@ struct DifferenceTerm {
   double across = 0;                                    ///< [N/m]
 };
 
-/// Of a symmetric Hessian what couples vertices in all directions alike, a number for each pair of vertices: rows of
-/// the owned vertices, each of its diagonal and the columns after it.
+/// Of a symmetric Hessian what couples vertices in all directions alike, a number e for each pair of vertices: rows of
+/// the owned vertices, each of its diagonal and the columns after it. It may couple them along normals besides, a share
+/// of each number: blocks are e (I + along n_i n_j^T) then.
 struct NumberRows {
   std::vector<PetscInt> offsets{0};  ///< first entry of each row, (owned + 1)
   std::vector<PetscInt> columns;     ///< local vertices, ascending in a row
   std::vector<double> entries;       ///< [N/m]
+  double along = 0;                  ///< share
+  Field normals;                     ///< of the local vertices, if there is a share
+
+  /// Block of vertex i with the vertex of an entry of its row.
+  Eigen::Matrix3d block(PetscInt i, std::size_t entry) const {
+    Eigen::Matrix3d result = entries[entry] * Eigen::Matrix3d::Identity();
+    if (along != 0) {
+      result += along * entries[entry] * normals.vector(i) * normals.vector(columns[entry]).transpose();
+    }
+    return result;
+  }
 };
 
 /// Takes a Hessian term by term: cheaper than block by block, as most blocks have much less in them than nine numbers.
@@ -43,8 +57,8 @@ class HessianTerms {
   PetscInt owned() const { return owned_; }
   /// Adds the blocks of a term.
   void add_blocks(const DifferenceTerm& term);
-  /// Adds the blocks of an owned vertex with another one, and of that with it.
-  void add_blocks(PetscInt row, PetscInt column, double number);
+  /// Adds the blocks of an owned vertex with that of an entry of its row, and of that with it.
+  void add_blocks(const NumberRows& rows, PetscInt row, std::size_t entry);
 
  private:
   PetscInt owned_;

@@ -27,7 +27,7 @@ class PartPotential : public Potential {
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override {
     return potential_.limit(taken(x), how, step.middleCols(joined_.first_owned(part_), vertices_.owned));
   }
-  bool multiplies() const override { return potential_.multiplies(); }
+  bool multiplies() const override { return potential_.multiplies() && !potential_.has_terms(); }
   void add_product(const double* w, double* result) const override;
 
  private:

@@ -90,13 +90,14 @@ class Potential {
     return false;
   }
 
-  /// Whether a matrix-free tangent is to multiply with `add_product` in place of the blocks. Not collective.
+  /// Whether a matrix-free tangent is to multiply with its terms or with `add_product` in place of the blocks. Not
+  /// collective.
   virtual bool multiplies() const { return false; }
+  /// Whether, if it multiplies, `visit` gives its Hessian in place of blocks and products; it couples local vertices
+  /// alone then. Not collective.
+  virtual bool has_terms() const { return false; }
   /// Adds H w to `result`, both (3 x local); what ghosts get is a part of the whole only. Not collective.
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}
-  /// Whether, if it multiplies, `visit` gives its Hessian in place of blocks; it couples local vertices alone then. Not
-  /// collective.
-  virtual bool has_terms() const { return false; }
   /// Hands its Hessian over. Not collective.
   virtual void visit(HessianTerms& /*terms*/) const {}
 };

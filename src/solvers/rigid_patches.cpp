@@ -356,25 +356,37 @@ class RigidPatches::Sum : public HessianTerms {
   }
 
   void add_numbers(const NumberRows& rows) override {
+    const bool has_normals = rows.along != 0;
     for (PetscInt i = 0; i < owned(); ++i) {
       const auto last = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
       PetscInt q = -1;
       Eigen::Vector4d sum;  // of the numbers of a patch, times (1, arm)
+      Movement along;       // likewise, times what unit forces along the normals are for the patch
+      const auto add_sums = [&] {
+        add_moments(i, q, sum);
+        if (has_normals && q >= 0) {
+          add_product(i, q, rows.along * forces_of(rows.normals.vector(i), all_.arm_.col(i)), along);
+        }
+      };
       for (auto k = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i)]); k < last; ++k) {
         const PetscInt j = rows.columns[k];
-        const double number = rows.entries[k];
         if (!is_free(i) || !is_free(j)) {
-          add_blocks(i, j, number);
+          add_blocks(rows, i, k);
           continue;
         }
         if (patch(j) != q) {
-          add_moments(i, q, sum);
+          add_sums();
           q = patch(j);
           sum.setZero();
+          along.setZero();
         }
-        sum += (i == j ? 0.5 : 1) * number * with_arm(all_.arm_.col(j));
+        const double number = (i == j ? 0.5 : 1) * rows.entries[k];
+        sum += number * with_arm(all_.arm_.col(j));
+        if (has_normals) {
+          along += number * forces_of(rows.normals.vector(j), all_.arm_.col(j));
+        }
       }
-      add_moments(i, q, sum);
+      add_sums();
     }
   }
 
@@ -438,6 +450,16 @@ class RigidPatches::Sum : public HessianTerms {
       all_.moments(p, q) += own * sum.transpose();
     } else {
       all_.moments(q, p) += sum * own.transpose();
+    }
+  }
+
+  /// The product of what forces on vertex i are for its patch with a row of patch q.
+  void add_product(PetscInt i, PetscInt q, const Movement& own, const Movement& other) {
+    const PetscInt p = patch(i);
+    if (p <= q) {
+      all_.coarse_block(p, q) += own * other.transpose();
+    } else {
+      all_.coarse_block(q, p) += other * own.transpose();
     }
   }
 

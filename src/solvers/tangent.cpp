@@ -11,6 +11,7 @@
 #include "solvers/block_product.h"
 #include "solvers/ksp.h"
 #include "solvers/shell_operations.h"
+#include "solvers/term_product.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -83,7 +84,7 @@ class Diagonal : public HessianTerms {
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       const auto first = static_cast<std::size_t>(rows.offsets[i]);
       if (rows.offsets[i] < rows.offsets[i + 1] && rows.columns[first] == static_cast<PetscInt>(i)) {
-        blocks_[i].diagonal().array() += rows.entries[first];
+        blocks_[i] += rows.block(static_cast<PetscInt>(i), first);
       }
     }
   }
@@ -119,8 +120,8 @@ bool Tangent::renew_pattern() {
   version_ = version;
   make_rows();
   if (is_shell()) {
-    argument_ = Field(reach_, 3);
-    product_.resize(3, vertices_.local());
+    argument_ = Field(reach_, 4);
+    product_.resize(4, vertices_.local());
     has_diagonal_ = false;
   } else {
     make_assembled();
@@ -428,36 +429,45 @@ void Tangent::multiply(Vec in, Vec out) {
   double* y = nullptr;
   check(VecGetArrayRead(in, &w));
   check(VecGetArrayWrite(out, &y));
-  using Vectors = Eigen::Map<const Eigen::Matrix3Xd>;
-  const Vectors given(w, 3, owned());
-  argument_.values().leftCols(owned()) = given;
+  const Eigen::Map<const Eigen::Matrix3Xd> given(w, 3, owned());
+  const auto argument = [this](PetscInt i) { return Eigen::Map<Eigen::Vector3d>(argument_.data() + 4 * i); };
+  for (PetscInt i = 0; i < owned(); ++i) {
+    argument(i) = given.col(i);
+    argument_.data()[4 * i + 3] = 0;
+  }
   argument_.update_ghosts();
   for (const PetscInt i : constrained_) {
-    argument_.vector(i) = projectors_[static_cast<std::size_t>(i)] * argument_.vector(i).eval();
+    argument(i) = projectors_[static_cast<std::size_t>(i)] * argument(i).eval();
   }
   for (PetscInt i = 0; i < owned(); ++i) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     const auto row = static_cast<std::size_t>(i);
     for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
          ++k) {
-      sum.noalias() += rows_.blocks[k] * argument_.vector(rows_.local_columns[k]);
+      sum.noalias() += rows_.blocks[k] * argument(rows_.local_columns[k]);
     }
-    product_.col(i) = sum;
+    product_.col(i) << sum, 0;
   }
   check(PetscLogFlops(18.0 * static_cast<double>(rows_.blocks.size())));
   product_.rightCols(product_.cols() - owned()).setZero();
+  TermProduct by_terms(owned(), vertices_.local(), argument_.data(), product_.data());
   for (const Part& part : parts_) {
-    if (part.multiplies) {
-      part.potential->add_product(argument_.data(), product_.data());
+    if (part.multiplies && part.potential->has_terms()) {
+      part.potential->visit(by_terms);
+    } else if (part.multiplies) {
+      dense_argument_ = argument_.values().topRows<3>();
+      dense_product_.setZero(3, vertices_.local());
+      part.potential->add_product(dense_argument_.data(), dense_product_.data());
+      product_.topRows<3>() += dense_product_;
     }
   }
   for (const PetscInt i : constrained_) {
     if (i < owned()) {
-      product_.col(i) = projectors_[static_cast<std::size_t>(i)] * product_.col(i).eval() +
-                        held_ * (given.col(i) - argument_.vector(i));
+      product_.col(i).head<3>() = projectors_[static_cast<std::size_t>(i)] * product_.col(i).head<3>().eval() +
+                                  held_ * (given.col(i) - argument(i));
     }
   }
-  Eigen::Map<Eigen::Matrix3Xd>(y, 3, owned()) = product_.leftCols(owned());
+  Eigen::Map<Eigen::Matrix3Xd>(y, 3, owned()) = product_.topRows<3>().leftCols(owned());
   check(VecRestoreArrayWrite(out, &y));
   check(VecRestoreArrayRead(in, &w));
 }

@@ -101,8 +101,10 @@ class Tangent {
 
   Rows rows_;
   double held_ = 0;                        ///< s of a shell [N/m]
-  Field argument_;                         ///< of a product of the shell, on `reach_`
-  Eigen::Matrix3Xd product_;               ///< likewise, (3 x local)
+  Field argument_;                         ///< of a product of the shell, (4 x reach), see TermProduct
+  Eigen::Matrix4Xd product_;               ///< likewise, (4 x local)
+  Eigen::Matrix3Xd dense_argument_;        ///< (3 x reach), for potentials that multiply without terms
+  Eigen::Matrix3Xd dense_product_;         ///< likewise, (3 x local)
   std::vector<Eigen::Matrix3d> diagonal_;  ///< of the shell's owned vertices, when last asked for
   bool has_diagonal_ = false;              ///< whether it is that of the last update
   std::vector<Eigen::Matrix3d> inverse_;   ///< of these blocks, when last asked for

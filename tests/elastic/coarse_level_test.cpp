@@ -56,8 +56,9 @@ class Crumpled {
     springs_.set(material.stiffness(living), initial_lengths(sheet_));
     Field start(sheet_.particles, 3);
     start.values() = sheet_.rest;
-    constexpr double strong = 3;  // viscosity, along normals then
-    bending_.begin_step(living, start, {ones, 0, {1, 2}, ones, strong});
+    start.values().row(2) = 0.1 * (5 * sheet_.rest.row(0)).array().sin();  // Normals differ.
+    constexpr double viscosity = 3;
+    bending_.begin_step(living, start, {ones, 0, {1, 2}, ones, viscosity});
     tangent.emplace(sheet_.particles, std::vector<Potential*>{&springs_, &bending_, inertia_.get()}, projectors,
                     TangentMatrix::shell, "");
     tangent->update(x, Curvature::positive);

@@ -12,6 +12,7 @@
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/initial_lengths.h"
+#include "tests/support/product.h"
 #include "tests/support/solver_options.h"
 
 namespace pellicle {
@@ -96,7 +97,7 @@ struct Pulled {
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
     for (Eigen::Index k = 0; k < size; ++k) {
       const Eigen::VectorXd unit = Eigen::VectorXd::Unit(size, k);
-      springs.add_product(unit.data(), result.col(k).data());
+      result.col(k) = product_of(springs, sheet.particles.owned, unit.reshaped(3, sheet.particles.owned)).reshaped();
     }
     return result;
   }
