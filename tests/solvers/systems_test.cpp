@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
+#include <vector>
 
 #include "solvers/backtracking.h"
 #include "solvers/bordered_system.h"
@@ -325,6 +326,25 @@ TEST(Newton, finds_the_root_and_counts) {
     expected += std::cbrt(static_cast<double>(i));
   }
   EXPECT_NEAR(sum, expected, 1e-9);
+}
+
+TEST(Newton, asks_for_eisenstat_and_walkers_tolerances) {
+  Cubes cubes;
+  std::vector<double> asked;
+  NewtonProblem problem = cubes.problem();
+  problem.solve = [&](Vec residual, Vec descent, const NewtonRequest& request) {
+    asked.push_back(request.rtol);
+    return cubes.problem().solve(residual, descent, request);
+  };
+  SolverOptions options;
+  options.set("cubes_snes_ksp_ew", "");
+  options.set("cubes_snes_ksp_ew_rtol0", "0.25");
+  Newton newton(cubes.matrix, "cubes_", problem, cubes.defaults());
+  check(VecSet(cubes.x, 3));
+  EXPECT_GT(newton.solve(cubes.x).ended, 0);
+  ASSERT_GT(asked.size(), 3U);
+  EXPECT_EQ(asked.front(), 0.25);
+  EXPECT_LT(asked.back(), 0.1) << "the nearer, the tighter";
 }
 
 TEST(Newton, says_why_it_ends) {
