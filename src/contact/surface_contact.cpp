@@ -111,7 +111,7 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
 /// Pairs from here on, for particles that go somewhere. Collective.
 void SurfaceContact::search(const Field& x, const Field& to) {
   ++searches_;
-  if (!near_.empty()) {
+  if (searches_ > 1) {
     room_used_ = std::max(room_used_, room_used(x));
   }
   origin_.values() = x.values();
