@@ -86,11 +86,6 @@ double contact_thickness(const Surface& surface, const ContactOptions& options) 
   return options.thickness ? *options.thickness : share * mean_side(surface);
 }
 
-double usual_stiffness_of_bodies(const Surface& surface, double tension, double areal_mass, double h) {
-  const double side = mean_side(surface);
-  return 20 * tension / (side * side) + 4 * areal_mass / (h * h);
-}
-
 BodyContact::BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies,
                          const ContactOptions& options, double usual_stiffness)
     : surface_(surface),
@@ -179,7 +174,7 @@ void BodyContact::begin_step(const Field& start, double time_end, double h) {
     if (const double friction = bodies_[point.body].friction; friction > 0) {
       Eigen::Vector3d normal;
       const double gap = gap_at(point.body, moved_[point.body].before, place(point, start_), normal);
-      point.friction.force = -friction * LinearBarrier{point.stiffness, thickness_}.slope(gap + point.nearer);
+      point.friction.force = -friction * Barrier{point.stiffness, thickness_, onset}.slope(gap + point.nearer);
       point.friction.normal = normal;
     }
   }
@@ -202,7 +197,7 @@ void BodyContact::set_time(double time_end, double h) {
       const double gap = gap_at(b, moved.before, start_.vector(i), normal);
       moved.start_gap[particle] = gap;
       if (i < surface_.particles.owned && gap < thickness_ && body.friction > 0) {
-        const LinearBarrier barrier{stiffness_ * area_[particle], thickness_};
+        const Barrier barrier{stiffness_ * area_[particle], thickness_, onset};
         moved.friction[particle].force = -body.friction * barrier.slope(gap + nearer_[b][particle]);
         moved.friction[particle].normal = normal;
       }
@@ -229,7 +224,7 @@ PointPotential BodyContact::press(std::size_t body, double stiffness, double nea
   PointPotential sum;
   Eigen::Vector3d normal;
   const double gap = gap_at(body, moved_[body].after, x, normal) + nearer;
-  const LinearBarrier barrier{stiffness, thickness_};
+  const Barrier barrier{stiffness, thickness_, onset};
   if (gap < thickness_) {
     sum.value = barrier.value(gap);
     sum.gradient = barrier.slope(gap) * normal;
@@ -669,7 +664,7 @@ bool BodyContact::renew(const Field& x) {
   return on_any_rank(surface_.comm(), changes) || has_new;
 }
 
-bool BodyContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const {
+bool BodyContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) {
   Field to(surface_.particles, 3);
   to.values() = x.values();
   to.values().leftCols(step.cols()) += step;
@@ -692,6 +687,33 @@ std::string BodyContact::fault(const Field& x) const {
     }
   }
   return "";
+}
+
+std::string BodyContact::start_fault() const {
+  std::vector<PetscInt> inside(bodies_.size(), 0);
+  std::vector<double> deepest(bodies_.size(), 0);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    for (PetscInt i = 0; i < surface_.particles.owned && !moved_[b].start_gap.empty(); ++i) {
+      const double depth = -moved_[b].start_gap[static_cast<std::size_t>(i)];
+      if (!held_[static_cast<std::size_t>(i)] && depth > tolerance * thickness_) {
+        ++inside[b];
+        deepest[b] = std::max(deepest[b], depth);
+      }
+    }
+  }
+  const auto count = static_cast<int>(bodies_.size());
+  MPI_Allreduce(MPI_IN_PLACE, inside.data(), count, MPIU_INT, MPI_SUM, surface_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, deepest.data(), count, MPI_DOUBLE, MPI_MAX, surface_.comm());
+  const auto found = std::find_if(inside.begin(), inside.end(), [](PetscInt n) { return n > 0; });
+  if (found == inside.end()) {
+    return "";
+  }
+  const auto b = static_cast<std::size_t>(found - inside.begin());
+  char text[100];
+  std::snprintf(text, sizeof text,
+                " vertices lie inside it where the step starts, the deepest by %.3g m, expected none", deepest[b]);
+  return "body " + bodies_[b].name + ": " + std::to_string(*found) + " of " +
+         std::to_string(surface_.particles.global) + text;
 }
 
 std::vector<BodyLoad> BodyContact::loads(const Field& x) const {

@@ -16,8 +16,8 @@
 namespace pellicle {
 inline namespace contact {
 
-/// Bodies that press on an elastic sheet or a balloon: a LinearBarrier of the gap between a body's surface, with its
-/// margin, and
+/// Bodies that press on an elastic sheet or a balloon: a Barrier, cubic in the outermost twentieth, of the gap between
+/// a body's surface, with its margin, and
 ///
 /// - each particle, which has its share of the undeformed area;
 /// - samples of each element, the middles of its sides and of a quad, where the body is so round that these come nearer
@@ -43,6 +43,7 @@ inline namespace contact {
 class BodyContact : public Potential {
  public:
   static constexpr double tolerance = 0.1;
+  static constexpr double onset = 0.05;  ///< of its Barrier: Newton's method finds its place at once
 
   /// Collective. Surface must outlive it. @throws Error as make_bodies does
   /// @param usual_stiffness [Pa/m], unless the options give one
@@ -74,10 +75,12 @@ class BodyContact : public Potential {
   void start_from(const Field& start, Field& x, double h) override;
   bool renew(const Field& x) override;
   bool limits() const override { return !bodies_.empty(); }
-  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override;
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   /// In words, that something is too deep in a body; empty: nothing is. Collective.
   std::string fault(const Field& x) const;
+  /// In words, which body particles are too deep in where the step starts, and how many; empty: none. Collective.
+  std::string start_fault() const;
   /// Lets what has come to touch a body in the step rebound from it, if anything does.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
   /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
@@ -169,11 +172,6 @@ class BodyContact : public Potential {
 
 /// Gap at which surfaces begin to press, as given or else a tenth of the mean side of the mesh [m]. Collective.
 double contact_thickness(const Surface& surface, const ContactOptions& options);
-
-/// With which bodies press on a surface: 20 T/s^2 + 4 m/h^2, which at half of a gap of s/10 bears a tension T that is
-/// bent round a side s, and stops what meets a body within a step [Pa/m]. Collective.
-/// @param tension T, the largest [N/m] @param areal_mass m, 0 without inertia [kg/m^2] @param h of most steps [s]
-double usual_stiffness_of_bodies(const Surface& surface, double tension, double areal_mass, double h);
 
 }  // namespace contact
 }  // namespace pellicle

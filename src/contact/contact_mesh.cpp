@@ -78,14 +78,6 @@ bool ContactMesh::is_own(PetscInt point) const {
   return std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
 }
 
-double ContactMesh::margin(PetscInt point) const {
-  double margin = 0;
-  for (const PetscInt i : particles(point)) {
-    margin = std::max(margin, known_.values()(4, i));
-  }
-  return margin;
-}
-
 bool ContactMesh::touches_own(PetscInt element) const {
   const std::array<PetscInt, 4>& corners = surface_.element(element).corners;
   return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
@@ -105,16 +97,17 @@ ContactMesh::Element ContactMesh::element(PetscInt number) const {
   return element;
 }
 
-Box ContactMesh::box(PetscInt element, const Field& x, const std::vector<double>& margins) const {
+Box ContactMesh::box(PetscInt element, const Motion& motion) const {
   Box box;
-  double margin = 0;
+  double wider = 0;
   for (const PetscInt i : surface_.element(element).corners) {
     if (i >= 0) {
-      box.extend(x.vector(i).eval());
-      margin = std::max(margin, margins[static_cast<std::size_t>(i)]);
+      box.extend(motion.x.vector(i) + motion.low.vector(i));
+      box.extend(motion.x.vector(i) + motion.high.vector(i));
+      wider = std::max(wider, surface_.thickness(i) / 2);
     }
   }
-  return {box.min().array() - margin, box.max().array() + margin};
+  return {box.min().array() - wider, box.max().array() + wider};
 }
 
 /// Sends the owned elements to the ranks whose boxes they meet. Collective.
@@ -162,8 +155,7 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   return Route(surface_.comm(), destinations).send(sent);
 }
 
-void ContactMesh::gather(const Field& x, const Field& start, const std::vector<double>& margins,
-                         const std::vector<PetscInt>& further) {
+void ContactMesh::gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further) {
   const Layout& particles = surface_.particles();
   const Layout& elements = surface_.elements();
   std::vector<PetscInt> here;  // local elements that live
@@ -178,9 +170,9 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<d
     // What touches this rank's particles is either owned, or a ghost whose owner asks for what is near it as well.
     if (e < elements.owned) {
       sent.push_back(whole);
-      sent_boxes.push_back(box(e, x, margins));
+      sent_boxes.push_back(box(e, motion));
     } else if (touches_own(e)) {
-      sent_boxes.push_back(box(e, x, margins));
+      sent_boxes.push_back(box(e, motion));
     }
   }
   int ranks = 1;
@@ -218,13 +210,13 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<d
   reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
   numbers_ = LocalNumbers(reach_);
-  known_ = Field(reach_, 9);
+  known_ = Field(reach_, 15);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const auto particle = static_cast<std::size_t>(i);
-    known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], margins[particle],
-        surface_.thickness(i), start.vector(i);
-    places_.vector(i) = x.vector(i);
+    known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], surface_.thickness(i),
+        surface_.stiffness(i), start.vector(i), motion.low.vector(i), motion.high.vector(i);
+    places_.vector(i) = motion.x.vector(i);
   }
   if (reaches_further_) {
     known_.update_ghosts();
@@ -233,6 +225,7 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<d
 
   triangles_.clear();
   centres_.clear();
+  has_.assign(static_cast<std::size_t>(reach_.local()), false);
   areas_.resize(static_cast<std::size_t>(reach_.local()));
   for (PetscInt i = 0; i < reach_.local(); ++i) {
     areas_[static_cast<std::size_t>(i)] = known_.values()(3, i);
@@ -252,8 +245,10 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<d
     Box box;
     double wider = 0;
     for (const PetscInt point : triangle) {
-      box.extend(mean(places_.values(), point));
-      wider = std::max(wider, margin(point));
+      const Eigen::Vector3d place = mean(places_.values(), point);
+      box.extend(place + low(point));
+      box.extend(place + high(point));
+      wider = std::max(wider, thickness(point) / 2);
     }
     boxes_.emplace_back(box.min().array() - wider, box.max().array() + wider);
   }
@@ -261,6 +256,11 @@ void ContactMesh::gather(const Field& x, const Field& start, const std::vector<d
 
 /// @param corners of the element, in reach
 void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& corners) {
+  for (const PetscInt corner : corners) {
+    if (corner >= 0) {
+      has_[static_cast<std::size_t>(corner)] = true;
+    }
+  }
   if (corners[3] < 0) {
     triangles_.push_back({corners[0], corners[1], corners[2]});
     return;

@@ -21,13 +21,18 @@ class ContactMesh {
   /// The surface must outlive it. Without triangles. Collective.
   explicit ContactMesh(const ContactSurface& surface);
 
-  /// Finds the triangles, of which those are near whose boxes, wider by the margins of their corners, meet. Collective.
-  /// @param x places of the particles, ghosts up to date
-  /// @param margins of the local particles, ghosts up to date [m]
-  /// @param start places of the particles at the beginning of the step, likewise
+  /// Where particles are, each of which may move by a vector between two, component by component; ghosts up to date.
+  struct Motion {
+    const Field& x;
+    const Field& low;
+    const Field& high;
+  };
+
+  /// Finds the triangles, of which those are near whose boxes meet: that of a triangle holds all places to which its
+  /// corners may move, and is wider by half of the thickness. Collective.
+  /// @param start places of the particles at the beginning of the step, ghosts up to date
   /// @param further global numbers of particles that are to be in reach in any case
-  void gather(const Field& x, const Field& start, const std::vector<double>& margins,
-              const std::vector<PetscInt>& further);
+  void gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further);
 
   /// The surface's particles, and as further ghosts those of other ranks' triangles.
   const Layout& reach() const { return reach_; }
@@ -35,7 +40,7 @@ class ContactMesh {
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
-  /// Of the triangles, wider by the margins, as they were gathered.
+  /// Of the triangles, as they were gathered.
   const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
 
@@ -51,6 +56,8 @@ class ContactMesh {
     return point < reach_.local() ? Particles{{point}, 1}
                                   : Particles{centres_[static_cast<std::size_t>(point - reach_.local())], 4};
   }
+  /// Whether a triangle has an owned particle as a corner, or by its centre.
+  bool has(PetscInt particle) const { return has_[static_cast<std::size_t>(particle)]; }
   /// Whether this rank owns a particle of a point.
   bool is_own(PetscInt point) const;
 
@@ -59,13 +66,16 @@ class ContactMesh {
   /// The same of undeformed places. Not collective.
   Eigen::Vector3d rest(PetscInt point) const { return mean(known_.values().topRows<3>(), point); }
   /// Likewise at the beginning of the step.
-  Eigen::Vector3d start(PetscInt point) const { return mean(known_.values().bottomRows<3>(), point); }
+  Eigen::Vector3d start(PetscInt point) const { return mean(known_.values().middleRows<3>(6), point); }
+  /// Between which displacements a point may move [m].
+  Eigen::Vector3d low(PetscInt point) const { return mean(known_.values().middleRows<3>(9), point); }
+  Eigen::Vector3d high(PetscInt point) const { return mean(known_.values().middleRows<3>(12), point); }
   /// Undeformed area round a point [m^2].
   double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }
-  /// As they were gathered: the largest of its particles [m].
-  double margin(PetscInt point) const;
   /// Of the contact of the part that it is on with itself [m].
-  double thickness(PetscInt point) const { return known_.values()(5, *particles(point).begin()); }
+  double thickness(PetscInt point) const { return known_.values()(4, *particles(point).begin()); }
+  /// Likewise [Pa/m].
+  double stiffness(PetscInt point) const { return known_.values()(5, *particles(point).begin()); }
 
  private:
   struct Element;
@@ -79,7 +89,7 @@ class ContactMesh {
     return of_point.weight() * sum;
   }
   Element element(PetscInt number) const;
-  Eigen::AlignedBox3d box(PetscInt element, const Field& x, const std::vector<double>& margins) const;
+  Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
   bool touches_own(PetscInt element) const;
   std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes) const;
   void add(const Element& element, const std::array<PetscInt, 4>& corners);
@@ -90,12 +100,13 @@ class ContactMesh {
   Layout reach_;
   LocalNumbers numbers_;          ///< in `reach_`
   bool reaches_further_ = false;  ///< than the surface's layout, on any rank
-  Field known_;                   ///< on `reach_`: undeformed place, area, margin, thickness, place at the start
-  mutable Field places_;          ///< on `reach_`
+  Field known_;           ///< on `reach_`: undeformed place, area, thickness, stiffness, place at the start, low, high
+  mutable Field places_;  ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::vector<std::array<PetscInt, 4>> centres_;  ///< particles
   std::vector<double> areas_;                     ///< of the points
+  std::vector<bool> has_;                         ///< of the particles in reach
 };
 
 }  // namespace contact

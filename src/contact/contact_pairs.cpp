@@ -3,52 +3,76 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <unsupported/Eigen/BVH>
+#include <tuple>
+
+#include "contact/lips.h"
+#include "geometry/box_tree.h"
 
 namespace pellicle {
 inline namespace contact {
 
 namespace {
 
-using Box = Eigen::AlignedBox3d;
-
-/// Undeformed distances below this share of the thickness are none: such features are one and the same.
+/// Undeformed distances below twice this share of the thickness are none.
 constexpr double least_share = 1e-3;
-/// Square of the sine of the angle between edges up to which they are nearly parallel.
-constexpr double nearly_parallel = 0.01;
+/// Distances below this share of the thickness are rounding: which side of each other such features are on is not
+/// known.
+constexpr double none = 1e-10;
+/// Sine of the angle between edges up to which they are nearly parallel, if contacts are not thinner than that times
+/// their lengths: else what presses there would be further from where the edges cross than the thickness.
+constexpr double nearly_parallel = 0.1;
 
-/// What Eigen's traversal of two box trees asks, by its names.
+/// Features of drawn triangles: each point and side has one triangle that stands for it, so that each pair comes once.
 class Search {
  public:
-  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double stiffness)
+  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places)
       : mesh_(mesh),
         places_(places),
-        stiffness_(stiffness),
-        leader_(static_cast<std::size_t>(mesh.points()), -1),
-        margin_(leader_.size()),
-        is_own_(leader_.size()),
+        low_(3, mesh.points()),
+        high_(3, mesh.points()),
+        boxes_(static_cast<std::size_t>(mesh.points())),
+        is_own_(boxes_.size()),
+        leads_point_(mesh.triangles().size()),
         leads_side_(mesh.triangles().size()) {
-    result_.nearest.assign(leader_.size(), std::numeric_limits<double>::infinity());
     for (PetscInt point = 0; point < mesh.points(); ++point) {
-      margin_[static_cast<std::size_t>(point)] = mesh.margin(point);
-      is_own_[static_cast<std::size_t>(point)] = mesh.is_own(point);
+      const auto number = static_cast<std::size_t>(point);
+      low_.col(point) = mesh.low(point);
+      high_.col(point) = mesh.high(point);
+      const double wider = mesh.thickness(point) / 2;
+      boxes_[number] = {(places.col(point) + low_.col(point)).array() - wider,
+                        (places.col(point) + high_.col(point)).array() + wider};
+      is_own_[number] = mesh.is_own(point);
     }
+    find_leaders();
+  }
+
+  std::vector<ContactPair> run() {
+    BoxTree(mesh_.boxes()).visit_pairs([this](int a, int b) {
+      if (touches_own_[static_cast<std::size_t>(a)] || touches_own_[static_cast<std::size_t>(b)]) {
+        add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)));
+      }
+    });
+    return std::move(result_);
+  }
+
+ private:
+  void find_leaders() {
     struct Side {
       std::array<PetscInt, 2> ends;
-      int triangle;
-      int number;
+      std::size_t triangle;
+      std::size_t number;
     };
     std::vector<Side> sides;
+    std::vector<bool> has_leader(boxes_.size(), false);
     for (std::size_t t = 0; t < leads_side_.size(); ++t) {
-      const std::array<PetscInt, 3>& triangle = mesh.triangles()[t];
+      const std::array<PetscInt, 3>& triangle = mesh_.triangles()[t];
       bool touches_own = false;
-      for (int k = 0; k < 3; ++k) {
-        const PetscInt a = triangle[static_cast<std::size_t>(k)];
-        const PetscInt b = triangle[static_cast<std::size_t>((k + 1) % 3)];
-        sides.push_back({{std::min(a, b), std::max(a, b)}, static_cast<int>(t), k});
-        int& leader = leader_[static_cast<std::size_t>(a)];
-        leader = leader < 0 ? static_cast<int>(t) : leader;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const PetscInt a = triangle[k];
+        const PetscInt b = triangle[(k + 1) % 3];
+        sides.push_back({{std::min(a, b), std::max(a, b)}, t, k});
+        leads_point_[t][k] = !has_leader[static_cast<std::size_t>(a)];
+        has_leader[static_cast<std::size_t>(a)] = true;
         touches_own = touches_own || is_own_[static_cast<std::size_t>(a)];
       }
       touches_own_.push_back(touches_own);
@@ -57,76 +81,32 @@ class Search {
               [](const Side& a, const Side& b) { return std::tie(a.ends, a.triangle) < std::tie(b.ends, b.triangle); });
     for (std::size_t s = 0; s < sides.size(); ++s) {
       if (s == 0 || sides[s].ends != sides[s - 1].ends) {
-        leads_side_[static_cast<std::size_t>(sides[s].triangle)][static_cast<std::size_t>(sides[s].number)] = true;
+        leads_side_[sides[s].triangle][sides[s].number] = true;
       }
     }
   }
 
-  ContactPairs run() {
-    std::vector<int> numbers(leads_side_.size());
-    std::iota(numbers.begin(), numbers.end(), 0);
-    if (!numbers.empty()) {
-      const Eigen::KdBVH<double, 3, int> tree(numbers.begin(), numbers.end(), mesh_.boxes().begin(),
-                                              mesh_.boxes().end());
-      Eigen::BVIntersect(tree, tree, *this);
-    }
-    return std::move(result_);
-  }
-
-  // NOLINTBEGIN(readability-identifier-naming)
-  bool intersectVolumeVolume(const Box& a, const Box& b) const { return a.intersects(b); }
-  bool intersectVolumeObject(const Box& a, int b) const { return a.intersects(box(b)); }
-  bool intersectObjectVolume(int a, const Box& b) const { return b.intersects(box(a)); }
-  bool intersectObjectObject(int a, int b) {
-    if (a < b && (touches_own_[static_cast<std::size_t>(a)] || touches_own_[static_cast<std::size_t>(b)]) &&
-        box(a).intersects(box(b))) {
-      add_triangles(a, b);
-    }
-    return false;
-  }
-  // NOLINTEND(readability-identifier-naming)
-
- private:
-  const Box& box(int triangle) const { return mesh_.boxes()[static_cast<std::size_t>(triangle)]; }
-
-  /// Points and sides have one triangle that stands for them, so that each pair of features comes once.
-  void add_triangles(int a, int b) {
-    const std::array<PetscInt, 3>& first = mesh_.triangles()[static_cast<std::size_t>(a)];
-    const std::array<PetscInt, 3>& second = mesh_.triangles()[static_cast<std::size_t>(b)];
+  void add_triangles(std::size_t a, std::size_t b) {
+    const std::array<PetscInt, 3>& first = mesh_.triangles()[a];
+    const std::array<PetscInt, 3>& second = mesh_.triangles()[b];
     for (std::size_t k = 0; k < 3; ++k) {
-      if (leader_[static_cast<std::size_t>(first[k])] == a) {
+      if (leads_point_[a][k] && box(first[k]).intersects(mesh_.boxes()[b])) {
         add({first[k], second[0], second[1], second[2]}, false);
       }
-      if (leader_[static_cast<std::size_t>(second[k])] == b) {
+      if (leads_point_[b][k] && box(second[k]).intersects(mesh_.boxes()[a])) {
         add({second[k], first[0], first[1], first[2]}, false);
       }
-      for (std::size_t l = 0; l < 3 && leads_side_[static_cast<std::size_t>(a)][k]; ++l) {
-        if (leads_side_[static_cast<std::size_t>(b)][l]) {
+      for (std::size_t l = 0; l < 3 && leads_side_[a][k]; ++l) {
+        if (leads_side_[b][l] && side_box(first, k).intersects(side_box(second, l))) {
           add({first[k], first[(k + 1) % 3], second[l], second[(l + 1) % 3]}, true);
         }
       }
     }
   }
 
-  /// A ball round a feature, and the largest margin of its ends.
-  struct Ball {
-    Eigen::Vector3d centre;
-    double radius = 0;
-    double margin = 0;
-  };
-  template <std::size_t count>
-  Ball ball(const PetscInt* points) const {
-    Ball ball{Eigen::Vector3d::Zero(), 0, 0};
-    for (std::size_t k = 0; k < count; ++k) {
-      ball.centre += places_.col(points[k]);
-      ball.margin = std::max(ball.margin, margin_[static_cast<std::size_t>(points[k])]);
-    }
-    ball.centre /= count;
-    for (std::size_t k = 0; k < count && count > 1; ++k) {
-      ball.radius = std::max(ball.radius, (places_.col(points[k]) - ball.centre).squaredNorm());
-    }
-    ball.radius = std::sqrt(ball.radius);
-    return ball;
+  const Eigen::AlignedBox3d& box(PetscInt point) const { return boxes_[static_cast<std::size_t>(point)]; }
+  Eigen::AlignedBox3d side_box(const std::array<PetscInt, 3>& triangle, std::size_t side) const {
+    return box(triangle[side]).merged(box(triangle[(side + 1) % 3]));
   }
 
   void add(const std::array<PetscInt, 4>& points, bool are_edges) {
@@ -134,46 +114,73 @@ class Search {
     if (std::find_first_of(second_feature, points.end(), points.begin(), second_feature) != points.end()) {
       return;
     }
-    const Ball first = are_edges ? ball<2>(points.data()) : ball<1>(points.data());
-    const Ball second = are_edges ? ball<2>(points.data() + 2) : ball<3>(points.data() + 1);
-    const double reach = first.margin + second.margin;
-    const double apart = first.radius + second.radius + reach;
-    if ((first.centre - second.centre).squaredNorm() >= apart * apart ||
-        std::none_of(points.begin(), points.end(),
+    if (std::none_of(points.begin(), points.end(),
                      [this](PetscInt point) { return is_own_[static_cast<std::size_t>(point)]; })) {
       return;
     }
-    ContactPair pair{points, are_edges, {}, 0};
-    pair.distance = pair.nearest(places_).apart.norm();
-    if (pair.distance >= reach) {
-      return;
-    }
+    ContactPair pair;
+    pair.points = points;
+    pair.are_edges = are_edges;
+    pair.normal = pair.nearest(places_).apart;
+    pair.distance = pair.normal.norm();
     const double thickness = (mesh_.thickness(points[0]) + mesh_.thickness(points[2])) / 2;
-    pair.barrier.thickness = std::min(thickness, rest_distance(pair) / 2);
-    if (pair.barrier.thickness < least_share * thickness) {
+    if (pair.distance <= none * thickness) {
       return;
     }
-    const double share = are_edges ? share_of_edges(points) : 1;
+    pair.normal /= pair.distance;
+    const double nearer = closing(pair);
+    if (pair.distance - nearer >= thickness) {  // Where they may go they neither press nor pass through each other.
+      return;
+    }
+    pair.barrier.thickness = std::min(thickness, rest_distance(pair) / 2);
+    const bool are_lips = pair.barrier.thickness < least_share * thickness;
+    if (are_lips) {
+      pair.barrier.thickness = lip_share * thickness;
+    }
+    pair.may_press = pair.distance - nearer < pair.barrier.thickness;
+    if (!pair.may_press && nearer <= room_share * pair.distance) {
+      return;
+    }
+    const double stiffness = std::min(mesh_.stiffness(points[0]), mesh_.stiffness(points[2]));
+    // Lips have less of a gap to press in, and few pairs to bear what pushes them together in the plane of the sheet.
+    const double share =
+        (are_lips ? 1 / (lip_share * lip_share) : 1) * (are_edges ? share_of_edges(points, pair.barrier.thickness) : 1);
     const auto area = [&](std::size_t k) { return mesh_.area(points[k]); };
     pair.barrier.stiffness =
-        share * stiffness_ * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
-    result_.pairs.push_back(pair);
-    for (std::size_t k = 0; k < 4; ++k) {
-      double& nearest = result_.nearest[static_cast<std::size_t>(points[k])];
-      nearest = std::min(nearest, pair.distance);
+        share * stiffness * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
+    pair.may_press = pair.may_press && pair.barrier.stiffness > 0;
+    result_.push_back(pair);
+  }
+
+  /// By how much features may come nearer to each other along their normal.
+  double closing(const ContactPair& pair) const {
+    double first = -std::numeric_limits<double>::infinity();
+    double second = first;
+    for (int k = 0; k < 4; ++k) {
+      const PetscInt point = pair.points[static_cast<std::size_t>(k)];
+      const Eigen::Vector3d with = pair.normal.cwiseProduct(high_.col(point));
+      const Eigen::Vector3d against = pair.normal.cwiseProduct(low_.col(point));
+      if (k < pair.first_feature()) {
+        first = std::max(first, -with.cwiseMin(against).sum());
+      } else {
+        second = std::max(second, with.cwiseMax(against).sum());
+      }
     }
+    return first + second;
   }
 
   /// Where edges are parallel the nearest points are many, and which of them would be found is chance: they press the
   /// less the nearer they are to that when the step starts (points and triangles press there instead).
-  double share_of_edges(const std::array<PetscInt, 4>& points) const {
+  double share_of_edges(const std::array<PetscInt, 4>& points, double thickness) const {
     const Eigen::Vector3d first = mesh_.start(points[1]) - mesh_.start(points[0]);
     const Eigen::Vector3d second = mesh_.start(points[3]) - mesh_.start(points[2]);
     const double lengths = first.squaredNorm() * second.squaredNorm();
     if (lengths == 0) {
       return 0;
     }
-    const double c = first.cross(second).squaredNorm() / (nearly_parallel * lengths);
+    const double least_sine =
+        std::min(nearly_parallel, thickness / std::sqrt(std::max(first.squaredNorm(), second.squaredNorm())));
+    const double c = first.cross(second).squaredNorm() / (least_sine * least_sine * lengths);
     return c < 1 ? c * (2 - c) : 1;
   }
 
@@ -187,13 +194,14 @@ class Search {
 
   const ContactMesh& mesh_;
   const Eigen::Matrix3Xd& places_;
-  double stiffness_;
-  std::vector<int> leader_;                      ///< of the points: the triangle that stands for each
-  std::vector<double> margin_;                   ///< of the points
-  std::vector<bool> is_own_;                     ///< of the points
-  std::vector<std::array<bool, 3>> leads_side_;  ///< of the triangles: whether each stands for its sides
-  std::vector<bool> touches_own_;                ///< of the triangles
-  ContactPairs result_;
+  Eigen::Matrix3Xd low_;                          ///< of the points: between which displacements they may move
+  Eigen::Matrix3Xd high_;                         ///< likewise
+  std::vector<Eigen::AlignedBox3d> boxes_;        ///< of the points, as ContactMesh has them of triangles
+  std::vector<bool> is_own_;                      ///< of the points
+  std::vector<std::array<bool, 3>> leads_point_;  ///< of the triangles: whether each stands for its points
+  std::vector<std::array<bool, 3>> leads_side_;   ///< and for its sides
+  std::vector<bool> touches_own_;                 ///< of the triangles
+  std::vector<ContactPair> result_;
 };
 
 }  // namespace
@@ -250,8 +258,8 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
   return (curvature - slope * slope.transpose() / (gap * gap)) / gap;
 }
 
-ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double stiffness) {
-  return Search(mesh, places, stiffness).run();
+std::vector<ContactPair> find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) {
+  return Search(mesh, places).run();
 }
 
 }  // namespace contact

@@ -16,7 +16,10 @@ struct ContactPair {
   std::array<PetscInt, 4> points;  ///< of the mesh: the point and the triangle's corners, or the edges' ends
   bool are_edges = false;
   Barrier barrier;
-  double distance = 0;  ///< where it was found [m]
+  // Where it was found:
+  double distance = 0;                               ///< [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
+  bool may_press = false;                            ///< whether it comes to press where its points may move
 
   NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
     const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
@@ -29,18 +32,15 @@ struct ContactPair {
   int first_feature() const { return are_edges ? 2 : 1; }
 };
 
-/// What a search for pairs has found.
-struct ContactPairs {
-  std::vector<ContactPair> pairs;  ///< nearer than the sum of their features' margins
-  std::vector<double> nearest;     ///< of each point of the mesh, to what it is in a pair with [m]; infinity: nothing
-};
+/// Share of their distance that two features may take away before it is measured again.
+constexpr double room_share = 0.9;
 
-/// Looks for all pairs of features without a common point of which this rank owns a part. They
-/// touch from half of their undeformed distance on, if that is less than the thickness: neighbours are near each other
-/// at rest. Where that is nothing, as between the lips of a crack, there is no pair. Not collective.
+/// Looks for the pairs of features without a common point of which this rank owns a part, and which come to press, or
+/// nearer to each other than their room, where their points may move. They press from half of their undeformed distance
+/// on, if that is less than the thickness: neighbours are near each other at rest. What is in one place undeformed
+/// presses from `lip_share` of the thickness on, and is no pair as long as it is in one place. Not collective.
 /// @param places of the mesh's points, for which it was gathered [m]
-/// @param stiffness pressure over depth [Pa/m]
-ContactPairs find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, double stiffness);
+std::vector<ContactPair> find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places);
 
 }  // namespace contact
 }  // namespace pellicle

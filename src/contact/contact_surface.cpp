@@ -1,5 +1,6 @@
 #include "contact/contact_surface.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 
@@ -20,20 +21,26 @@ std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, L
 
 }  // namespace
 
+double ContactSurface::Part::thickness_or_usual() const {
+  return thickness ? *thickness : usual_thickness * mean_side(*surface);
+}
+
 ContactSurface::ContactSurface(const std::vector<Part>& parts)
     : particles_(layouts_of(parts, &Surface::particles)),
       elements_(layouts_of(parts, &Surface::elements)),
       local_elements_(static_cast<std::size_t>(elements_.layout().local())),
       rest_(3, particles_.layout().local()),
       thickness_(static_cast<std::size_t>(particles_.layout().local())),
+      stiffness_(thickness_.size()),
       living_(parts.size(), nullptr) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const Surface& part = *parts[p].surface;
-    const double thickness = parts[p].thickness ? *parts[p].thickness : usual_thickness * mean_side(part);
+    const double thickness = parts[p].thickness_or_usual();
     largest_thickness_ = std::max(largest_thickness_, thickness);
     for (PetscInt i = 0; i < part.particles.local(); ++i) {
       rest_.col(particles_.local(p, i)) = part.rest.col(i);
       thickness_[static_cast<std::size_t>(particles_.local(p, i))] = thickness;
+      stiffness_[static_cast<std::size_t>(particles_.local(p, i))] = parts[p].stiffness;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
       const auto number = static_cast<std::size_t>(e);
@@ -61,6 +68,11 @@ double mean_side(const Surface& surface) {
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
   return sums[0] / std::max(1.0, sums[1]);
+}
+
+double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h) {
+  const double side = mean_side(surface);
+  return 20 * tension / (side * side) + 4 * areal_mass / (h * h);
 }
 
 }  // namespace contact

@@ -18,7 +18,10 @@ class ContactSurface {
   /// What touches itself and the other parts.
   struct Part {
     const Surface* surface;
-    std::optional<double> thickness;  ///< see ContactOptions
+    std::optional<double> thickness;  ///< see ContactOptions [m]
+    double stiffness = 0;             ///< with which it presses on itself [Pa/m]
+    /// Of its contact, a fifth of the mean side unless it is given [m]. Collective.
+    double thickness_or_usual() const;
   };
   /// An element, of which `triangles` are drawn: one of a triangle, four of a quad.
   struct Element {
@@ -43,6 +46,8 @@ class ContactSurface {
   const Eigen::Matrix3Xd& rest() const { return rest_; }
   /// Of the contact of the part that a local particle is of, with itself [m].
   double thickness(PetscInt particle) const { return thickness_[static_cast<std::size_t>(particle)]; }
+  /// Likewise [Pa/m].
+  double stiffness(PetscInt particle) const { return stiffness_[static_cast<std::size_t>(particle)]; }
   /// Of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 
@@ -59,12 +64,18 @@ class ContactSurface {
   std::vector<Element> local_elements_;
   Eigen::Matrix3Xd rest_;
   std::vector<double> thickness_;  ///< of the local particles
+  std::vector<double> stiffness_;  ///< likewise
   double largest_thickness_ = 0;
   std::vector<const std::vector<bool>*> living_;  ///< of each part
 };
 
 /// Mean undeformed side of a surface's elements [m]. Collective.
 double mean_side(const Surface& surface);
+
+/// With which a surface presses, 20 T/s^2 + 4 m/h^2 [Pa/m]: at half of a gap of s/10 it bears a tension T that is bent
+/// round a side s, and stops what is met within a step. Collective.
+/// @param tension T, the largest [N/m] @param areal_mass m, 0 without inertia [kg/m^2] @param h of most steps [s]
+double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h);
 
 }  // namespace contact
 }  // namespace pellicle

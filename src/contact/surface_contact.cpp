@@ -14,24 +14,11 @@ inline namespace contact {
 
 namespace {
 
-/// Share of a distance that each side may take away before it is measured again.
-constexpr double bound_share = 0.45;
-/// Of the thickness: how far a particle may want to go that is not expected to move.
-constexpr double least_reach = 0.25;
-/// Likewise, how far one may want to go at most, be it expected or not: beyond it pairs are sought once more on the
-/// way.
-constexpr double largest_reach = 4;
-/// How much further than expected.
-constexpr double more_reach = 1.5;
-
-/// Share of the way from one displacement to another, beyond a bound, that is within it.
-double share_within(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double bound) {
-  const Eigen::Vector3d way = to - from;
-  const double a = way.squaredNorm();
-  const double b = from.dot(way);
-  const double c = std::min(from.squaredNorm() - bound * bound, 0.0);
-  return a > 0 ? std::clamp((std::sqrt(b * b - a * c) - b) / a, 0.0, 1.0) : 0;
-}
+/// Of the thickness, and of the way that a particle is to go: how much further it may go before pairs are sought again.
+constexpr double more_of_thickness = 0.25;
+constexpr double more_of_way = 0.25;
+/// Of the thickness from which a pair presses on: nothing comes nearer, however often pairs are sought in a step.
+constexpr double least_gap = 1e-6;
 
 }  // namespace
 
@@ -43,6 +30,9 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
       thickness_(surface_.largest_thickness()),
       mesh_(surface_),
       start_(surface_.particles(), 3),
+      origin_(surface_.particles(), 3),
+      low_(surface_.particles(), 3),
+      high_(surface_.particles(), 3),
       trial_(surface_.particles(), 3) {}
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
@@ -90,84 +80,75 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
   h_ = h;
   slip_.e = h * options_.slip_speed;
   searches_ = 0;
+  room_used_ = 0;
+  near_.clear();
   start_.values() = start.values();
-  const Layout& particles = surface_.particles();
-  const Eigen::Vector3d together = is_free_ ? mean_step(start, x) : Eigen::Vector3d::Zero();
-  reach_.resize(static_cast<std::size_t>(particles.local()));
-  for (PetscInt i = 0; i < particles.local(); ++i) {
-    const double travel = (x.vector(i) - start.vector(i) - together).norm();
-    reach_[static_cast<std::size_t>(i)] =
-        std::clamp(more_reach * travel, least_reach * thickness_, largest_reach * thickness_);
+  begin.values() = start.values();
+  if (is_free_) {
+    begin.values().colwise() += mean_step(start, x);
   }
   rubbing_.clear();
-  search(start);
-  note_rubbing(start);
+  search(begin, x);
+  note_rubbing(begin);
   find_rubbing_stencils();
-  reference_.colwise() += together;
-  begin.values() = start.values().colwise() + together;
 }
 
 void SurfaceContact::start_from(const Field& start, Field& x, double h) {
-  prepare(start, x, h, trial_);
   const PetscInt owned = surface_.particles().owned;
-  Eigen::Matrix3Xd step = (x.values() - trial_.values()).leftCols(owned);
-  x.values() = trial_.values();
-  limit(x, StepLimit::all_alike, step);
-  x.values().leftCols(owned) += step;
+  const Eigen::Matrix3Xd whole = x.values().leftCols(owned);
+  Field begin(surface_.particles(), 3);
+  prepare(start, x, h, begin);
+  Eigen::Matrix3Xd step = whole - begin.values().leftCols(owned);
+  limit(begin, StepLimit::all_alike, step);
+  for (PetscInt i = 0; i < owned; ++i) {
+    if (mesh_.has(i)) {
+      x.vector(i) = begin.vector(i) + step.col(i);
+    }
+  }
   x.update_ghosts();
 }
 
-/// Pairs and bounds from here on. Collective.
-void SurfaceContact::search(const Field& x) {
+/// Pairs from here on, for particles that go somewhere. Collective.
+void SurfaceContact::search(const Field& x, const Field& to) {
   ++searches_;
-  std::vector<double> margins = reach_;
-  for (double& margin : margins) {
-    margin += thickness_ / 2;
+  if (searches_ > 1) {
+    room_used_ = std::max(room_used_, room_used(x));
   }
-  update_ghosts(surface_.particles(), margins);
+  origin_.values() = x.values();
+  for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
+    const Eigen::Array3d way = to.vector(i) - x.vector(i);
+    const double more = more_of_thickness * surface_.thickness(i) + more_of_way * way.matrix().norm();
+    low_.vector(i) = way.min(0.0) - more;
+    high_.vector(i) = way.max(0.0) + more;
+  }
   std::vector<PetscInt> further;
   for (const Rubbing& rubbing : rubbing_) {
     for (const auto& [particle, weight] : rubbing.particles) {
       further.push_back(particle);
     }
   }
-  mesh_.gather(x, start_, margins, further);
+  mesh_.gather({x, low_, high_}, start_, further);
   mesh_.write_points(x, places_);
-  ContactPairs found = find_contact_pairs(mesh_, places_, options_.surface_stiffness());
-  const auto owned = static_cast<std::size_t>(surface_.particles().owned);
-  bound_.assign(reach_.begin(), reach_.begin() + static_cast<std::ptrdiff_t>(owned));
-  for (PetscInt point = 0; point < mesh_.points(); ++point) {
-    for (const PetscInt i : mesh_.particles(point)) {
-      if (i < surface_.particles().owned) {
-        double& bound = bound_[static_cast<std::size_t>(i)];
-        bound = std::min(bound, bound_share * found.nearest[static_cast<std::size_t>(point)]);
-      }
-    }
-  }
+  near_ = find_contact_pairs(mesh_, places_);
   find_rubbing_stencils();
   reference_ = places_;
-  near_ = std::move(found.pairs);
   pairs_.clear();
   std::copy_if(near_.begin(), near_.end(), std::back_inserter(pairs_),
-               [this](const ContactPair& pair) { return can_touch(pair); });
-  wanted_.assign(owned, 0);
+               [](const ContactPair& pair) { return pair.may_press; });
   any_held_ = false;
   blocks_.clear();  // They were in another reach.
   curved_.reset();
 }
 
-/// Whether a pair comes to press where its ends may go.
-bool SurfaceContact::can_touch(const ContactPair& pair) const {
-  const auto reach = [&](std::size_t first, std::size_t last) {
-    double largest = 0;
-    for (std::size_t k = first; k < last; ++k) {
-      largest = std::max(largest, mesh_.margin(pair.points[k]) - thickness_ / 2);
+/// Whether a particle of this rank would be where pairs are not known.
+bool SurfaceContact::leaves_room(const Field& x) const {
+  for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
+    const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
+    if (mesh_.has(i) && ((moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any())) {
+      return true;
     }
-    return largest;
-  };
-  const auto split = static_cast<std::size_t>(pair.first_feature());
-  const double nearer = std::min(reach(0, split) + reach(split, 4), 2 * bound_share * pair.distance);
-  return pair.barrier.stiffness > 0 && pair.distance - nearer < pair.barrier.thickness;
+  }
+  return false;
 }
 
 /// Calls `take` with each pair that presses when the particles are at x, the stencil of the way between its nearest
@@ -206,109 +187,78 @@ void SurfaceContact::note_rubbing(const Field& x) {
   });
 }
 
-/// Pairs from where bounds have held particles back. Collective.
-void SurfaceContact::search_further(const Field& x) {
-  for (std::size_t i = 0; i < wanted_.size(); ++i) {
-    const double reach = std::min(more_reach * wanted_[i], largest_reach * thickness_);
-    reach_[i] = std::max(reach_[i], reach);
-  }
-  search(x);
-}
-
 void SurfaceContact::move_on(const Field& x) {
-  if (any_held_) {
-    search_further(x);
-  }
   find_blocks(x);
   extend_pattern();
 }
 
-/// Share of the way that two features may go, when their ends go `from` one displacement `to` another; 1 or less.
-double SurfaceContact::relative_share(const ContactPair& pair, const Eigen::Matrix3Xd& from,
-                                      const Eigen::Matrix3Xd& to) const {
-  const double room = 2 * bound_share * pair.distance;
-  double share = 1;
-  const auto split = static_cast<std::size_t>(pair.first_feature());
-  for (std::size_t k = 0; k < split; ++k) {
-    for (std::size_t l = split; l < 4; ++l) {
-      const Eigen::Vector3d end = to.col(pair.points[k]) - to.col(pair.points[l]);
-      if (end.squaredNorm() > room * room) {
-        share = std::min(share, share_within(from.col(pair.points[k]) - from.col(pair.points[l]), end, room));
-      }
-    }
-  }
-  return share;
-}
-
-bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const {
+bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) {
   const PetscInt owned = surface_.particles().owned;
+  trial_.values().leftCols(owned) = x.values().leftCols(owned) + step;
+  trial_.update_ghosts();
+  if (any_held_ || on_any_rank(surface_.comm(), leaves_room(trial_))) {
+    search(x, trial_);
+  }
   Eigen::Matrix3Xd from;
   Eigen::Matrix3Xd to;
   mesh_.write_points(x, from);
+  mesh_.write_points(trial_, to);
   from -= reference_;
-  bool is_shortened = false;
+  to -= reference_;
+  std::vector<double> shares(static_cast<std::size_t>(owned), 1);
   double share = 1;
+  for (const ContactPair& pair : near_) {
+    std::array<double, 4> levels{};  // of the points, by how much they come nearer to the other feature
+    std::array<double, 4> wanted{};
+    std::array<double, 2> level{};  // of the features
+    std::array<double, 2> wants{};
+    level.fill(-std::numeric_limits<double>::infinity());
+    wants = level;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
+      const Eigen::Vector3d along = is_second ? pair.normal : Eigen::Vector3d(-pair.normal);
+      levels[k] = along.dot(from.col(pair.points[k]));
+      const ContactMesh::Particles particles = mesh_.particles(pair.points[k]);
+      for (const PetscInt i : particles) {  // Any of them may be held back by others.
+        wanted[k] += particles.weight() * std::max(along.dot(to.col(i) - from.col(i)), 0.0);
+      }
+      level[is_second] = std::max(level[is_second], levels[k]);
+      wants[is_second] = std::max(wants[is_second], levels[k] + wanted[k]);
+    }
+    wants = {wants[0] - level[0], wants[1] - level[1]};
+    const double whole_room = std::min(room_share * pair.distance, pair.distance - least_gap * pair.barrier.thickness);
+    const double room = std::max(whole_room - level[0] - level[1], 0.0);
+    if (wants[0] + wants[1] <= room) {
+      continue;
+    }
+    share = std::min(share, room / (wants[0] + wants[1]));
+    for (std::size_t k = 0; k < 4; ++k) {
+      const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
+      const double most = level[is_second] + std::max(room / 2, room - wants[!is_second]);
+      if (levels[k] + wanted[k] <= most) {
+        continue;
+      }
+      const double of_point = (most - levels[k]) / wanted[k];
+      const Eigen::Vector3d along = is_second ? pair.normal : Eigen::Vector3d(-pair.normal);
+      for (const PetscInt i : mesh_.particles(pair.points[k])) {
+        if (i < owned && along.dot(to.col(i) - from.col(i)) > 0) {
+          double& least = shares[static_cast<std::size_t>(i)];
+          least = std::min(least, of_point);
+        }
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+  if (share == 1) {
+    return false;
+  }
+  any_held_ = true;
   for (PetscInt i = 0; i < owned; ++i) {
-    const auto particle = static_cast<std::size_t>(i);
-    const Eigen::Vector3d end = from.col(i) + step.col(i);
-    if (end.norm() > reach_[particle]) {
-      is_shortened = true;
-      wanted_[particle] = end.norm();
-      if (how == StepLimit::each_vertex) {
-        step.col(i) = end * (reach_[particle] / end.norm()) - from.col(i);
-      } else {
-        share = std::min(share, share_within(from.col(i), end, reach_[particle]));
-      }
+    if (mesh_.has(i)) {
+      step.col(i) *= how == StepLimit::all_alike ? share : shares[static_cast<std::size_t>(i)];
     }
   }
-  const auto find_ends = [&] {
-    trial_.values().leftCols(owned) = x.values().leftCols(owned) + step;
-    if (!mesh_.reaches_further()) {
-      trial_.update_ghosts();
-    }
-    mesh_.write_points(trial_, to);
-    to -= reference_;
-  };
-  find_ends();
-  if (how == StepLimit::all_alike) {
-    for (const ContactPair& pair : near_) {
-      share = std::min(share, relative_share(pair, from, to));
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
-    step *= share;
-    is_shortened = share < 1;
-  } else {
-    std::vector<bool> is_bound(static_cast<std::size_t>(owned), false);
-    for (bool goes_on = true; goes_on;) {
-      goes_on = false;
-      for (const ContactPair& pair : near_) {
-        if (relative_share(pair, to, to) == 1) {  // Else it is 0: the way begins too far.
-          continue;
-        }
-        for (const PetscInt point : pair.points) {
-          for (const PetscInt i : mesh_.particles(point)) {
-            if (i >= owned || is_bound[static_cast<std::size_t>(i)]) {
-              continue;
-            }
-            const double bound = bound_[static_cast<std::size_t>(i)];
-            is_bound[static_cast<std::size_t>(i)] = true;
-            if (const double length = to.col(i).norm(); length > bound) {
-              step.col(i) = to.col(i) * (bound / length) - from.col(i);
-              goes_on = true;
-            }
-          }
-        }
-      }
-      goes_on = on_any_rank(surface_.comm(), goes_on);
-      is_shortened = is_shortened || goes_on;
-      if (goes_on) {
-        find_ends();
-      }
-    }
-    is_shortened = on_any_rank(surface_.comm(), is_shortened);
-  }
-  any_held_ = any_held_ || is_shortened;
-  return is_shortened;
+  return true;
 }
 
 double SurfaceContact::value(const Field& x) const {
@@ -324,21 +274,70 @@ double SurfaceContact::value(const Field& x) const {
   return sum;
 }
 
-void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  const auto add = [&](const Stencil& stencil, const Eigen::Vector3d& force) {
-    for (int k = 0; k < stencil.count; ++k) {
-      if (const PetscInt i = stencil.particles[static_cast<std::size_t>(k)]; i < gradient.cols()) {
-        gradient.col(i) += stencil.weights[static_cast<std::size_t>(k)] * force;
-      }
+/// Adds what a force between two features is on their particles (3 x owned).
+void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+    if (particles[k] < sum.cols()) {
+      sum.col(particles[k]) += weights[k] * force;
     }
-  };
+  }
+}
+
+void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  add_pressing(x, gradient);
+  add_friction(gradient);
+}
+
+/// Of the barriers. Leaves the places of the points in `places_`. Collective.
+void SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const {
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
-    add(stencil, pair.barrier.slope(gap) * normal);
+    stencil.spread(pair.barrier.slope(gap) * normal, gradient);
   });
+}
+
+/// With the particles where `places_` has them.
+void SurfaceContact::add_friction(Eigen::Matrix3Xd& gradient) const {
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     const Eigen::Vector3d slip = slip_of(r);
-    add(rubbing_stencils_[r], rubbing_[r].force * slip_.slope_over(slip.norm()) * slip);
+    rubbing_stencils_[r].spread(rubbing_[r].force * slip_.slope_over(slip.norm()) * slip, gradient);
   }
+}
+
+std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
+  Eigen::Matrix3Xd pressing = Eigen::Matrix3Xd::Zero(3, surface_.particles().owned);
+  Eigen::Matrix3Xd friction = pressing;
+  add_pressing(x, pressing);
+  add_friction(friction);
+  std::vector<ContactWork> works(joined().parts());
+  for (std::size_t p = 0; p < works.size(); ++p) {
+    const PetscInt first = joined().first_owned(p);
+    const PetscInt end = p + 1 < works.size() ? joined().first_owned(p + 1) : surface_.particles().owned;
+    for (PetscInt i = first; i < end; ++i) {
+      const Eigen::Vector3d way = x.vector(i) - start_.vector(i);
+      works[p].pressing -= way.dot(pressing.col(i));
+      works[p].friction -= way.dot(friction.col(i));
+    }
+  }
+  static_assert(sizeof(ContactWork) == 2 * sizeof(double));
+  MPI_Allreduce(MPI_IN_PLACE, works.data(), 2 * static_cast<int>(works.size()), MPI_DOUBLE, MPI_SUM, surface_.comm());
+  return works;
+}
+
+/// The largest share of a pair's room, on this rank. Leaves the places of the points in `places_`. Collective.
+double SurfaceContact::room_used(const Field& x) const {
+  mesh_.write_points(x, places_);
+  double largest = 0;
+  for (const ContactPair& pair : near_) {
+    std::array<double, 2> level;  // by how much each feature has come nearer to the other
+    level.fill(-std::numeric_limits<double>::infinity());
+    for (std::size_t k = 0; k < 4; ++k) {
+      const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
+      const double along = pair.normal.dot(places_.col(pair.points[k]) - reference_.col(pair.points[k]));
+      level[is_second] = std::max(level[is_second], is_second ? along : -along);
+    }
+    largest = std::max(largest, (level[0] + level[1]) / (room_share * pair.distance));
+  }
+  return largest;
 }
 
 /// How far what rubs has slipped since the step's start, with the particles where `places_` has them [m].
@@ -490,7 +489,6 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
       if (!is_short) {
         break;
       }
-      search_further(before);
     }
     x.values() = before.values();
   };
@@ -535,6 +533,8 @@ ContactFigures SurfaceContact::figures(const Field& x) const {
   MPI_Allreduce(MPI_IN_PLACE, &figures.contacts, 1, MPIU_INT, MPI_SUM, surface_.comm());
   MPI_Allreduce(&smallest, &figures.smallest_gap, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
   figures.searches = searches_;
+  figures.room_used = std::min(std::max(room_used_, room_used(x)), 1.0);
+  MPI_Allreduce(MPI_IN_PLACE, &figures.room_used, 1, MPI_DOUBLE, MPI_MAX, surface_.comm());
   return figures;
 }
 

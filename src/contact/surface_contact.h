@@ -19,15 +19,23 @@ struct ContactFigures {
   double smallest_gap = 0;  ///< of them, and the thickness where there is none [m]
   double energy = 0;        ///< of the barriers [J]
   int searches = 0;         ///< for pairs, in the last step
+  double room_used = 0;     ///< likewise the largest share of the room between two features, up to 1
+};
+
+/// What contact does to a part in a step.
+struct ContactWork {
+  double pressing = 0;  ///< [J]
+  double friction = 0;  ///< likewise; less than 0 where it brakes
 };
 
 /// Contact of drawn surfaces with themselves and with each other: a cubic Barrier between every point and triangle, and
 /// every two edges, that have no common end, by their distance, with Coulomb friction.
 ///
-/// Nothing passes through anything, whatever the forces: from where pairs were last sought the ends of two features
-/// move relative to each other by at most 0.9 of their distance. Where a step would take them further, they move by at
-/// most 0.45 of the smallest distance of what they are a part of ("offset geometric contact", Chen et al. 2025), then
-/// those that have moved too far from these, and so on. Pairs are sought again from where that ends.
+/// Nothing passes through anything, whatever the forces: a pair of features is kept apart by the plane half way between
+/// their nearest points, along whose normal their points come nearer to each other by at most 0.9 of the distance.
+/// Where a step would take them further, each of these points goes a part of its way (much as "divide and truncate",
+/// Chen et al. 2025). Pairs are sought for the ways that the particles are to go, and again where a step of Newton's
+/// method leads away from these, or where a pair has used up its room.
 ///
 /// Friction is mu N s(|u|), with the slip u since the step's start, normal force N, normal and places of contact those
 /// of the step's start, and s smooth up to the slip of `slip_speed` in a step (SmoothSlip); see SlipTangent for its
@@ -48,7 +56,7 @@ class SurfaceContact : public Potential {
   void start_from(const Field& start, Field& x, double h) override;
   void move_on(const Field& x) override;
   bool limits() const override { return true; }
-  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override;
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
@@ -72,6 +80,8 @@ class SurfaceContact : public Potential {
 
   /// At the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
+  /// Of the forces at the end of a step over the ways of the step, on each part. Collective.
+  std::vector<ContactWork> work(const Field& x) const;
   /// Forgets what has been in contact: the next step is that of a new one. Not collective.
   void forget();
   /// Gap at which two surfaces begin to press [m].
@@ -84,6 +94,7 @@ class SurfaceContact : public Potential {
     std::array<double, 16> weights;
     int count = 0;
     void add(PetscInt particle, double weight);
+    void spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const;
   };
   /// What rubs in a step.
   struct Rubbing {
@@ -96,10 +107,11 @@ class SurfaceContact : public Potential {
   };
 
   Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
-  void search(const Field& x);
-  void search_further(const Field& x);
-  double relative_share(const ContactPair& pair, const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) const;
-  bool can_touch(const ContactPair& pair) const;
+  void search(const Field& x, const Field& to);
+  bool leaves_room(const Field& x) const;
+  double room_used(const Field& x) const;
+  void add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
+  void add_friction(Eigen::Matrix3Xd& gradient) const;
   template <class Take>
   void visit_pressing(const Field& x, const Take& take) const;
   void note_rubbing(const Field& x);
@@ -125,15 +137,15 @@ class SurfaceContact : public Potential {
   std::vector<Rubbing> rubbing_;
   std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
-  // Bounds on displacements.
-  Eigen::Matrix3Xd reference_;     ///< places of the mesh's points from which they are counted [m]
-  std::vector<ContactPair> near_;  ///< all that were found from there, also those that do not come to press
-  std::vector<double> bound_;      ///< of the owned particles: what keeps every pair apart [m]
-  std::vector<double> reach_;      ///< of the local particles: beyond it there may be pairs that were not sought [m]
-  mutable Field trial_;            ///< where particles would be
-  mutable std::vector<double> wanted_;  ///< how far those wanted to go that their reach held back, else 0 [m]
-  mutable bool any_held_ = false;       ///< back, since pairs were last sought, on any rank
+  // Where pairs were last sought.
+  Field origin_;                   ///< places of the particles
+  Field low_, high_;               ///< between which displacements from there pairs are known, component by component
+  Eigen::Matrix3Xd reference_;     ///< places of the mesh's points [m]
+  std::vector<ContactPair> near_;  ///< all pairs that were found, also those that do not come to press
+  Field trial_;                    ///< where particles would be
+  bool any_held_ = false;          ///< back, since then, on any rank
   int searches_ = 0;
+  double room_used_ = 0;  ///< see ContactFigures, before pairs were last sought, on this rank
 
   // What presses and rubs where Newton's method is.
   struct Block {

@@ -18,6 +18,8 @@ double orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eig
   return std::abs(value) > rounding ? value : 0;
 }
 
+}  // namespace
+
 bool segment_cuts_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Triangle& t) {
   // The ends lie on either side of the plane, and the line passes all three edges on the same side.
   if (orientation(t[0], t[1], t[2], p) * orientation(t[0], t[1], t[2], q) >= 0) {
@@ -28,8 +30,6 @@ bool segment_cuts_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q, c
   const double s2 = orientation(p, q, t[2], t[0]);
   return (s0 > 0 && s1 > 0 && s2 > 0) || (s0 < 0 && s1 < 0 && s2 < 0);
 }
-
-}  // namespace
 
 bool triangles_intersect(const Triangle& first, const Triangle& second) {
   for (std::size_t k = 0; k < 3; ++k) {

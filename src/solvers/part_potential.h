@@ -24,7 +24,7 @@ class PartPotential : public Potential {
   bool renew(const Field& x) override { return potential_.renew(taken(x)); }
   void move_on(const Field& x) override { potential_.move_on(taken(x)); }
   bool limits() const override { return potential_.limits(); }
-  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) const override {
+  bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override {
     return potential_.limit(taken(x), how, step.middleCols(joined_.first_owned(part_), vertices_.owned));
   }
   bool multiplies() const override { return potential_.multiplies() && !potential_.has_terms(); }

@@ -13,7 +13,7 @@ void limit_step(MPI_Comm comm, const std::vector<Potential*>& potentials, const 
   }
   const auto shorten = [&](StepLimit how) {
     bool is_shortened = false;
-    for (const Potential* potential : potentials) {
+    for (Potential* potential : potentials) {
       is_shortened = potential->limit(x, how, step) || is_shortened;
     }
     return is_shortened;

@@ -84,11 +84,9 @@ class Potential {
   /// Whether `limit` ever shortens a step. Not collective.
   virtual bool limits() const { return false; }
   /// Shortens a step of Newton's method from x, of the owned vertices (3 x owned) [m], to where this is still the
-  /// energy: what keeps surfaces apart knows only what was near at the last `move_on`.
+  /// energy: what keeps surfaces apart knows only what is near.
   /// @returns whether it has on any rank. Collective.
-  virtual bool limit(const Field& /*x*/, StepLimit /*how*/, Eigen::Ref<Eigen::Matrix3Xd> /*step*/) const {
-    return false;
-  }
+  virtual bool limit(const Field& /*x*/, StepLimit /*how*/, Eigen::Ref<Eigen::Matrix3Xd> /*step*/) { return false; }
 
   /// Whether a matrix-free tangent is to multiply with its terms or with `add_product` in place of the blocks. Not
   /// collective.

@@ -123,7 +123,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
               static_cast<double>(step.newton_iterations), static_cast<double>(step.linear_iterations),
               static_cast<double>(step.concave_iterations), step.residual, step.relative_residual, sums[elastic]});
   const std::vector<double> of_contact =
-      contact_values(chain.contact_options(), chain.contact(), membrane, state.position,
+      contact_values(chain.contact_options(), chain.contact(), step.touching, membrane, state,
                      state.burning ? &state.burning->living.triangles : nullptr);
   own.insert(own.end(), of_contact.begin(), of_contact.end());
   if (chain.burns()) {

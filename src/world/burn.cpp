@@ -35,6 +35,17 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
   return result;
 }
 
+/// Of contact [Pa/m]. A sheet that is not elastic is pushed to where it has room, as its springs are.
+double usual_stiffness_of(const Sheet& sheet, const Options& options) {
+  constexpr double strain = 0.05;  // as much as a sheet may bear
+  constexpr double rigid = 100;    // times its mass in a step
+  if (options.dynamics == Dynamics::elastic) {
+    return usual_contact_stiffness(sheet, strain * stiffness_of(options.material).tensile[0],
+                                   options.sheet.areal_density, options.time.step);
+  }
+  return usual_contact_stiffness(sheet, 0, rigid * options.sheet.areal_density, options.time.step);
+}
+
 }  // namespace
 
 const std::vector<std::string>& Burn::stage_names() {
@@ -70,12 +81,13 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
+  usual_stiffness_ = usual_stiffness_of(sheet, options);
   if (options.contact.together) {
     require_going_together();
   } else if (options.contact.self) {
     const std::vector<bool>& pinned = pins_.pinned();
     const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
-    contact_.emplace(std::vector<ContactSurface::Part>{{&sheet, options.contact.thickness}}, options.contact,
+    contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
                      !on_any_rank(sheet.comm(), !is_free));
   }
   if (options.dynamics == Dynamics::elastic) {
@@ -119,11 +131,7 @@ void Burn::make_elastic() {
   elastic.usual_h = options_.time.step;
   std::vector<Potential*> others;
   if (!options_.bodies.empty()) {
-    constexpr double strain = 0.05;  // as much as a sheet may bear
-    body_contact_ =
-        std::make_unique<BodyContact>(sheet_, options_.bodies, options_.contact,
-                                      usual_stiffness_of_bodies(sheet_, strain * stiffness_of(material).tensile[0],
-                                                                options_.sheet.areal_density, options_.time.step));
+    body_contact_ = std::make_unique<BodyContact>(sheet_, options_.bodies, options_.contact, usual_stiffness_);
     others.push_back(body_contact_.get());
   }
   if (contact_) {
@@ -145,10 +153,16 @@ State Burn::initial_state() const {
   state.pressure.assign(static_cast<std::size_t>(chambers_.count()), 0.0);
   if (gas_is_joined(options_)) {
     state.add_gas(chambers_.count(), static_cast<int>(options_.gas.links.size()));
-    *state.gas = chambers_.first_exchange(chambers_.volumes(state.position));
   }
+  follow_start(state);
   burning_.begin(state);
   return state;
+}
+
+void Burn::follow_start(State& state) const {
+  if (state.gas != nullptr) {
+    *state.gas = chambers_.first_exchange(chambers_.volumes(state.position));
+  }
 }
 
 void Burn::follow(State& state) {
@@ -193,10 +207,23 @@ BurnStep Burn::advance(State& state, double h) {
   step.loads = moved.loads;
   step.take(moved);
   if (step.converged) {
+    look_at_contact(state, step);
     step.cracked = tear(state);
     step.take(end_step(state, h));
   }
   return step;
+}
+
+/// How the sheet touches itself at the end of a step. Collective.
+void Burn::look_at_contact(State& state, BurnStep& step) const {
+  if (contact_) {
+    step.touching = contact_->figures(state.position);
+    if (elastic_ != nullptr) {
+      const ContactWork work = contact_->work(state.position).front();
+      state.contact_work += work.pressing;
+      state.friction_work += work.friction;
+    }
+  }
 }
 
 /// What is before the dynamics.
@@ -349,6 +376,11 @@ DynamicsResult Burn::advance_elastic(State& state, double h) {
     result.contacts = body_contact_->contacts(state.position);
     result.reason = body_contact_->fault(state.position);
     result.converged = result.reason.empty();
+  }
+  if (!result.converged) {
+    if (const std::string fault = start_fault(); !fault.empty()) {
+      result.reason = fault;
+    }
   }
   return result;
 }

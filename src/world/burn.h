@@ -37,13 +37,14 @@ struct BurnStep {
   std::string reason;  ///< of a failure, in words
   int heat_iterations = 0;
   int dynamics_iterations = 0;
-  double constraint_error = 0;  ///< ||C|| at the end [m]
-  int newton_iterations = 0;    ///< of an elastic sheet
-  double force_residual = 0;    ///< likewise, see ElasticStep
-  PetscInt contacts = 0;        ///< particles of this rank held by a body at the end
-  std::vector<BodyLoad> loads;  ///< of the bodies, in the order of their names
-  bool died = false;            ///< whether a part of the sheet burnt away, on any rank
-  bool cracked = false;         ///< whether a side of its cells cracked, on any rank
+  double constraint_error = 0;             ///< ||C|| at the end [m]
+  int newton_iterations = 0;               ///< of an elastic sheet
+  double force_residual = 0;               ///< likewise, see ElasticStep
+  PetscInt contacts = 0;                   ///< particles of this rank held by a body at the end
+  std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names
+  std::optional<ContactFigures> touching;  ///< of a sheet that touches itself
+  bool died = false;                       ///< whether a part of the sheet burnt away, on any rank
+  bool cracked = false;                    ///< whether a side of its cells cracked, on any rank
 
   void take(const StageResult& result) {
     converged = result.converged;
@@ -78,6 +79,8 @@ class Burn {
 
   /// The state at time 0. Collective.
   State initial_state() const;
+  /// Finds what follows from the positions of the state at time 0, should they have become others. Collective.
+  void follow_start(State& state) const;
 
   /// Makes what follows from the other fields: target lengths from masses, living springs from living triangles.
   /// Collective.
@@ -92,6 +95,8 @@ class Burn {
   BurnStep begin(State& state, double h);
   StepPart& part() { return filled_ ? static_cast<StepPart&>(*filled_) : *elastic_; }
   GasFilled* gas() { return filled_ ? &*filled_ : nullptr; }
+  /// See TouchingObject.
+  std::string start_fault() const { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   /// @param balance how the balance was found @param step what `begin` has said
   void end(State& state, const ImplicitResult& balance, BurnStep& step);
 
@@ -116,6 +121,12 @@ class Burn {
   const Chambers& chambers() const { return chambers_; }
   /// How the sheet touches itself, if it can.
   const std::optional<SurfaceContact>& contact() const { return contact_; }
+  /// Of each local particle.
+  const std::vector<bool>& pinned() const { return pins_.pinned(); }
+  /// As what touches itself, or others.
+  ContactSurface::Part contact_part() const {
+    return {&sheet_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
+  }
   /// See ElasticStep; empty of what is not elastic, and if its balance is found elsewhere.
   std::string solver_words() const {
     return elastic_ != nullptr && !options_.contact.together ? elastic_->solver_words() : "";
@@ -145,6 +156,7 @@ class Burn {
   ContactStep move_freely(State& state, double h);
   void begin_bodies(const State& state, double h);
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
+  void look_at_contact(State& state, BurnStep& step) const;
   ElasticInput elastic_input(const State& state, double h) const;
   void lift(State& state, double h);
   void begin_gas(State& state, double h);
@@ -181,6 +193,7 @@ class Burn {
   Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
   std::vector<bool> held_;                ///< those that are pinned or have left
   std::vector<double> mass_;              ///< that moves with them [kg]
+  double usual_stiffness_ = 0;            ///< of contact [Pa/m]
   double contact_reach_ = 0;              ///< gap up to which bodies note how near the sheet is [m]
   std::vector<double> volume_ratio_;      ///< see set_volume_ratios
   std::vector<double> stiffness_factor_;  ///< see set_stiffness_factors

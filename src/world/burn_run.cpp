@@ -9,10 +9,12 @@
 #include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "contact/lips.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/shell.h"
+#include "world/contact_start.h"
 #include "world/gas_of_object.h"
 #include "world/load_mesh.h"
 #include "world/non_finite.h"
@@ -168,6 +170,9 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
+  if (options.contact.self && !options.contact.together) {
+    start_line_ = settle_start(options.contact, *this);
+  }
 }
 
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -268,8 +273,12 @@ void BurnRun::split() {
   const SplitCorners corners = find_split_corners(*sheet_, state_->living);
   if (corners.count > 0) {
     const auto [particles, copies, cells] = packed(*state_, *sheet_, corners);
+    const std::vector<PetscInt> parted = parted_ids(*sheet_, corners);
     take_over(pellicle::split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
     update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
+    if (options_.contact.self) {
+      open_lips(burn_->contact_part(), state_->living.triangles, parted, burn_->pinned(), state_->position);
+    }
   }
 }
 
@@ -387,6 +396,9 @@ SheetLedger& BurnRun::ledger() {
 
 std::vector<std::string> BurnRun::first_remarks() const {
   std::vector<std::string> lines;
+  if (!start_line_.empty()) {
+    lines.push_back(start_line_);
+  }
   if (const std::string words = burn_->solver_words(); !words.empty()) {
     lines.push_back("elastic solver: " + words);
   }

@@ -30,9 +30,13 @@ class BurnRun : public TouchingObject {
   StepResult begin(double h) override;
   StepPart& part() override { return burn_->part(); }
   GasFilled* gas() override { return burn_->gas(); }
+  std::string start_fault() const override { return burn_->start_fault(); }
   StepResult end(const ImplicitResult& balance) override;
   const Surface& surface() const override { return *sheet_; }
+  ContactSurface::Part contact_part() const override { return burn_->contact_part(); }
   const std::vector<bool>* living() const override { return &state_->living.triangles; }
+  std::vector<bool> held() const override { return burn_->pinned(); }
+  void follow_start() override { burn_->follow_start(*state_); }
   void accept(double time) override;
   void keep() override;
   void restore() override;
@@ -63,6 +67,7 @@ class BurnRun : public TouchingObject {
   std::unique_ptr<State> state_;
   Eigen::VectorXd told_open_;            ///< see newly_open
   std::string ended_;                    ///< see Object::ended
+  std::string start_line_;               ///< see settle_start
   BurnStep last_;                        ///< results of the last step
   std::unique_ptr<State> kept_;          ///< of the present sheet, to put back
   std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder

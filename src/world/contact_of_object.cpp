@@ -11,7 +11,14 @@ inline namespace world {
 std::vector<History::Column> contact_columns(const ContactOptions& options) {
   std::vector<History::Column> columns;
   if (options.self && !options.together) {
-    columns = {{"self_contacts", ""}, {"smallest_gap", "m"}, {"contact_energy", "J"}, {"contact_searches", ""}};
+    columns = {{"self_contacts", ""},
+               {"smallest_gap", "m"},
+               {"contact_energy", "J"},
+               {"contact_searches", ""},
+               {"room_used", ""}};
+  }
+  if (options.self) {
+    columns.insert(columns.end(), {{"contact_work", "J"}, {"friction_work", "J"}});
   }
   if (options.check && !options.together) {
     columns.insert(columns.end(), {{"crossings", ""}, {"crossing_element_1", ""}, {"crossing_element_2", ""}});
@@ -20,15 +27,19 @@ std::vector<History::Column> contact_columns(const ContactOptions& options) {
 }
 
 std::vector<double> contact_values(const ContactOptions& options, const std::optional<SurfaceContact>& contact,
-                                   const Surface& surface, const Field& position, const std::vector<bool>* living) {
+                                   const std::optional<ContactFigures>& figures, const Surface& surface,
+                                   const ObjectState& state, const std::vector<bool>* living) {
   std::vector<double> values;
   if (contact) {
-    const ContactFigures figures = contact->figures(position);
-    values = {static_cast<double>(figures.contacts), figures.smallest_gap, figures.energy,
-              static_cast<double>(figures.searches)};
+    const ContactFigures last = figures ? *figures : ContactFigures{0, contact->thickness()};
+    values = {static_cast<double>(last.contacts), last.smallest_gap, last.energy, static_cast<double>(last.searches),
+              last.room_used};
+  }
+  if (options.self) {
+    values.insert(values.end(), {state.contact_work, state.friction_work});
   }
   if (options.check && !options.together) {
-    const Crossings crossings = find_crossings({{surface, position, living}});
+    const Crossings crossings = find_crossings({{surface, state.position, living}});
     values.insert(values.end(), {static_cast<double>(crossings.pairs), static_cast<double>(crossings.elements[0]),
                                  static_cast<double>(crossings.elements[1])});
   }

@@ -5,6 +5,7 @@
 
 #include "contact/surface_contact.h"
 #include "io/history.h"
+#include "world/object_state.h"
 
 namespace pellicle {
 inline namespace world {
@@ -15,10 +16,11 @@ inline namespace world {
 std::vector<History::Column> contact_columns(const ContactOptions& options);
 
 /// Their values. Collective.
-/// @param contact if it can touch itself
+/// @param contact if it can touch itself @param figures at the end of the last step, if there was one
 /// @param living of the surface's drawn triangles; null: all of them
 std::vector<double> contact_values(const ContactOptions& options, const std::optional<SurfaceContact>& contact,
-                                   const Surface& surface, const Field& position, const std::vector<bool>* living);
+                                   const std::optional<ContactFigures>& figures, const Surface& surface,
+                                   const ObjectState& state, const std::vector<bool>* living);
 
 /// Whether nothing holds the particles of any rank back, so that all of an object may move alike. Collective.
 /// @param projectors of each local particle onto where it may go

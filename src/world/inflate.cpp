@@ -22,8 +22,8 @@ Wall wall_of(const Membrane& membrane, const Options& options, Textures& texture
                    textures.values(membrane.element_uv, "wall.thickness_texture", options.wall.thickness_texture));
 }
 
-/// Of the bodies of a balloon, with the wall's means. Collective.
-double stiffness_of_bodies(const Membrane& membrane, const Wall& wall, const Options& options) {
+/// Of contact, with the wall's means [Pa/m]. Collective.
+double usual_stiffness_of(const Membrane& membrane, const Wall& wall, const Options& options) {
   std::array<double, 3> sums{};  // of area, of mass, of 6 mu h, the tension of rubber that is drawn out far
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     const double area = wall.rest[e].area;
@@ -33,7 +33,7 @@ double stiffness_of_bodies(const Membrane& membrane, const Wall& wall, const Opt
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3, MPI_DOUBLE, MPI_SUM, membrane.comm());
   const bool is_static = options.time.scheme == TimeScheme::statics || !options.prism.inertia;
-  return usual_stiffness_of_bodies(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
+  return usual_contact_stiffness(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
 }
 
 /// @throws Error on what generalized alpha and the arc length do not go with
@@ -159,7 +159,8 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                                             state->chamber, state->gas, constraints_.planes())),
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
-      bodies_(membrane, options.bodies, options.contact, stiffness_of_bodies(membrane, wall_, options)),
+      usual_stiffness_(usual_stiffness_of(membrane, wall_, options)),
+      bodies_(membrane, options.bodies, options.contact, usual_stiffness_),
       uneven_(membrane.particles, 3),
       between_(membrane.particles, 3),
       start_(membrane.particles, 3),
@@ -213,7 +214,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
         "preserved behind the step");
   }
   if (options.contact.self && !options.contact.together) {
-    contact_.emplace(std::vector<ContactSurface::Part>{{&membrane, options.contact.thickness}}, options.contact,
+    contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
                      can_move_alike(membrane.comm(), constraints_.projectors()));
   }
   make_solvers();
@@ -250,6 +251,14 @@ void Inflate::make_solvers() {
   }
 }
 
+std::vector<bool> Inflate::held() const {
+  std::vector<bool> held;
+  for (const Eigen::Matrix3d& projector : constraints_.projectors()) {
+    held.push_back(projector != Eigen::Matrix3d::Identity());
+  }
+  return held;
+}
+
 BalloonState Inflate::initial_state() const {
   BalloonState state = state_at_rest(membrane_, options_, chambers_.count());
   const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
@@ -262,15 +271,19 @@ BalloonState Inflate::initial_state() const {
   if (state.loads != nullptr) {
     *state.loads = loads_.chosen();
   }
+  follow_start(state);
+  if (burning_) {
+    burning_->begin(*state.burning);
+  }
+  return state;
+}
+
+void Inflate::follow_start(BalloonState& state) const {
   if (state.gas != nullptr) {
     *state.gas = chambers_.first_exchange(chambers_.volumes(state.position));
   }
   elements_.update_thickness(state.position, state.thickness_ratio);
   set_pressures(state);
-  if (burning_) {
-    burning_->begin(*state.burning);
-  }
-  return state;
 }
 
 InflateStep Inflate::advance(BalloonState& state, double h) {
@@ -326,6 +339,9 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
       step.loads = bodies_.loads(implicit_->potential().position());
     }
     if (!step.converged) {
+      if (const std::string fault = start_fault(); !fault.empty()) {
+        step.reason = fault;
+      }
       return;
     }
     if (burning_) {  // What has left stays exactly where it was, whatever pulls at it.
@@ -367,6 +383,12 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
   }
   if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
     bodies_.rebound(state.position, start_velocity_, mass_, state.velocity, step.loads);
+  }
+  if (contact_) {
+    step.touching = contact_->figures(state.position);
+    const ContactWork work = contact_->work(state.position).front();
+    state.contact_work += work.pressing;
+    state.friction_work += work.friction;
   }
   step.has_cracked = crack(state);
 }

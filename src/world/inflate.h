@@ -23,11 +23,12 @@ inline namespace world {
 /// How a step of the balloon went.
 struct InflateStep : ImplicitResult {
   int heat_iterations = 0;
-  std::vector<BodyLoad> loads;  ///< of the bodies, in the order of their names
-  double step_error = 0;        ///< TimeIntegrator::error at most, over the square root of the wall's area
-  PetscInt inverted = 0;        ///< elements that have turned over (PrismElements::inverted), on all ranks
-  bool has_burnt = false;       ///< whether an element burnt away, on any rank
-  bool has_cracked = false;     ///< whether a side of its elements cracked, on any rank
+  std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names
+  std::optional<ContactFigures> touching;  ///< of a balloon that touches itself
+  double step_error = 0;                   ///< TimeIntegrator::error at most, over the square root of the wall's area
+  PetscInt inverted = 0;                   ///< elements that have turned over (PrismElements::inverted), on all ranks
+  bool has_burnt = false;                  ///< whether an element burnt away, on any rank
+  bool has_cracked = false;                ///< whether a side of its elements cracked, on any rank
 };
 
 /// Gives the membrane of a balloon that burns what that takes (set_burnable): the masses of its wall. Leaves others as
@@ -97,8 +98,18 @@ class Inflate {
   const PrismElements& elements() const { return elements_; }
   const Chambers& chambers() const { return chambers_; }
   const std::vector<double>& mass() const { return mass_; }
+  /// See TouchingObject.
+  std::string start_fault() const { return bodies_.start_fault(); }
   /// How the wall touches itself, if it can.
   const std::optional<SurfaceContact>& contact() const { return contact_; }
+  /// Finds what follows from the positions of the state at time 0, should they have become others. Collective.
+  void follow_start(BalloonState& state) const;
+  /// Which local vertices are not free in all directions.
+  std::vector<bool> held() const;
+  /// As what touches itself, or others.
+  ContactSurface::Part contact_part() const {
+    return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
+  }
   const ContactOptions& contact_options() const { return options_.contact; }
   /// This rank's share of what it has taken to bend the wall [J]. Collective.
   double bending_energy(const BalloonState& state) const {
@@ -138,6 +149,7 @@ class Inflate {
   Constraints constraints_;
   Chambers chambers_;
   PointLoads loads_;
+  double usual_stiffness_;  ///< of contact [Pa/m]
   BodyContact bodies_;
   std::optional<SurfaceContact> contact_;  ///< if it touches itself
   std::optional<WallBending> bending_;     ///< unless the wall has none

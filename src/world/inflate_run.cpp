@@ -7,10 +7,12 @@
 
 #include "ablation/ablation.h"
 #include "ablation/cut_surface.h"
+#include "contact/lips.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/membrane_geometry.h"
+#include "world/contact_start.h"
 #include "world/gas_of_object.h"
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
@@ -57,7 +59,11 @@ InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOu
       membrane_(burnable(std::move(membrane), options)),
       inflate_(std::make_unique<Inflate>(*membrane_, options, output.clock)),
       state_(std::make_unique<BalloonState>(inflate_->initial_state())),
-      surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {}
+      surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {
+  if (options.contact.self && !options.contact.together) {
+    start_line_ = settle_start(options.contact, *this);
+  }
+}
 
 InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
     : options_(options),
@@ -161,6 +167,7 @@ void InflateRun::split() {
     return;
   }
   const auto [particles, copies, cells] = packed(*state_, *membrane_, corners);
+  const std::vector<PetscInt> parted = parted_ids(*membrane_, corners);
   LoadedMembrane loaded = pellicle::split(*membrane_, corners, particles, copies, cells, options_.sheet);
   std::unique_ptr<Membrane> membrane = burnable(std::move(loaded.membrane), options_);
   auto state = std::make_unique<BalloonState>(state_at_rest(*membrane, options_, inflate_->chambers().count()));
@@ -172,6 +179,9 @@ void InflateRun::split() {
   membrane_ = std::move(membrane);
   inflate_->follow(*state_);
   update_pieces(state_->burning->pieces, *membrane_, state_->burning->living, state_->time);
+  if (options_.contact.self) {
+    open_lips(inflate_->contact_part(), state_->burning->living.triangles, parted, inflate_->held(), state_->position);
+  }
 }
 
 void InflateRun::find_end() {
@@ -268,8 +278,14 @@ void InflateRun::record(double h, int retries) {
 }
 
 std::vector<std::string> InflateRun::first_remarks() const {
-  const std::string words = inflate_->solver_words();
-  return words.empty() ? std::vector<std::string>() : std::vector<std::string>{"linear solver: " + words};
+  std::vector<std::string> lines;
+  if (!start_line_.empty()) {
+    lines.push_back(start_line_);
+  }
+  if (const std::string words = inflate_->solver_words(); !words.empty()) {
+    lines.push_back("linear solver: " + words);
+  }
+  return lines;
 }
 
 std::vector<std::string> InflateRun::remarks() const {

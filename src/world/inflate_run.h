@@ -27,11 +27,15 @@ class InflateRun : public TouchingObject {
   StepResult begin(double h) override;
   StepPart& part() override { return inflate_->part(); }
   GasFilled* gas() override { return inflate_->chambers().count() > 0 ? &inflate_->part() : nullptr; }
+  std::string start_fault() const override { return inflate_->start_fault(); }
   StepResult end(const ImplicitResult& balance) override;
   const Surface& surface() const override { return *membrane_; }
+  ContactSurface::Part contact_part() const override { return inflate_->contact_part(); }
   const std::vector<bool>* living() const override {
     return state_->burning ? &state_->burning->living.triangles : nullptr;
   }
+  std::vector<bool> held() const override { return inflate_->held(); }
+  void follow_start() override { inflate_->follow_start(*state_); }
   void accept(double time) override;
   void keep() override;
   void restore() override;
@@ -63,6 +67,7 @@ class InflateRun : public TouchingObject {
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all
   Eigen::VectorXd told_open_;              ///< see newly_open
   std::string ended_;                      ///< see Object::ended
+  std::string start_line_;                 ///< see settle_start
   InflateStep last_;                       ///< results of the last step
   int factorised_steps_ = 0;               ///< of this process
   std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder

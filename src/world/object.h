@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/stage_clock.h"
+#include "contact/contact_surface.h"
 #include "equilibrium/implicit_step.h"
 #include "equilibrium/step_gas.h"
 #include "io/console.h"
@@ -118,11 +119,18 @@ class TouchingObject : public Object {
   virtual StepPart& part() = 0;
   /// The same with the gas in its chambers; null if it has none.
   virtual GasFilled* gas() = 0;
+  /// In words, what is wrong where the step starts, so that no balance may be found; empty: nothing.
+  virtual std::string start_fault() const = 0;
   /// The rest of the step. @param balance how the balance was found
   virtual StepResult end(const ImplicitResult& balance) = 0;
-  /// What is drawn of it, and which drawn triangles there still are; null: all.
+  /// What is drawn of it, how it touches others, and which drawn triangles there still are; null: all.
   virtual const Surface& surface() const = 0;
+  virtual ContactSurface::Part contact_part() const = 0;
   virtual const std::vector<bool>* living() const = 0;
+  /// Local particles that are not free in all directions.
+  virtual std::vector<bool> held() const = 0;
+  /// At the start of a run the positions have become others: finds anew what follows from them.
+  virtual void follow_start() = 0;
 };
 
 }  // namespace world

@@ -42,7 +42,9 @@ struct ObjectState : FieldRegistry {
   double& next_length = add<double>({"next_length", "s", Item::object});  ///< of the next step, see Chain::length
   Field& position = add<Field>({"position", "m", Item::particle}, 3);
   Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
-  GasExchange* gas = nullptr;  ///< see add_gas
+  double& contact_work = add<double>({"contact_work", "J", Item::object});    ///< see ContactWork, up to now
+  double& friction_work = add<double>({"friction_work", "J", Item::object});  ///< likewise
+  GasExchange* gas = nullptr;                                                 ///< see add_gas
 };
 
 }  // namespace world

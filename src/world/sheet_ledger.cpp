@@ -126,7 +126,7 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
   const std::vector<double> of_contact =
-      contact_values(options_.contact, burn.contact(), sheet, state.position, &state.living.triangles);
+      contact_values(options_.contact, burn.contact(), step.touching, sheet, state, &state.living.triangles);
   own.insert(own.end(), of_contact.begin(), of_contact.end());
   if (burn.chambers().count() > 0) {
     const std::vector<double> of_gas = gas_values(burn.chambers(), state, state.pressure.data(), state.time);

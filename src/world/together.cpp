@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "contact/crossings.h"
 #include "world/contact_of_object.h"
+#include "world/contact_start.h"
 
 namespace pellicle {
 inline namespace world {
@@ -28,9 +29,12 @@ void require_alike(const ObjectOptions& first, const ObjectOptions& other) {
   };
   const ContactOptions& a = first.options.contact;
   const ContactOptions& b = other.options.contact;
-  require("contact.stiffness", a.surface_stiffness(), b.surface_stiffness());
   require("contact.friction", a.friction, b.friction);
   require("contact.slip_speed", a.slip_speed, b.slip_speed);
+  if (a.start != b.start) {
+    throw Error(other.name + ": contact.start: " + b.start.name() + ", expected " + a.start.name() + " as of " +
+                first.name + ", which it touches");
+  }
 }
 
 }  // namespace
@@ -80,7 +84,6 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
     if (options.chain == ChainKind::burn && together.step.ksp_rtol == PrismOptions().ksp_rtol) {
       together.step.ksp_rtol = rtol_of_sheets;
     }
-    together.thickness.push_back(options.contact.thickness);
   }
   return together;
 }
@@ -97,6 +100,15 @@ Together::Together(TogetherOptions options, const std::vector<Object*>& objects,
     : options_(std::move(options)), folder_(folder), clock_({"implicit step"}) {
   for (const std::size_t i : options_.objects) {
     objects_.push_back(objects[i]->touching());
+  }
+  std::vector<StartingObject> starting;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (options_.touches[i]) {
+      starting.push_back({options_.names[i], objects_[i]});
+    }
+  }
+  if (!starting.empty() && objects_.front()->state().step == 0) {
+    start_line_ = settle_start(options_.contact, starting);
   }
   common();  // What is wrong with links is said before anything is written.
 }
@@ -122,11 +134,9 @@ std::vector<TouchingObject*> Together::present() const {
 Together::Step& Together::common() {
   std::vector<StepPart*> parts;
   std::vector<ContactSurface::Part> surfaces;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (!objects_[i]->is_gone()) {
-      parts.push_back(&objects_[i]->part());
-      surfaces.push_back({&objects_[i]->surface(), options_.thickness[i]});
-    }
+  for (TouchingObject* object : present()) {
+    parts.push_back(&object->part());
+    surfaces.push_back(object->contact_part());
   }
   if (step_ == nullptr || step_->parts != parts) {
     std::unique_ptr<SurfaceContact> contact;
@@ -210,11 +220,25 @@ StepResult Together::advance(double h) {
       }
     }
     last_ = step.solver.advance(h);
+    if (last_.converged && step.contact != nullptr) {
+      figures_ = step.contact->figures(step.objective.position());
+      const std::vector<ContactWork> works = step.contact->work(step.objective.position());
+      for (std::size_t p = 0; p < objects.size(); ++p) {
+        objects[p]->state().contact_work += works[p].pressing;
+        objects[p]->state().friction_work += works[p].friction;
+      }
+    }
   }
   all.iterations += last_.linear_iterations;
   if (!last_.converged) {
     all.converged = false;
     all.reason = "what " + what() + ": " + last_.reason;
+    for (const TouchingObject* object : objects) {
+      if (const std::string fault = object->start_fault(); !fault.empty()) {
+        all.reason = heading_of(name_of(object)) + fault;
+        break;
+      }
+    }
     return all;
   }
   for (TouchingObject* object : objects) {
@@ -237,6 +261,9 @@ void Together::make_history(const Hdf5File* resumed) {
                                        {"smallest_gap", "m"},
                                        {"contact_energy", "J"},
                                        {"contact_searches", ""},
+                                       {"room_used", ""},
+                                       {"contact_work", "J"},
+                                       {"friction_work", "J"},
                                        {"newton_iterations", ""},
                                        {"linear_iterations", ""},
                                        {"residual_over_tolerance", ""}};
@@ -259,13 +286,15 @@ void Together::record(double time, int step) {
   }
   const std::vector<TouchingObject*> objects = present();
   ContactFigures figures;
-  if (!objects.empty()) {
-    SurfaceContact& contact = *common().contact;
-    Field x(contact.joined().layout(), 3);
-    for (std::size_t p = 0; p < objects.size(); ++p) {
-      contact.joined().put(p, objects[p]->state().position, x);
-    }
-    figures = contact.figures(x);
+  if (figures_) {
+    figures = *figures_;
+  } else if (!objects.empty()) {
+    figures.smallest_gap = common().contact->thickness();
+  }
+  ContactWork work;
+  for (const TouchingObject* object : objects_) {
+    work.pressing += object->state().contact_work;
+    work.friction += object->state().friction_work;
   }
   std::vector<double> values{time,
                              static_cast<double>(step),
@@ -273,6 +302,9 @@ void Together::record(double time, int step) {
                              figures.smallest_gap,
                              figures.energy,
                              static_cast<double>(figures.searches),
+                             figures.room_used,
+                             work.pressing,
+                             work.friction,
                              static_cast<double>(last_.newton_iterations),
                              static_cast<double>(last_.linear_iterations),
                              last_.over_tolerance};

@@ -20,10 +20,9 @@ inline namespace world {
 
 /// Which objects touch each other or are linked by their gas, and how their common step is solved.
 struct TogetherOptions {
-  std::vector<std::size_t> objects;              ///< which, by their places in the run
-  std::vector<std::string> names;                ///< of them
-  std::vector<bool> touches;                     ///< whether they touch themselves and each other
-  std::vector<std::optional<double>> thickness;  ///< of their contact [m]
+  std::vector<std::size_t> objects;  ///< which, by their places in the run
+  std::vector<std::string> names;    ///< of them
+  std::vector<bool> touches;         ///< whether they touch themselves and each other
   ContactOptions contact;
   PrismOptions step;
 
@@ -65,6 +64,8 @@ class Together {
     }
   }
 
+  /// See settle_start; empty where nothing crossed.
+  const std::string& start_line() const { return start_line_; }
   /// Which linear solver it has, and of what.
   std::string solver_words() { return "linear solver of what " + what() + ": " + common().solver.solver_words(); }
   /// Of its common steps.
@@ -94,9 +95,11 @@ class Together {
   std::vector<TouchingObject*> objects_;
   OutputFolder& folder_;
   StageClock clock_;
+  std::string start_line_;
   std::unique_ptr<Step> step_;
   ImplicitResult last_;
-  std::unique_ptr<History> history_;  ///< made with the first row, when the first frame has made the folder
+  std::optional<ContactFigures> figures_;  ///< at the end of the last step
+  std::unique_ptr<History> history_;       ///< made with the first row, when the first frame has made the folder
 };
 
 }  // namespace world

@@ -146,6 +146,9 @@ std::vector<std::string> World::gather(std::vector<std::string> (Object::*lines)
 std::vector<std::string> World::first_remarks() const {
   std::vector<std::string> lines = gather(&Object::first_remarks);
   if (together_ != nullptr) {
+    if (!together_->start_line().empty()) {
+      lines.push_back(together_->start_line());
+    }
     lines.push_back(together_->solver_words());
   }
   return lines;

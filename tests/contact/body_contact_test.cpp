@@ -69,7 +69,7 @@ TEST_F(BodyContactTest, a_plane_presses_with_the_pressure_of_the_barrier) {
   potential.begin_step(start, 1, 0.1);
   const std::vector<BodyLoad> loads = potential.loads(start);
   ASSERT_EQ(loads.size(), 1U);
-  const double pressure = 1e4 * (0.05 - 0.05 * LinearBarrier::onset / 2 - 0.03);
+  const double pressure = 1e4 * (0.05 - 0.05 * BodyContact::onset / 2 - 0.03);
   EXPECT_LT((loads[0].force - Vector3d(0, 0, -6 * pressure)).norm(), 1e-9) << "on 6 m^2";
   EXPECT_NEAR(loads[0].gap, 0.03, 1e-12);
   PetscInt contacts = potential.contacts(start);

@@ -19,6 +19,7 @@ namespace {
 
 constexpr double thickness = 0.01;  // [m]
 constexpr double edge = 0.05;       // of the grid [m]
+constexpr double stiffness = 4e6;   // [Pa/m]
 
 /// A strip rolled up, so that its layers are nearer to each other than the thickness and parts of it are near others
 /// that are far along the strip.
@@ -42,7 +43,6 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
       membrane_ = std::make_unique<Membrane>(
           make_membrane(PETSC_COMM_WORLD, rank_ == 0 ? triangulated(mesh) : mesh, SheetOptions()));
     }
-    options_.stiffness = 1e6;
   }
 
   static SurfaceMesh irregular_grid() {
@@ -104,7 +104,7 @@ class SurfaceContactTest : public ::testing::TestWithParam<bool> {
 };
 
 TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
-  SurfaceContact contact({{&surface(), thickness}}, options_, true);
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, true);
   Field start(surface().particles, 3);
   start.values() = surface().rest;
   Field x(surface().particles, 3);
@@ -117,7 +117,7 @@ TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
 TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
-  SurfaceContact contact({{&surface(), thickness}}, options_, true);
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, true);
   const Field x = press(contact);
   const Field w = direction();
   EXPECT_GT(sum(contact.value(x)), 0);
@@ -144,7 +144,7 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   }
   // Friction acts at the places where the step started.
   options_.friction = 0;
-  SurfaceContact smooth({{&surface(), thickness}}, options_, true);
+  SurfaceContact smooth({{&surface(), thickness, stiffness}}, options_, true);
   Field y = roll(0.6 * thickness);
   smooth.start_from(roll(0.6 * thickness), y, 1e-3);
   const Eigen::Matrix3Xd pushing = gradient(smooth, y);
@@ -161,7 +161,7 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
 TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
-  SurfaceContact contact({{&surface(), thickness}}, options_, true);
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, true);
   Field x = press(contact);
   const Field w = direction();
   const std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(surface().particles.local()),
@@ -205,7 +205,7 @@ TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
       membrane = std::make_unique<Membrane>(make_membrane(comm, rank == 0 ? triangulated(mesh) : mesh, SheetOptions()));
     }
     const Surface& surface = sheet != nullptr ? static_cast<const Surface&>(*sheet) : *membrane;
-    SurfaceContact contact({{&surface, thickness}}, options_, true);
+    SurfaceContact contact({{&surface, thickness, stiffness}}, options_, true);
     Field start(surface.particles, 3);
     for (PetscInt i = 0; i < surface.particles.local(); ++i) {
       start.vector(i) = rolled(surface.rest.col(i), 0.6 * thickness);
@@ -233,7 +233,7 @@ TEST_P(SurfaceContactTest, DoesNotDependOnTheRanks) {
 }
 
 TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
-  SurfaceContact contact({{&surface(), thickness}}, options_, true);
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, true);
   Field start = roll(1.5 * thickness);
   ASSERT_EQ(crossings(start), 0);
   Field through = roll(1.5 * thickness);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
@@ -35,7 +36,8 @@ SurfaceMesh two_sheets(double gap) {
 class Touching {
  public:
   Touching(MPI_Comm comm, const SurfaceMesh& mesh, const ContactOptions& contact,
-           const std::function<bool(const Eigen::Vector3d&)>& is_pinned = {})
+           const std::function<bool(const Eigen::Vector3d&)>& is_pinned = {},
+           std::optional<double> bending_stiffness = {})
       : sheet(make_sheet(comm, mesh, sheet_options())),
         positions(sheet.particles, 3),
         velocities(sheet.particles, 3),
@@ -50,9 +52,10 @@ class Touching {
     options.newton_iterations = 200;
     SheetMaterial material;
     material.tensile_stiffness = {500};
+    material.bending_stiffness = bending_stiffness;
     material.damping = 0;
-    this->contact = std::make_unique<SurfaceContact>(std::vector<ContactSurface::Part>{{&sheet, contact.thickness}},
-                                                     contact, !is_pinned);
+    this->contact = std::make_unique<SurfaceContact>(
+        std::vector<ContactSurface::Part>{{&sheet, contact.thickness, *contact.stiffness}}, contact, !is_pinned);
     step_ = std::make_unique<ElasticStep>(sheet, material, 0.01, MaterialFactors(), pinned_, pinned_, options,
                                           std::vector<Potential*>{this->contact.get()});
   }
@@ -115,7 +118,7 @@ ContactOptions touching(double friction = 0) {
   ContactOptions options;
   options.self = true;
   options.thickness = 5e-3;
-  options.stiffness = 1e6;
+  options.stiffness = 4e6;
   options.friction = friction;
   return options;
 }
@@ -149,20 +152,26 @@ TEST(Contact, BouncingSheetsKeepTheirMomentumAndGainNoEnergy) {
   EXPECT_GT(small[3] / small[0], -0.3);
 }
 
-TEST(Contact, SheetOnASlopeSticksOrSlipsAsCoulombSays) {
+/// Upper sheets of a mesh slide, or not, down a slope along an axis on the pinned lower one, at z = 0.
+void expect_coulomb(const SurfaceMesh& mesh, Eigen::Index axis) {
   constexpr double friction = 0.5;
   constexpr double h = 2e-3;
   for (const double tangent : {0.4, 0.8}) {
-    Touching sheets(PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, two_sheets(0.01)), touching(friction),
-                    [](const Eigen::Vector3d& place) { return place.z() < 1e-3; });
+    constexpr double stiff = 1;  // [N m]: what stands on its edges does not sway for long
+    Touching sheets(
+        PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, mesh), touching(friction),
+        [](const Eigen::Vector3d& place) { return place.z() < 1e-3; }, stiff);
     for (PetscInt i = 0; i < sheets.sheet.particles.local(); ++i) {
-      sheets.positions.vector(i).z() *= 0.5;  // The upper one begins where it touches.
+      if (sheets.sheet.rest(2, i) > 1e-3) {
+        sheets.positions.vector(i).z() -= 5e-3;  // The upper one begins where it touches.
+      }
     }
     const double slope = std::atan(tangent);
-    const Eigen::Vector3d gravity = g * Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope));
+    const Eigen::Vector3d gravity =
+        g * (std::sin(slope) * Eigen::Vector3d::Unit(axis) - std::cos(slope) * Eigen::Vector3d::UnitZ());
     const auto speed = [&] {
       const Eigen::VectorXd small = sheets.motion(true);
-      return small[1] / small[0];
+      return small[1 + axis] / small[0];
     };
     constexpr int steps = 30;
     for (int n = 0; n < steps; ++n) {
@@ -179,7 +188,48 @@ TEST(Contact, SheetOnASlopeSticksOrSlipsAsCoulombSays) {
     if (tangent < friction) {
       EXPECT_LT(std::abs(speed()), touching().slip_speed);
     }
+    EXPECT_EQ(sheets.crossings(), 0);
   }
+}
+
+TEST(Contact, SheetOnASlopeSticksOrSlipsAsCoulombSays) { expect_coulomb(two_sheets(0.01), 0); }
+
+// It stands on its two edges alone.
+TEST(Contact, RolledEdgesOnASlopeStickOrSlipAsCoulombSays) {
+  SurfaceMesh arch = grid_mesh(4, 4, edge);
+  for (Eigen::Vector3d& point : arch.points) {
+    const double angle = (point.x() - 2 * edge) / 0.1;
+    point = {0.1 * std::sin(angle) + 0.1, point.y(), 0.1 * (std::cos(angle) - std::cos(1.0))};
+  }
+  expect_coulomb(joined(grid_mesh(10, 10, edge), arch, {0.137, 0.11, 0.01}), 1);
+}
+
+// Two sheets side by side, whose neighbouring edges have their vertices in the same places, as the lips of a crack
+// have.
+TEST(Contact, LipsOfACrackOpenAndCloseAndDoNotPassThroughEachOther) {
+  const SurfaceMesh half = grid_mesh(4, 4, edge);
+  Touching sheets(PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, joined(half, half, {4 * edge, 0, 0})), touching());
+  const auto throw_at = [&](double away, double across) {
+    for (PetscInt i = 0; i < sheets.sheet.particles.local(); ++i) {
+      const PetscInt id = sheets.sheet.persistent_id[static_cast<std::size_t>(i)];
+      const double from_seam = sheets.sheet.rest(0, i) - 4 * edge;
+      const bool is_left = from_seam < -1e-6 || (from_seam < 1e-6 && id < static_cast<PetscInt>(half.points.size()));
+      sheets.velocities.vector(i) = Eigen::Vector3d(is_left ? -away : away, 0, id % 2 == 0 ? across : -across);
+    }
+  };
+  throw_at(0.5, 0);
+  bool have_closed = false;
+  for (int n = 0; n < 60; ++n) {
+    if (n == 10) {
+      throw_at(-1, 0.2);
+    }
+    sheets.advance(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    ASSERT_EQ(sheets.crossings(), 0) << "step " << n;
+    const ContactFigures figures = sheets.contact->figures(sheets.positions);
+    have_closed = have_closed || (n > 10 && figures.contacts > 0 && figures.smallest_gap < 0.1 * 5e-3);
+  }
+  EXPECT_TRUE(have_closed) << "at a tenth of the thickness nothing else presses";
 }
 
 TEST(Contact, StepsDoNotDependOnTheRanks) {

@@ -112,6 +112,34 @@ TEST(Cracks, part_a_strip_across_where_it_is_weak) {
   expect_crack_in_history(folder / "out", cells, width);
 }
 
+// Its ends are pushed back together behind the crack, by more than the way on which they were drawn apart.
+TEST(Cracks, have_lips_that_close_and_do_not_pass_through_each_other) {
+  const TestFolder folder;
+  Options options = pulled_strip();
+  options.output.directory = folder / "out";
+  options.sheet.perturbation = 0.02;
+  options.ablation.strength_texture = weak_middle(folder);
+  options.ablation.strength_range = {0.5, 1};
+  options.contact.self = true;
+  options.contact.check = true;
+  options.contact.thickness = 5e-3;
+  options.pins["upper"].velocity = {0, 0, 0};
+  options.pins["upper"].path = Rows{{0, 0, 0, 0}, {0.03, 0, 6e-3, 0}, {0.13, 0, -2e-3, 0}};
+  Pulled run(strip_mesh(6), options, 5e-4);
+  for (int n = 0; n < 260; ++n) {
+    run.step();
+    ASSERT_FALSE(::testing::Test::HasFatalFailure()) << "step " << n;
+  }
+  EXPECT_EQ(run.cracked_sides(), 6);
+  MPI_Barrier(PETSC_COMM_WORLD);
+  const auto history = read_csv(options.output.directory + "/history.csv");
+  EXPECT_EQ(*std::max_element(history.at("crossings").begin(), history.at("crossings").end()), 0);
+  const std::vector<double>& contacts = history.at("self_contacts");
+  EXPECT_GT(*std::max_element(contacts.begin() + 200, contacts.end()), 0) << "when the lips have come together";
+  const std::vector<double>& gaps = history.at("smallest_gap");
+  EXPECT_LT(*std::min_element(gaps.begin(), gaps.end()), 0.5 * 5e-3) << "they press";
+}
+
 /// When a strip cracks first [s].
 double cracking_time(const TestFolder& folder, int cells, double h) {
   Options options = pulled_strip();

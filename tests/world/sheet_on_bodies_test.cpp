@@ -155,7 +155,7 @@ void expect_coulomb(double time, const std::map<std::string, BodyOptions>& bodie
 TEST(SheetOnBodies, ABlockSticksBelowTheAngleOfFrictionAndSlidesAbove) {
   // It begins where the barrier bears it.
   const double thickness = 0.1 * edge;
-  const double onset = LinearBarrier::onset * thickness;
+  const double onset = BodyContact::onset * thickness;
   const double pressure = 0.5 * g * off_the_slope.z();
   const double gap = thickness - std::sqrt(2 * onset * pressure / *elastic_options().contact.stiffness);
   ASSERT_GT(gap, thickness - onset);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 
 #include "base/error.h"
@@ -46,6 +48,15 @@ void make_touching(Options& options, const std::string& directory) {
   options.contact.thickness = 3e-3;
   options.output.directory = directory;
   options.output.name = "scene";
+}
+
+/// What is told of the start.
+std::string start_line(const Scene& scene) {
+  const std::vector<std::string> lines = scene.world.first_remarks();
+  const auto found = std::find_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.find("pass through each other") != std::string::npos;
+  });
+  return found == lines.end() ? "" : *found;
 }
 
 // The same equations, with other numbers for the vertices.
@@ -179,6 +190,144 @@ TEST(Together, UnlikeThicknessesCountByTheirMean) {
   }
   EXPECT_LT(first, 4e-3);
   EXPECT_GT(first, 3.4e-3) << "a step is half a millimetre";
+}
+
+/// A sheet round gas, which is blown in, and a cloth that is away from it, or on its way to it.
+Scene lantern_and_cloth(const TestFolder& folder, const std::string& name, double distance) {
+  std::deque<ObjectOptions> objects;
+  for (const char* object : {"lantern", "cloth"}) {
+    Options& options = objects.emplace_back(object).options;
+    make_touching(options, folder / name);
+    options.dynamics = Dynamics::elastic;
+    options.sheet.thickness = 2e-3;
+    options.sheet.areal_density = 0.2;
+    options.elastic.newton_tolerance = 1e-6;
+  }
+  ChamberOptions& gas = objects.front().options.chambers["gas"];
+  gas.law = "isothermal";
+  gas.amount_ratio = Rows{{0, 1}, {0.012, 1.01}};
+  SurfaceMesh cloth = grid_mesh(6, 6, 0.01);
+  for (Eigen::Vector3d& point : cloth.points) {
+    point += Eigen::Vector3d(-0.03, -0.025, distance);
+  }
+  return {std::move(objects), {quad_ellipsoid_mesh(3, Eigen::Vector3d::Constant(radius)), cloth}};
+}
+
+// Whether its pressure is found with the balance of all that touches, or with its own.
+TEST(Together, GasInASheetPressesAsItDoesAlone) {
+  const TestFolder folder;
+  Scene far = lantern_and_cloth(folder, "far", 1);
+  std::deque<ObjectOptions> alone;
+  alone.emplace_back("lantern").options = far.objects.front().options;
+  alone.front().options.contact.together = false;
+  alone.front().options.output.directory = folder / "alone";
+  Scene one(std::move(alone), {quad_ellipsoid_mesh(3, Eigen::Vector3d::Constant(radius))});
+  for (int n = 0; n < 12; ++n) {
+    far.step(1e-3);
+    one.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+  }
+  const Eigen::MatrixXd own = by_id(one.object(0).surface(), one.object(0).state().position);
+  const Eigen::MatrixXd beside = by_id(far.object(0).surface(), far.object(0).state().position);
+  const Surface& surface = one.object(0).surface();
+  EXPECT_GT((own - by_id(surface, surface.rest)).cwiseAbs().maxCoeff(), 1e-4 * radius);
+  EXPECT_LT((own - beside).cwiseAbs().maxCoeff(), 1e-6 * radius);
+}
+
+TEST(Together, ASheetRoundGasIsPressedIn) {
+  const TestFolder folder;
+  Scene scene = lantern_and_cloth(folder, "near", radius + gap);
+  scene.throw_all(1, {0, 0, -2});
+  double contacts = 0;
+  for (int n = 0; n < 15; ++n) {
+    scene.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    EXPECT_EQ(scene.last("crossings"), 0);
+    contacts = std::max(contacts, scene.last("contacts"));
+  }
+  EXPECT_GT(contacts, 0);
+  EXPECT_GT(scene.object(1).state().velocity.values().row(2).maxCoeff(), 0) << "the cloth bounces";
+}
+
+/// Two cloths, one of which pokes through the other by a corner.
+std::deque<ObjectOptions> crossed(const TestFolder& folder, ContactStart start) {
+  std::deque<ObjectOptions> objects;
+  for (const char* name : {"lower", "upper"}) {
+    Options& options = objects.emplace_back(name).options;
+    make_touching(options, folder / "out");
+    options.contact.start = start;
+  }
+  return objects;
+}
+
+std::vector<SurfaceMesh> crossed_meshes() {
+  SurfaceMesh lower = grid_mesh(8, 8, 0.01);
+  SurfaceMesh upper = grid_mesh(6, 6, 0.01);
+  const Eigen::AngleAxisd turn(0.4, Eigen::Vector3d(1, 0.8, 0).normalized());
+  for (Eigen::Vector3d& point : upper.points) {
+    point = turn * point + Eigen::Vector3d(0.013, 0.017, 4e-3);
+  }
+  return {lower, upper};
+}
+
+TEST(Together, CrossedStartsAreCountedUntangledOrRefused) {
+  const TestFolder folder;
+  try {
+    Scene scene(crossed(folder, ContactStart::refuse), crossed_meshes());
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    for (const char* word : {"contact.start: refuse: ", " pairs of triangles", "lower's", "upper's", "untangle"}) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  }
+  {
+    Scene scene(crossed(folder, ContactStart::accept), crossed_meshes());
+    EXPECT_GT(scene.last("crossings"), 0);
+    EXPECT_NE(start_line(scene).find("; they are left so"), std::string::npos) << start_line(scene);
+  }
+  Scene scene(crossed(folder, ContactStart::untangle), crossed_meshes());
+  EXPECT_EQ(scene.last("crossings"), 0);
+  EXPECT_NE(start_line(scene).find("; untangled, no particle was moved by more than "), std::string::npos)
+      << start_line(scene);
+  for (int n = 0; n < 5; ++n) {
+    scene.step(1e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    EXPECT_EQ(scene.last("crossings"), 0);
+  }
+  EXPECT_GT(scene.last("smallest_gap"), 0.5 * 3e-3) << "they do not fly apart, nor press hard";
+}
+
+// Whether others touch it or not.
+TEST(Together, AStartInsideABodyIsNamed) {
+  const TestFolder folder;
+  for (const bool alone : {true, false}) {
+    std::deque<ObjectOptions> objects;
+    Options& balloon = objects.emplace_back("balloon").options;
+    make_balloon(balloon);
+    make_touching(balloon, folder / (alone ? "alone" : "two"));
+    balloon.bodies["rod"].shape = BodyShape::cylinder;  // through both of its sides
+    balloon.bodies["rod"].axis = {1, 0, 0};
+    balloon.bodies["rod"].radius = 0.01;
+    std::vector<SurfaceMesh> meshes{ball_at({0, 0, 0})};
+    if (!alone) {
+      make_touching(objects.emplace_back("cloth").options, folder / "two");
+      meshes.push_back(grid_mesh(2, 2, 0.01));
+      for (Eigen::Vector3d& point : meshes.back().points) {
+        point.x() -= 1;
+      }
+    }
+    const auto inside =
+        std::count_if(meshes[0].points.begin(), meshes[0].points.end(),
+                      [](const Eigen::Vector3d& point) { return point.tail<2>().norm() < 0.01 - 3e-4; });
+    ASSERT_GT(inside, 0);
+    Scene scene(std::move(objects), meshes);
+    scene.world.keep();
+    const StepResult result = scene.world.advance(1e-3);
+    EXPECT_FALSE(result.converged);
+    const std::string words =
+        "body rod: " + std::to_string(inside) + " of 162 vertices lie inside it where the step starts, the deepest by ";
+    EXPECT_NE(result.reason.find(words), std::string::npos) << result.reason << "\n" << words;
+  }
 }
 
 TEST(Together, WhatCannotGoTogetherIsRefused) {

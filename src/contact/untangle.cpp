@@ -1,0 +1,217 @@
+#include "contact/untangle.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <unsupported/Eigen/BVH>
+#include <utility>
+
+#include "geometry/triangle_intersection.h"
+
+namespace pellicle {
+inline namespace contact {
+
+namespace {
+
+constexpr int most_sweeps = 1000;
+/// Of the mean side: how far a point moves in a sweep.
+constexpr double most_of_side = 0.1;
+/// Cosine of the angle between an edge and a triangle's normal: below it an edge lies along the triangle.
+constexpr double least_cosine = 0.1;
+
+/// An edge, and the third points of the triangles at it, of two at most.
+struct Edge {
+  std::array<int, 2> ends{};
+  std::array<int, 2> thirds{-1, -1};
+};
+
+std::vector<Edge> edges_of(const std::vector<std::array<int, 3>>& triangles) {
+  std::map<std::array<int, 2>, Edge> edges;
+  for (const std::array<int, 3>& triangle : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [least, largest] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
+      Edge& edge = edges[{least, largest}];
+      edge.ends = {least, largest};
+      edge.thirds[edge.thirds[0] < 0 ? 0 : 1] = triangle[(k + 2) % 3];
+    }
+  }
+  std::vector<Edge> list;
+  std::transform(edges.begin(), edges.end(), std::back_inserter(list), [](const auto& item) { return item.second; });
+  return list;
+}
+
+using Box = Eigen::AlignedBox3d;
+
+template <class Points>
+Box box_of(const std::vector<Eigen::Vector3d>& places, const Points& points) {
+  Box box;
+  for (const int point : points) {
+    box.extend(places[static_cast<std::size_t>(point)]);
+  }
+  return box;
+}
+
+/// Collects the edges that cut through triangles, as Eigen's traversal of two box trees finds them, by its names.
+struct Cuts {
+  const std::vector<Edge>& edges;
+  const std::vector<std::array<int, 3>>& triangles;
+  const std::vector<Eigen::Vector3d>& places;
+  const std::vector<Box>& edge_boxes;
+  const std::vector<Box>& triangle_boxes;
+  std::vector<std::pair<int, int>> found;
+
+  // NOLINTBEGIN(readability-identifier-naming)
+  bool intersectVolumeVolume(const Box& a, const Box& b) const { return a.intersects(b); }
+  bool intersectVolumeObject(const Box& a, int b) const {
+    return a.intersects(triangle_boxes[static_cast<std::size_t>(b)]);
+  }
+  bool intersectObjectVolume(int a, const Box& b) const {
+    return b.intersects(edge_boxes[static_cast<std::size_t>(a)]);
+  }
+  bool intersectObjectObject(int a, int b) {
+    const Edge& edge = edges[static_cast<std::size_t>(a)];
+    const std::array<int, 3>& t = triangles[static_cast<std::size_t>(b)];
+    const auto at = [this](int point) { return places[static_cast<std::size_t>(point)]; };
+    if (std::find_first_of(t.begin(), t.end(), edge.ends.begin(), edge.ends.end()) == t.end() &&
+        segment_cuts_triangle(at(edge.ends[0]), at(edge.ends[1]), {at(t[0]), at(t[1]), at(t[2])})) {
+      found.emplace_back(a, b);
+    }
+    return false;
+  }
+  // NOLINTEND(readability-identifier-naming)
+};
+
+std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
+                                           const std::vector<std::array<int, 3>>& triangles,
+                                           const std::vector<Eigen::Vector3d>& places) {
+  std::vector<Box> edge_boxes;
+  std::vector<Box> triangle_boxes;
+  std::vector<int> edge_numbers;
+  std::vector<int> triangle_numbers;
+  for (const Edge& edge : edges) {
+    edge_numbers.push_back(static_cast<int>(edge_boxes.size()));
+    edge_boxes.push_back(box_of(places, edge.ends));
+  }
+  for (const std::array<int, 3>& triangle : triangles) {
+    triangle_numbers.push_back(static_cast<int>(triangle_boxes.size()));
+    triangle_boxes.push_back(box_of(places, triangle));
+  }
+  using Tree = Eigen::KdBVH<double, 3, int>;
+  const Tree of_edges(edge_numbers.begin(), edge_numbers.end(), edge_boxes.begin(), edge_boxes.end());
+  const Tree of_triangles(triangle_numbers.begin(), triangle_numbers.end(), triangle_boxes.begin(),
+                          triangle_boxes.end());
+  Cuts cuts{edges, triangles, places, edge_boxes, triangle_boxes, {}};
+  Eigen::BVIntersect(of_edges, of_triangles, cuts);
+  return std::move(cuts.found);
+}
+
+/// Where an edge is to go, against the triangle that it cuts through: sum over the triangles A at the edge of
+/// R - 2 (E.R)/(E.N) N, with the directions E of the edge and R of the cut into A, and the normal N.
+Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
+                        const std::vector<Eigen::Vector3d>& places) {
+  const auto at = [&places](int point) { return places[static_cast<std::size_t>(point)]; };
+  const Eigen::Vector3d along = (at(edge.ends[1]) - at(edge.ends[0])).normalized();
+  const Eigen::Vector3d normal =
+      (at(triangle[1]) - at(triangle[0])).cross(at(triangle[2]) - at(triangle[0])).normalized();
+  const double cosine = along.dot(normal);
+  const double bounded = std::copysign(std::max(std::abs(cosine), least_cosine), cosine);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const int third : edge.thirds) {
+    if (third < 0) {
+      continue;
+    }
+    const Eigen::Vector3d into = at(third) - at(edge.ends[0]);
+    Eigen::Vector3d cut = normal.cross(along.cross(into)).normalized();
+    if (cut.dot(into - along * along.dot(into)) < 0) {
+      cut = -cut;
+    }
+    sum += cut - 2 * along.dot(cut) / bounded * normal;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> TangledMesh::points() const {
+  std::vector<Eigen::Vector3d> places = particles;
+  for (const std::array<int, 4>& corners : centres) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const int corner : corners) {
+      sum += particles[static_cast<std::size_t>(corner)];
+    }
+    places.push_back(0.25 * sum);
+  }
+  return places;
+}
+
+std::array<int, 4> TangledMesh::particles_of(int point) const {
+  const auto first = static_cast<int>(particles.size());
+  return point < first ? std::array{point, point, point, point} : centres[static_cast<std::size_t>(point - first)];
+}
+
+int untangle(TangledMesh& mesh) {
+  const std::vector<Edge> edges = edges_of(mesh.triangles);
+  std::vector<std::vector<int>> neighbours(mesh.particles.size());
+  double side = 0;
+  std::vector<Eigen::Vector3d> places = mesh.points();
+  for (const Edge& edge : edges) {
+    side += (places[static_cast<std::size_t>(edge.ends[1])] - places[static_cast<std::size_t>(edge.ends[0])]).norm() /
+            static_cast<double>(edges.size());
+    for (const int a : mesh.particles_of(edge.ends[0])) {
+      for (const int b : mesh.particles_of(edge.ends[1])) {
+        if (a != b) {
+          neighbours[static_cast<std::size_t>(a)].push_back(b);
+          neighbours[static_cast<std::size_t>(b)].push_back(a);
+        }
+      }
+    }
+  }
+  for (std::vector<int>& list : neighbours) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  for (int sweep = 0;; ++sweep) {
+    const std::vector<std::pair<int, int>> cuts = find_cuts(edges, mesh.triangles, places);
+    if (cuts.empty() || sweep == most_sweeps) {
+      return static_cast<int>(cuts.size());
+    }
+    std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
+    for (const auto& [e, t] : cuts) {
+      const Edge& edge = edges[static_cast<std::size_t>(e)];
+      const std::array<int, 3>& triangle = mesh.triangles[static_cast<std::size_t>(t)];
+      const Eigen::Vector3d out = way_out(edge, triangle, places);
+      const Eigen::Vector3d move = most_of_side * side / std::sqrt(out.squaredNorm() + 1) * out;
+      const auto push = [&](int point, double sign) {
+        for (const int particle : mesh.particles_of(point)) {
+          moves[static_cast<std::size_t>(particle)] +=
+              Eigen::Vector4d(sign * move[0], sign * move[1], sign * move[2], 1);
+        }
+      };
+      push(edge.ends[0], 1);
+      push(edge.ends[1], 1);
+      push(triangle[0], -1);
+      push(triangle[1], -1);
+      push(triangle[2], -1);
+    }
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      Eigen::Vector3d move = Eigen::Vector3d::Zero();
+      if (moves[i][3] > 0) {
+        move = moves[i].head<3>() / moves[i][3];
+      } else {
+        for (const int j : neighbours[i]) {
+          const Eigen::Vector4d& of_neighbour = moves[static_cast<std::size_t>(j)];
+          move += 0.5 * of_neighbour.head<3>() /
+                  (std::max(of_neighbour[3], 1.0) * static_cast<double>(neighbours[i].size()));
+        }
+      }
+      if (!mesh.held[i]) {
+        mesh.particles[i] += move;
+      }
+    }
+    places = mesh.points();
+  }
+}
+
+}  // namespace contact
+}  // namespace pellicle

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace pellicle {
+inline namespace contact {
+
+/// Triangles on points, of which the first are particles and the others centres of quads, each of them at the mean of
+/// four particles.
+struct TangledMesh {
+  std::vector<Eigen::Vector3d> particles;            ///< [m]
+  std::vector<bool> held;                            ///< particles that stay where they are
+  std::vector<std::array<int, 4>> centres;           ///< particles of each centre
+  std::vector<std::array<int, 3>> triangles;         ///< particles, or numbers behind theirs of centres
+  std::vector<Eigen::Vector3d> points() const;       ///< places of particles and centres
+  std::array<int, 4> particles_of(int point) const;  ///< of a centre; of a particle itself, four times
+};
+
+/// Moves the particles until no two triangles without a common point cut through each other, each sweep by a tenth of
+/// the mean side at most: an edge that cuts through a triangle goes against it in the direction in which the line along
+/// which their surfaces cut becomes shorter fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions
+/// through intersection contour minimization"), and its neighbours partly with it. Not collective.
+/// @returns how many pairs of triangles still do after 1000 sweeps, if nothing has helped
+int untangle(TangledMesh& mesh);
+
+}  // namespace contact
+}  // namespace pellicle

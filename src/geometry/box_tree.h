@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <vector>
+
+namespace pellicle {
+inline namespace geometry {
+
+/// Finds which of many boxes meet: a binary tree of bounding boxes, halved along the longest side of their middles, in
+/// n log n. Bounds are kept as floats, rounded outwards: a pair that is given may be apart by rounding. Which pairs are
+/// given depends on their two boxes alone.
+class BoxTree {
+ public:
+  explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
+
+  /// Calls `take` with the numbers of each two boxes that meet, once, in any order.
+  template <class Take>
+  void visit_pairs(const Take& take) const {
+    if (!nodes_.empty()) {
+      visit_within(0, take);
+    }
+  }
+
+ private:
+  struct Bounds {
+    std::array<float, 3> low;
+    std::array<float, 3> high;
+    bool meets(const Bounds& other) const {
+      return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
+             low[2] <= other.high[2] && other.low[2] <= high[2];
+    }
+  };
+  struct Node {
+    Bounds bounds;
+    int first = 0;  ///< of the items below
+    int end = 0;
+    int left = -1;  ///< child; -1: none, a leaf
+    int right = -1;
+    bool is_leaf() const { return left < 0; }
+  };
+  const Node& node(int number) const { return nodes_[static_cast<std::size_t>(number)]; }
+  const Bounds& bounds(int item) const { return bounds_[static_cast<std::size_t>(item)]; }
+  int number(int item) const { return numbers_[static_cast<std::size_t>(item)]; }
+
+  int build(int first, int end, const std::vector<std::array<float, 3>>& middles);
+
+  template <class Take>
+  void visit_within(int of, const Take& take) const {
+    const Node& whole = node(of);
+    if (whole.is_leaf()) {
+      for (int i = whole.first; i < whole.end; ++i) {
+        for (int j = i + 1; j < whole.end; ++j) {
+          if (bounds(i).meets(bounds(j))) {
+            take(number(i), number(j));
+          }
+        }
+      }
+      return;
+    }
+    visit_within(whole.left, take);
+    visit_within(whole.right, take);
+    visit_between(whole.left, whole.right, take);
+  }
+
+  template <class Take>
+  void visit_between(int of_one, int of_other, const Take& take) const {
+    const Node& one = node(of_one);
+    const Node& other = node(of_other);
+    if (!one.bounds.meets(other.bounds)) {
+      return;
+    }
+    if (one.is_leaf() && other.is_leaf()) {
+      for (int i = one.first; i < one.end; ++i) {
+        for (int j = other.first; j < other.end; ++j) {
+          if (bounds(i).meets(bounds(j))) {
+            take(number(i), number(j));
+          }
+        }
+      }
+    } else if (other.is_leaf() || (!one.is_leaf() && one.end - one.first >= other.end - other.first)) {
+      visit_between(one.left, of_other, take);
+      visit_between(one.right, of_other, take);
+    } else {
+      visit_between(of_one, other.left, take);
+      visit_between(of_one, other.right, take);
+    }
+  }
+
+  std::vector<Node> nodes_;     ///< the root first
+  std::vector<Bounds> bounds_;  ///< of the items, leaf after leaf
+  std::vector<int> numbers_;    ///< of their boxes
+};
+
+}  // namespace geometry
+}  // namespace pellicle

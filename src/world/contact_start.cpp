@@ -1,0 +1,235 @@
+#include "world/contact_start.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "base/error.h"
+#include "contact/crossings.h"
+#include "contact/surface_contact.h"
+#include "contact/untangle.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// An object's surface at the start.
+struct StartingSurface {
+  std::string object;
+  ContactSurface::Part part;
+  const std::vector<bool>* living;  ///< of its drawn triangles; null: all of them
+  std::vector<bool> held;           ///< local particles that stay where they are
+  Field& position;                  ///< ghosts up to date, before and after
+};
+
+Crossings crossings_of(const std::vector<StartingSurface>& surfaces) {
+  std::vector<PlacedSurface> placed;
+  for (const StartingSurface& surface : surfaces) {
+    placed.push_back({*surface.part.surface, surface.position, surface.living});
+  }
+  return find_crossings(placed);
+}
+
+std::string tangle_words(const Crossings& crossings, const std::vector<StartingSurface>& surfaces) {
+  const auto element = [&](std::size_t k) {
+    const std::string& object = surfaces[static_cast<std::size_t>(crossings.surfaces[k])].object;
+    return (object.empty() ? "" : object + "'s ") + std::to_string(crossings.elements[k]);
+  };
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%d pairs of triangles pass through each other, first of elements %s and %s at (%.4g, %.4g, %.4g) m",
+                crossings.pairs, element(0).c_str(), element(1).c_str(), crossings.place[0], crossings.place[1],
+                crossings.place[2]);
+  return text;
+}
+
+using Key = std::pair<std::size_t, PetscInt>;  ///< surface, and persistent id of a particle
+
+/// An element as every rank knows it.
+struct StartingElement {
+  std::size_t surface = 0;
+  PetscInt number = 0;
+  std::array<PetscInt, 4> corners{-1, -1, -1, -1};
+  std::array<double, 12> places{};
+  std::array<bool, 4> held{};
+  std::array<bool, 4> lives{};
+};
+
+std::vector<StartingElement> all_elements(const std::vector<StartingSurface>& surfaces) {
+  std::vector<StartingElement> own;
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    const Surface& surface = *surfaces[s].part.surface;
+    const auto each = static_cast<std::size_t>(surface.triangles_per_element);
+    for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+      StartingElement element;
+      element.surface = s;
+      element.number = surface.element_id[e];
+      for (std::size_t k = 0; k < static_cast<std::size_t>(surface.sides_per_element()); ++k) {
+        const PetscInt corner = surface.corner(e, k);
+        element.corners[k] = surface.persistent_id[static_cast<std::size_t>(corner)];
+        element.held[k] = surfaces[s].held[static_cast<std::size_t>(corner)];
+        std::copy_n(surfaces[s].position.vector(corner).data(), 3,
+                    element.places.begin() + static_cast<std::ptrdiff_t>(3 * k));
+      }
+      for (std::size_t t = 0; t < each; ++t) {
+        element.lives[t] = surfaces[s].living == nullptr || (*surfaces[s].living)[each * e + t];
+      }
+      own.push_back(element);
+    }
+  }
+  std::vector<StartingElement> all = of_all_ranks(surfaces.front().part.surface->comm(), own);
+  std::sort(all.begin(), all.end(), [](const StartingElement& a, const StartingElement& b) {
+    return std::tie(a.surface, a.number) < std::tie(b.surface, b.number);
+  });
+  return all;
+}
+
+/// Moves the particles of all surfaces; every rank finds the same places. @returns how many cuts are left
+int untangle_all(const std::vector<StartingSurface>& surfaces) {
+  TangledMesh mesh;
+  std::map<Key, int> numbers;
+  std::vector<std::pair<std::array<int, 4>, std::array<bool, 4>>> quads;
+  for (const StartingElement& element : all_elements(surfaces)) {
+    std::array<int, 4> corners{-1, -1, -1, -1};
+    for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
+      const auto [number, is_new] =
+          numbers.emplace(Key(element.surface, element.corners[k]), static_cast<int>(mesh.particles.size()));
+      if (is_new) {
+        mesh.particles.emplace_back(element.places.data() + 3 * k);
+        mesh.held.push_back(element.held[k]);
+      }
+      corners[k] = number->second;
+    }
+    if (corners[3] >= 0) {
+      quads.emplace_back(corners, element.lives);
+    } else if (element.lives[0]) {
+      mesh.triangles.push_back({corners[0], corners[1], corners[2]});
+    }
+  }
+  for (const auto& [corners, lives] : quads) {
+    const auto centre = static_cast<int>(mesh.particles.size() + mesh.centres.size());
+    mesh.centres.push_back(corners);
+    for (std::size_t t = 0; t < 4; ++t) {
+      if (lives[t]) {
+        mesh.triangles.push_back({corners[t], corners[(t + 1) % 4], centre});
+      }
+    }
+  }
+  const int left = untangle(mesh);
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    const Surface& surface = *surfaces[s].part.surface;
+    Field& position = surfaces[s].position;
+    for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+      const auto found = numbers.find({s, surface.persistent_id[static_cast<std::size_t>(i)]});
+      if (found != numbers.end()) {
+        position.vector(i) = mesh.particles[static_cast<std::size_t>(found->second)];
+      }
+    }
+    position.update_ghosts();
+  }
+  return left;
+}
+
+/// The lattice points of quads go with their corners. Collective.
+void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vector<Eigen::Matrix3Xd>& before) {
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    const Surface& surface = *surfaces[s].part.surface;
+    Field& position = surfaces[s].position;
+    for (std::size_t e = 0; surface.has_quads() && e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+      const PetscInt lattice = surface.lattice[e];
+      if (surface.is_lattice[static_cast<std::size_t>(lattice)] &&
+          !surfaces[s].held[static_cast<std::size_t>(lattice)]) {
+        for (const PetscInt corner : surface.cells[e]) {
+          position.vector(lattice) += (position.vector(corner) - before[s].col(corner)) / 4;
+        }
+      }
+    }
+    position.update_ghosts();
+  }
+}
+
+/// Apart by contact's own constraints, until the nearest are at nine tenths of where they begin to press. Collective.
+void push_apart(const ContactOptions& options, const std::vector<StartingSurface>& surfaces) {
+  constexpr int most = 100;
+  constexpr double enough = 0.9;
+  std::vector<ContactSurface::Part> parts;
+  for (const StartingSurface& surface : surfaces) {
+    parts.push_back(surface.part);
+  }
+  SurfaceContact contact(parts, options, false);
+  const JoinedLayout& joined = contact.joined();
+  const auto particles = static_cast<std::size_t>(joined.layout().local());
+  std::vector<bool> held(particles);
+  Field x(joined.layout(), 3);
+  Field before(joined.layout(), 3);
+  for (std::size_t p = 0; p < surfaces.size(); ++p) {
+    if (surfaces[p].living != nullptr) {
+      contact.set_living(*surfaces[p].living, p);
+    }
+    joined.put(p, surfaces[p].position, x);
+    for (PetscInt i = 0; i < surfaces[p].part.surface->particles.local(); ++i) {
+      held[static_cast<std::size_t>(joined.local(p, i))] = surfaces[p].held[static_cast<std::size_t>(i)];
+    }
+  }
+  for (int n = 0; n < most; ++n) {
+    contact.prepare(x, x, 1, before);
+    if (contact.figures(x).smallest_gap >= enough * contact.thickness()) {
+      break;
+    }
+    contact.correct(before, x, std::vector<double>(particles, 1), held);
+  }
+  for (std::size_t p = 0; p < surfaces.size(); ++p) {
+    joined.take(p, x, surfaces[p].position);
+    surfaces[p].position.update_ghosts();
+  }
+}
+
+}  // namespace
+
+std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects) {
+  std::vector<StartingSurface> surfaces;
+  for (const auto& [name, object] : objects) {
+    surfaces.push_back({name, object->contact_part(), object->living(), object->held(), object->state().position});
+  }
+  const Crossings crossings = crossings_of(surfaces);
+  if (crossings.pairs == 0) {
+    return "";
+  }
+  if (options.start == ContactStart::refuse) {
+    throw Error("contact.start: refuse: " + tangle_words(crossings, surfaces) +
+                ", expected none, or contact.start: untangle or accept");
+  }
+  if (options.start == ContactStart::accept) {
+    return tangle_words(crossings, surfaces) + "; they are left so, see contact.start";
+  }
+  std::vector<Eigen::Matrix3Xd> before;
+  for (const StartingSurface& surface : surfaces) {
+    before.emplace_back(surface.position.values());
+  }
+  if (untangle_all(surfaces) > 0) {
+    throw Error("contact.start: untangle: of " + tangle_words(crossings, surfaces) +
+                ", some stay so, expected surfaces that come free of each other when they are moved a little");
+  }
+  push_apart(options, surfaces);
+  carry_lattice(surfaces, before);
+  for (const StartingObject& object : objects) {
+    object.object->follow_start();
+  }
+  double most = 0;
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    if (before[s].cols() > 0) {
+      most = std::max(most, (surfaces[s].position.values() - before[s]).colwise().norm().maxCoeff());
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, surfaces.front().part.surface->comm());
+  char text[100];
+  std::snprintf(text, sizeof text, "; untangled, no particle was moved by more than %.3g m", most);
+  return tangle_words(crossings, surfaces) + text;
+}
+
+}  // namespace world
+}  // namespace pellicle
