@@ -128,8 +128,10 @@ TEST_F(BalloonInputTest, Chambers) {
   expect_refused(link("from: air, area: 1 cm^2", "isothermal, amount: [[0, 1], [1, 2]]"),
                  {"gas_network.links.tube.from", "2 key points", "one"});
   expect_refused(link("from: air, area: 1 cm^2, hole: 2"), {"bad.yaml:4", "gas_network.links.tube.hole"});
-  expect_refused(link("from: air, area: 1 cm^2") + "time: {scheme: generalized_alpha}\n",
-                 {"time.scheme", "generalized_alpha", "gas_network.links"});
+  expect_refused(link("from: air, area: 1 cm^2") + "time: {scheme: statics, arc_length: 1 cm}\n",
+                 {"time.arc_length", "gas_network.links"});
+  expect_refused(sphere + "chambers: {air: {law: isothermal, inside: air}}\n", {"chambers.air.inside", "in turn"});
+  expect_refused(sphere + "chambers: {air: {law: isothermal, inside: other}}\n", {"chambers.air.inside", "other"});
   expect_refused(sphere + "chambers: {a: {law: isothermal}}\ngas: {ambient_pressure: 0}\n",
                  {"chambers.a.amount", "gas.ambient_pressure"});
   expect_refused(sphere + gas + "gas: {tangent: full}\n", {"bad.yaml:4", "gas.tangent", "full", "rank1"});
