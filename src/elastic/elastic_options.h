@@ -50,7 +50,7 @@ Stiffness stiffness_of(const SheetMaterial& options);
 struct ElasticOptions {
   /// Of the options that PETSc has for this solver; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "elastic_";
-  int newton_iterations = 30;      ///< at most, and again where a strain limit needs another try
+  int newton_iterations = 50;      ///< at most, and again where a strain limit needs another try
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
   Choice<TangentMatrix> mat_type = TangentMatrix::shell;
   int patch_size = 64;    ///< of the preconditioner, see RigidPatches
