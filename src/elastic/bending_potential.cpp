@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -20,6 +21,11 @@ Eigen::Map<const Eigen::Matrix3Xd> positions_of(const Field& x) { return {x.data
 /// Share of the undeformed area vector below which that of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double length_of_flat = 1 + sharp * sharp;  // squared: an unfolded sheet has a normal of length 1
+/// Where the normals round a particle differ more, one of its own does not stand for them: share of their number that
+/// their sum is long.
+constexpr double least_agreement = 0.9;
+/// Viscosity over stiffness and step up to which the Hessian may have it in all directions.
+constexpr double weak_damping = 1;
 
 }  // namespace
 
@@ -105,9 +111,11 @@ void BendingPotential::update_rows() {
   // A crack changes weights, and may leave every stiffness as it is.
   bool is_same = fits_of_rows_ == stencils_.fits() && rows_of_.size() == stiffness_.size();
   rows_of_.resize(stiffness_.size());
+  const double factor = 1 + damping_ - rows_.along;  // with what viscosity does in all directions
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
-    is_same = is_same && (rows_of_[s] == stiffness_[s]).all();
-    rows_of_[s] = stiffness_[s];
+    const Curvature3 stiffness = factor * stiffness_[s];
+    is_same = is_same && (rows_of_[s] == stiffness).all();
+    rows_of_[s] = stiffness;
   }
   if (is_same) {
     return;
@@ -121,7 +129,7 @@ void BendingPotential::update_rows() {
       continue;
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = stiffness_[s] * stencils_.weights()[p];
+      const Curvature3 weighted = rows_of_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
         if (*place >= 0) {
           rows_.entries[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
@@ -133,7 +141,7 @@ void BendingPotential::update_rows() {
 
 void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
   stencils_.update(living);
-  rows_.along = input.damping_over_step;
+  damping_ = input.damping_over_step;
   const Curvature3 by_direction(input.stiffness[0], 2 * std::sqrt(input.stiffness[0] * input.stiffness[1]),
                                 input.stiffness[1]);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
@@ -169,28 +177,32 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
       dashpot.start = (second_derivatives(stencil, x).transpose() * dashpot.normal).array();
     }
   }
-  if (is_damped()) {
-    find_normals();
-  }
+  rows_.along = is_damped() && (find_normals() || damping_ > weak_damping) ? damping_ : 0;
 }
 
-/// Of each particle the mean of the normals of the dashpots that it takes part in.
-void BendingPotential::find_normals() {
+/// Of each particle the mean of the normals of the dashpots that it takes part in. Collective. @returns whether these
+/// are much alike everywhere
+bool BendingPotential::find_normals() {
   const PetscInt owned = sheet_->particles.owned;
   Field& normals = rows_.normals;
   normals.values().setZero();
+  std::vector<int> count(static_cast<std::size_t>(owned));
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last && stencil.area > 0 && !stencil.is_clamped; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
         normals.vector(i) += dashpots_[s].normal;
+        ++count[static_cast<std::size_t>(i)];
       }
     }
   }
+  bool differ = false;
   for (PetscInt i = 0; i < owned; ++i) {
+    differ = differ || normals.vector(i).norm() < least_agreement * count[static_cast<std::size_t>(i)];
     normals.vector(i).normalize();  // 0 stays 0.
   }
   normals.update_ghosts();
+  return !on_any_rank(sheet_->comm(), differ);
 }
 
 BendingPotential::Normal BendingPotential::normal_at(std::size_t number, const Positions& x) const {
@@ -255,7 +267,7 @@ double BendingPotential::energy(std::size_t number, const Eigen::Matrix3d& bent,
   const Eigen::Array3d squares = residual.colwise().squaredNorm().transpose();
   double sum = (stiffness_[number] * squares).sum() / 2;
   if (is_damped()) {
-    sum += rows_.along * (stiffness_[number] * dashpots_[number].change(bent).square()).sum() / 2;
+    sum += damping_ * (stiffness_[number] * dashpots_[number].change(bent).square()).sum() / 2;
   }
   return sum;
 }
@@ -277,7 +289,7 @@ double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
     Eigen::Matrix3d all_moments = moments;
     if (is_damped()) {
       const Dashpot& dashpot = dashpots_[s];
-      all_moments += rows_.along * dashpot.normal * (stiffness_[s] * dashpot.change(bent)).matrix().transpose();
+      all_moments += damping_ * dashpot.normal * (stiffness_[s] * dashpot.change(bent)).matrix().transpose();
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
@@ -364,7 +376,7 @@ void BendingPotential::visit_clamped(const Take& take) const {
     const Stencil& stencil = stencils_.stencils()[s];
     const Eigen::Vector3d n = stencils_.area_vector(stencil, sheet_->rest).normalized();
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const Curvature3 weighted = (1 + rows_.along) * stiffness_[s] * stencils_.weights()[p];
+      const Curvature3 weighted = (1 + damping_) * stiffness_[s] * stencils_.weights()[p];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         take(stencils_.points()[p], stencils_.points()[q],
              (weighted * stencils_.weights()[q]).sum() * n * n.transpose());

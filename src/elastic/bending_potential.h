@@ -23,7 +23,8 @@ inline namespace elastic {
 ///
 /// Both curvatures, exact and positive, are the Hessian without the change of the normals: positive semi-definite, and
 /// exact where B* or r is 0. Of viscosity it has normals of the particles in place of the stencils': a number for each
-/// pair of particles and a normal for each particle are all of it, and it is exact where the sheet is flat.
+/// pair of particles and a normal for each particle are all of it, and it is exact where the sheet is flat. Where a
+/// sheet is folded sharply, weak viscosity is in the Hessian in all directions.
 class BendingPotential : public Potential {
  public:
   /// The sheet must outlive it. @param clamped see BendingStencils
@@ -76,8 +77,8 @@ class BendingPotential : public Potential {
   /// Calls `take` with the blocks of the stencils that are clamped: with both particles and the block.
   template <class Take>
   void visit_clamped(const Take& take) const;
-  bool is_damped() const { return rows_.along > 0; }
-  void find_normals();
+  bool is_damped() const { return damping_ > 0; }
+  bool find_normals();
   void make_rows();
   void update_rows();
 
@@ -94,8 +95,9 @@ class BendingPotential : public Potential {
     Curvature3 change(const Eigen::Matrix3d& second_derivatives) const;
   };
   std::vector<Dashpot> dashpots_;
+  double damping_ = 0;  ///< viscosity over stiffness and length of the step
 
-  // The Hessian of the stencils that are not clamped. Their share along the normals is viscosity over stiffness.
+  // The Hessian of the stencils that are not clamped. Their share along the normals is that of viscosity, or 0.
   NumberRows rows_;
   std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: none, before the diagonal
   std::vector<std::size_t> clamped_;  ///< stencils
