@@ -128,7 +128,7 @@ TEST_F(BalloonInputTest, Chambers) {
   expect_refused(link("from: air, area: 1 cm^2", "isothermal, amount: [[0, 1], [1, 2]]"),
                  {"gas_network.links.tube.from", "2 key points", "one"});
   expect_refused(link("from: air, area: 1 cm^2, hole: 2"), {"bad.yaml:4", "gas_network.links.tube.hole"});
-  expect_refused(link("from: air, area: 1 cm^2") + "time: {scheme: statics, arc_length: 1 cm}\n",
+  expect_refused(link("from: air, area: 1 cm^2") + "time: {scheme: statics, arc_length: 1 cm/s}\n",
                  {"time.arc_length", "gas_network.links"});
   expect_refused(sphere + "chambers: {air: {law: isothermal, inside: air}}\n", {"chambers.air.inside", "in turn"});
   expect_refused(sphere + "chambers: {air: {law: isothermal, inside: other}}\n", {"chambers.air.inside", "other"});
