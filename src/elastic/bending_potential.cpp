@@ -186,19 +186,19 @@ bool BendingPotential::find_normals() {
   const PetscInt owned = sheet_->particles.owned;
   Field& normals = rows_.normals;
   normals.values().setZero();
-  std::vector<int> count(static_cast<std::size_t>(owned));
+  number_of_normals_.assign(static_cast<std::size_t>(owned), 0);
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last && stencil.area > 0 && !stencil.is_clamped; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
         normals.vector(i) += dashpots_[s].normal;
-        ++count[static_cast<std::size_t>(i)];
+        ++number_of_normals_[static_cast<std::size_t>(i)];
       }
     }
   }
   bool differ = false;
   for (PetscInt i = 0; i < owned; ++i) {
-    differ = differ || normals.vector(i).norm() < least_agreement * count[static_cast<std::size_t>(i)];
+    differ = differ || normals.vector(i).norm() < least_agreement * number_of_normals_[static_cast<std::size_t>(i)];
     normals.vector(i).normalize();  // 0 stays 0.
   }
   normals.update_ghosts();

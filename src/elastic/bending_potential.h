@@ -95,7 +95,8 @@ class BendingPotential : public Potential {
     Curvature3 change(const Eigen::Matrix3d& second_derivatives) const;
   };
   std::vector<Dashpot> dashpots_;
-  double damping_ = 0;  ///< viscosity over stiffness and length of the step
+  double damping_ = 0;                  ///< viscosity over stiffness and length of the step
+  std::vector<int> number_of_normals_;  ///< of the dashpots round each owned particle
 
   // The Hessian of the stencils that are not clamped. Their share along the normals is that of viscosity, or 0.
   NumberRows rows_;
