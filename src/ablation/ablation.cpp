@@ -44,7 +44,7 @@ bool Ablation::crack(Living& living, const std::vector<PetscInt>& sides) {
   if (!on_any_rank(surface_.comm(), !sides.empty())) {
     return false;
   }
-  // Sides of this rank's springs may be those of cells of others, whose owners mark them.
+  // A side of this rank's springs may belong to another rank's cell, which that rank marks.
   std::vector<ElementFlags> marks(elements(), ElementFlags{});
   const auto per_element = static_cast<std::size_t>(surface_.sides_per_element());
   for (const PetscInt blue : sides) {

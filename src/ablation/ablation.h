@@ -15,15 +15,15 @@ inline namespace ablation {
 /// @param mass [kg], ghosts up to date, (1 x local)
 /// @param loss_mass m^loss as a fraction of the initial mass
 std::vector<double> level_set(const Surface& surface, const Field& mass, double loss_mass);
-/// The same where a vector is there.
+/// The same, written into an existing vector.
 void set_level(std::vector<double>& level, const Surface& surface, const Field& mass, double loss_mass);
 
-/// What has become of a spring by the levels of its ends (burning paper, section 6 and Fig. 5). A burnt one is taken
-/// out when the triangles that share it are gone.
+/// The state of a spring, from the levels of its two ends (burning paper, section 6 and Fig. 5). A burnt spring is
+/// removed when the triangles that share it are gone.
 enum class SpringState { shrunk = 0, partly_burnt = 1, burnt = 2 };
 SpringState spring_state(double level_0, double level_1);
 
-/// Takes what has burnt out of a surface and cracks it, without a change of its numbering.
+/// Removes what has burnt from a surface and cracks it, without renumbering it.
 ///
 /// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
 /// lattice particle's m'; a spring dies when all triangles that share it are dead, a green one also when the side that
@@ -37,12 +37,12 @@ class Ablation {
   /// @returns whether a triangle died on any rank
   bool burn_away(Living& living, const std::vector<double>& level);
 
-  /// Sides of elements that crack. Nothing leaves the surface. Collective.
+  /// Cracks sides of elements. Nothing is removed from the surface. Collective.
   /// @param sides owned blue springs along them, each between two local elements
   /// @returns whether there is one on any rank
   bool crack(Living& living, const std::vector<PetscInt>& sides);
 
-  /// Springs, and triangles of other ranks' elements, that follow from the triangles of the owned ones. Collective.
+  /// Updates springs, and triangles of other ranks' elements, from the triangles of the owned ones. Collective.
   void follow_triangles(Living& living) { spread(living, true); }
 
   /// Owned particles whose last spring is dead and that still have a mass. Not collective.
@@ -56,15 +56,15 @@ class Ablation {
     return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
   }
 
-  /// Tells the other ranks which triangles and sides of this rank's elements live, and then which of its springs.
+  /// Tells the other ranks which triangles and sides of this rank's elements live, and then which of its springs live.
   /// @param died whether a triangle of this rank's elements has died
-  /// @returns whether one has on any rank
+  /// @returns whether a triangle of any rank's elements has died
   bool spread(Living& living, bool died);
 
   const Surface& surface_;
 };
 
-/// Owned cells of which nothing is left: no spring of theirs but blue ones, which neighbours may share, lives. Not
+/// Owned cells of which nothing is left: none of their springs lives, except blue ones, which neighbours may share. Not
 /// collective.
 std::vector<bool> empty_cells(const Sheet& sheet, const Living& living);
 

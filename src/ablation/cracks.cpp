@@ -13,7 +13,7 @@ inline namespace ablation {
 
 namespace {
 
-/// One number for each pair of ids, in whatever order they come.
+/// One number for each pair of ids, the same in either order.
 std::uint64_t number_of_pair(PetscInt a, PetscInt b) {
   return (static_cast<std::uint64_t>(std::min(a, b)) << 32) + static_cast<std::uint64_t>(std::max(a, b));
 }
@@ -28,7 +28,7 @@ Eigen::Vector3d normal_of(const Surface& surface, const Field& position, std::si
 }  // namespace
 
 double share_of_strength(double mass_ratio, double min_mass, double char_strength) {
-  // What loses no mass has no char.
+  // A material that loses no mass has no char.
   const double unburnt = min_mass < 1 ? std::clamp((mass_ratio - min_mass) / (1 - min_mass), 0.0, 1.0) : 1;
   return char_strength + (1 - char_strength) * unburnt;
 }
@@ -45,7 +45,7 @@ Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std
     const auto id = [&](PetscInt side) {
       return side < 0 ? 0 : surface.element_id[surface.element_of_side(static_cast<std::size_t>(side))];
     };
-    // Of the elements, whose ids stay when corners double.
+    // Uses the ids of the elements, which stay when corners double.
     const auto [first, second] = surface.sides_along(s);
     const double random = noise(options.seed, number_of_pair(id(first), id(second)));
     unburnt_strength_.push_back(options.strength.value() * (1 + options.strength_scatter * random) *
@@ -60,7 +60,8 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
   }
   overload_.update_ghosts();
   largest_overload_.values().setZero();
-  // Sides compete at their ends and in their elements: those of a quad at its lattice point, those of a triangle meet.
+  // Sides compete with each other at their ends and in their elements: those of a quad at its lattice point; those of a
+  // triangle have ends in common anyway.
   const auto places = [&](PetscInt s) {
     const auto k = static_cast<std::size_t>(s);
     std::array<PetscInt, 4> result{edges.ends[k][0], edges.ends[k][1], -1, -1};
@@ -80,7 +81,7 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
   }
   // All springs at an owned particle, and along the sides of an owned quad, are local.
   largest_overload_.update_ghosts();
-  // What differs by rounding alone is equal, or the number of ranks would decide which side cracks.
+  // Ratios that differ by rounding alone count as equal, or the number of ranks would decide which side cracks.
   const double tie = 1 + 1e-6;
   std::vector<PetscInt> cracks;
   for (PetscInt s = 0; s < edges.owned(); ++s) {
@@ -95,8 +96,8 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
   return cracks;
 }
 
-/// Each side counts once: springs of quads are owned by one rank; of a membrane's edges, which all ranks own that have
-/// them, those count whose end of the lower id this rank owns.
+/// Each side counts once: springs of quads are owned by one rank; an edge of a membrane is owned by every rank that has
+/// it, and counts on the rank that owns its end of the lower id.
 bool Cracks::is_counted_here(std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto id = [this](PetscInt particle) { return surface_.persistent_id[static_cast<std::size_t>(particle)]; };

@@ -10,11 +10,11 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// Share of the strength that is left of a particle of this mass, as a fraction of the initial one as m^min is: linear,
+/// Share of the strength that is left at a particle of this mass (a fraction of the initial one, as m^min is): linear,
 /// `char_strength` at m^min.
 double share_of_strength(double mass_ratio, double min_mass, double char_strength);
 
-/// What tells where a surface cracks.
+/// What decides where a surface cracks.
 struct CrackInput {
   const Living& living;
   const std::vector<Eigen::Matrix3d>& stress;  ///< of each local element, of the unit of the strength
@@ -24,19 +24,19 @@ struct CrackInput {
   double min_mass = 0;                         ///< m^min as a fraction of the initial mass
 };
 
-/// Cracks along the sides of a surface's elements, of a sheet as of a wall.
+/// Cracks along the sides of a surface's elements, for sheets as for walls.
 ///
 /// Stress and strength are forces per width [N/m], or both stresses [Pa]. A side between two elements can crack when
 /// the largest principal stress
 ///
 ///     sigma_1 > strength c (1 + scatter u) t
 ///
-/// of the mean stress of both, whatever the direction of the mesh, t the mean of the texture at both ends, u in [-1, 1)
-/// a random number of seed and the elements' ids, and c the mean over both ends of
-/// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Where it cracks is told by the stress across the side,
-/// n . sigma n with the normal n of the side in its elements, over the strength: of the sides that can crack and meet
-/// at a corner, or are of one element, only the one with the largest such ratio does in a step, and none with less than
-/// a quarter of sigma_1 across it. What the others then carry shows in the next step.
+/// of the mean stress of both elements, whatever the direction of the mesh. Here t is the mean of the texture at both
+/// ends, u in [-1, 1) a random number from the seed and the elements' ids, and c the mean over both ends of
+/// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Which of these sides cracks depends on the stress across the
+/// side, n . sigma n with the normal n of the side in its elements, over the strength: of the sides that can crack and
+/// meet at a corner, or belong to one element, only the one with the largest such ratio cracks in a step, and none with
+/// less than a quarter of sigma_1 across it. The load that this puts on the others shows in the next step.
 class Cracks {
  public:
   /// The surface must have masses and springs (set_burnable), and outlive this object. Collective.
@@ -44,8 +44,8 @@ class Cracks {
   /// @param texture factor on the strength of each local particle, or empty for 1
   Cracks(const Surface& surface, const AblationOptions& options, const std::vector<double>& texture);
 
-  /// Sides that crack: the blue springs along them, each on one rank, where both elements are local. Sides of what has
-  /// burnt do not, nor those between two pinned particles. Collective.
+  /// Sides that crack: the blue springs along them, each on one rank, where both elements are local. Sides of burnt
+  /// elements do not crack, nor those between two pinned particles. Collective.
   std::vector<PetscInt> sides(const CrackInput& input);
 
  private:

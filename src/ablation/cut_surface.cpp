@@ -118,12 +118,12 @@ void Cutter::draw(std::size_t triangle) {
   }
 }
 
-/// Of the ranks that draw a point one counts it: that of the least element. Collective.
+/// Each point is counted by one of the ranks that draw it: that of the element of the least id. Collective.
 void Cutter::find_owners() {
   MPI_Comm comm = surface_.comm();
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
-  // Of a point that another rank draws all particles are ghosts, here or there.
+  // If another rank draws a point, all its particles are ghosts, here or there.
   std::vector<std::array<bool, 1>> is_shared(level_.size(), {true});
   std::fill_n(is_shared.begin(), surface_.particles.owned, std::array{false});
   gather_flags(surface_.particles, is_shared);
@@ -142,7 +142,7 @@ void Cutter::find_owners() {
       destinations.push_back(static_cast<int>(std::abs(point.id) % ranks));
     }
   }
-  // All that is claimed of a point meets on one rank.
+  // All claims to one point are sent to the same rank.
   const Route route(comm, destinations);
   std::vector<std::array<std::int64_t, 2>> received = route.send(claims);
   std::unordered_map<std::int64_t, std::int64_t> least;

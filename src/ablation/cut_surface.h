@@ -9,21 +9,23 @@
 namespace pellicle {
 inline namespace ablation {
 
-/// The id of a cut point between particles of the ids a < b is -(a cut_id_stride + b) - 1. More than any id, and fixed:
-/// ids become more with cracks.
+/// The id of a cut point between particles of the ids a < b is -(a cut_id_stride + b) - 1. The stride is larger than
+/// any id, and fixed, since cracks add ids.
 inline constexpr std::int64_t cut_id_stride = std::int64_t{1} << 31;
 
 /// The living triangles of a rank's elements, cut where the level set is zero (marching triangles; burning paper, eq. 7
 /// and Fig. 6). A corner stands for itself, the virtual centre of a quad is the mean of its corners and has its lattice
-/// particle's level and id. A cut point is linear between the two points that it lies between; its negative id depends
-/// on their ids alone, and neighbours on other ranks compute the same point from the same numbers.
+/// particle's level and id. A cut point lies between two points, at the place where the level, taken as linear, is
+/// zero; its negative id depends on their ids alone, and neighbours on other ranks compute the same point from the same
+/// numbers.
 ///
 /// Points: corners that are used, then virtual centres, then cut points, each once. A point that several ranks draw is
-/// owned by the one that draws the element of the least id at it. All triangles where nothing is cut. Collective.
+/// owned by the one that draws the element of the least id at it. Where nothing is cut all triangles are drawn.
+/// Collective.
 /// @param level of the local particles, ghosts up to date
 DrawnSurface cut_surface(const Surface& surface, const Living& living, const std::vector<double>& level);
 
-/// All of it, with nothing cut. Collective.
+/// The whole surface, with nothing cut. Collective.
 DrawnSurface whole_surface(const Surface& surface);
 
 }  // namespace ablation

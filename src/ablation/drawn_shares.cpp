@@ -9,7 +9,7 @@ inline namespace ablation {
 
 namespace {
 
-/// Share of a living cell that counts as drawn where less is: what is at it must get to those who take.
+/// A living cell of which a smaller share is drawn counts with this share: what its particles have must be passed on.
 constexpr double least_share = 1e-9;
 
 /// Corners and lattice particle of a cell.

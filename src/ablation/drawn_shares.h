@@ -28,7 +28,7 @@ class DrawnShares {
   std::vector<double> density(const Field& amount) const;
 
  private:
-  /// A particle none of whose cells is drawn, and a cell with a living triangle that holds one of its springs.
+  /// A particle none of whose cells is drawn, and a cell with a living triangle that shares one of its springs.
   struct Held {
     PetscInt particle;
     std::size_t cell;

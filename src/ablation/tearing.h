@@ -31,13 +31,13 @@ struct TearingInput {
 ///     sigma = 1/A sum F l^init d d^T
 ///
 /// over the springs of its particles, where d is the direction of a spring, half of which belongs to each of its ends,
-/// A the undeformed area of what is left of the cell, and the living quarters of cells share their corners; what
-/// springs do to each other cancels. Where the sheet then cracks see Cracks.
+/// and A the undeformed area of what is left of the cell; the living quarters of cells share their corners. In this sum
+/// what springs do to each other cancels. For where the sheet then cracks see Cracks.
 ///
 /// The stress of an elastic sheet is that of its material. That of a projected one is exact for a load, whatever the
-/// step; of lengths which contradict each other, such as those of a shrinking sheet between clamps, it has no limit in
-/// a sheet that cannot stretch: it is that of the springs which an unfinished projection amounts to, in proportion to
-/// (edge/h)^2.
+/// step. With target lengths that contradict each other, such as those of a shrinking sheet between clamps, the stress
+/// of a sheet that cannot stretch would be infinite: what is found is the stress of the springs which an unfinished
+/// projection amounts to, in proportion to (edge/h)^2.
 class Tearing {
  public:
   /// The sheet must outlive this object. Collective.
@@ -45,7 +45,7 @@ class Tearing {
   /// @param texture factor on the strength of each local particle, or empty for 1
   Tearing(const Sheet& sheet, const AblationOptions& options, const std::vector<double>& texture);
 
-  /// Sides that crack, as Cracks has them: the owned blue springs along them. Collective.
+  /// Sides that crack (see Cracks): the owned blue springs along them. Collective.
   std::vector<PetscInt> cracks(const TearingInput& input);
 
  private:

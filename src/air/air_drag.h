@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace air {
 
-/// What the drag of a step follows from.
+/// What determines the drag in a step.
 struct AirInput {
   const Field& position;                      ///< at the start of the step [m], ghosts up to date
   const Field& velocity;                      ///< at the start of the step [m/s], ghosts up to date
@@ -24,15 +24,15 @@ struct AirInput {
 ///
 ///     F = rho A/2 (C_n |u_n| u_n + C_t |u_t| u_t),  u = wind at the centroid - velocity.
 ///
-/// The points of a triangle have their shares of it (Surface::point_shares), each with its own velocity v_i in u but
-/// for the |u_n| and |u_t|, which are of the mean velocity: together they have F. A lattice point without mass leaves
-/// its share to the two corners of the triangle. So the force on a particle is
+/// The points of a triangle get their shares of F (Surface::point_shares), each with its own velocity v_i in u; |u_n|
+/// and |u_t| are of the mean velocity, so that the shares add up to F. A lattice point without mass leaves its share to
+/// the two corners of the triangle. So the force on a particle is
 ///
 ///     f_i = b_i - D_i v_i,  D_i symmetric with eigenvalues of at least 0.
 ///
-/// It is linearly implicit: |u_n|, |u_t| and the places are those at the start of a step, v_i and the wind are those at
-/// its end. So a step's drag brings velocities nearer to the wind's and never beyond, however long it is and however
-/// light the surface, and a flat sheet that falls ends at its terminal speed for every length of the step.
+/// It is linearly implicit: |u_n|, |u_t| and the places are those at the start of a step, v_i and the wind those at its
+/// end. So a step's drag brings velocities nearer to the wind's and never beyond it, however long the step is and
+/// however light the surface; and a flat sheet that falls reaches its terminal speed for every length of the step.
 class AirDrag {
  public:
   /// The surface must outlive it. @throws Error as Wind does

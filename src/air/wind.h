@@ -9,20 +9,21 @@ namespace pellicle {
 inline namespace air {
 
 /// The velocity of the air by place and time: the mean U(t) of the key points, plus turbulence of N random Fourier
-/// modes (Kraichnan, Phys. Fluids 13, 22 (1970)) that the mean carries along (Taylor's hypothesis), |U(t)| strong:
+/// modes (Kraichnan, Phys. Fluids 13, 22 (1970)) that the mean carries along (Taylor's hypothesis), in proportion to
+/// |U(t)|:
 ///
 ///     u(x, t) = U(t) + I |U(t)| sum_n a_n cos(k_n.(x - X(t)) + phi_n),  X(t) the integral of U from 0 to t.
 ///
 /// The a_n are across the k_n, so that it is divergence-free; the components of the k_n are normal with variance
 /// pi/(2 L^2) and |a_n| grows with |k_n|, so that over many seeds the longitudinal correlation is exp(-pi r^2/(4 L^2)),
-/// with integral length L. The mean square of each field over all places is scaled to that asked for. It depends on
-/// options, place and time alone.
+/// with integral length L. Each field is scaled so that its mean square over all places is the one asked for. It
+/// depends on options, place and time alone.
 class Wind {
  public:
   /// @throws Error that names force.wind.velocity when its rows are no key points
   explicit Wind(const WindOptions& options);
 
-  /// From here on `at` is the velocity at this time [s].
+  /// Sets the time [s] of `at`.
   void set_time(double time);
 
   /// U(t) [m/s]

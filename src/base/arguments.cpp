@@ -55,14 +55,14 @@ bool is_flag(const std::string& name) {
   return name == "help" || name == "h" || name == "options_table" || name == "version";
 }
 
-/// The option of ours that a name means, of any object; null: none.
+/// The option of the program, for any object, that a name means; null: none.
 const Option* declared_option(const OptionTable& table, const std::string& name) {
   const auto find = [&table](const std::string& rest) {
     const Option* known = table.find_name(rest);
     return known != nullptr ? known : table.find_prototype(rest);
   };
   const Option* option = find(name);
-  // Which objects there are is not known yet: "objects_" is followed by a name and that of an option.
+  // Which objects there are is not known yet: "objects_" is followed by an object's name and an option's name.
   for (std::size_t end = name.find('_', name.find('_') + 1);
        option == nullptr && end != std::string::npos && name.compare(0, 8, "objects_") == 0;
        end = name.find('_', end + 1)) {
@@ -71,7 +71,7 @@ const Option* declared_option(const OptionTable& table, const std::string& name)
   return option;
 }
 
-/// Splits the words of the command line, or of another source, into paths of decks and options with their values.
+/// Splits the words of the command line, or of another source, into paths of decks, and options with their values.
 std::vector<TypedOption> split_words(const std::vector<Word>& words, const std::string& source,
                                      const OptionTable& table, std::vector<Deck>& decks) {
   std::vector<TypedOption> typed;
@@ -208,7 +208,7 @@ void set_option(const TypedOption& typed, const std::string& object, const std::
   }
 }
 
-/// What is meant for all objects first, so that what is meant for one counts more.
+/// Applies first what is meant for all objects, then what is meant for one, which counts more.
 void set_options(const std::vector<TypedOption>& options, const ObjectTables& tables, std::vector<PetscOption>& petsc) {
   for (const bool for_one : {false, true}) {
     for (const TypedOption& typed : options) {
@@ -224,7 +224,7 @@ void set_options(const std::vector<TypedOption>& options, const ObjectTables& ta
   keep_last(petsc);
 }
 
-/// The options with those of a file in place of each `-options_file FILE`. Not collective: for rank 0.
+/// The options, with each `-options_file FILE` replaced by the options in that file. Not collective: for rank 0.
 std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const OptionTable& table, int depth = 0) {
   std::vector<TypedOption> all;
   for (const TypedOption& option : typed) {
@@ -246,7 +246,7 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
   return all;
 }
 
-/// What PETSc reads before the command line, the later winning. Not collective: for rank 0.
+/// What PETSc reads before the command line; later sources win. Not collective: for rank 0.
 std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool skip_files) {
   std::vector<TypedOption> all;
   const auto append = [&](const std::string& source, const std::vector<Word>& words) {
@@ -273,7 +273,7 @@ std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool 
   return all;
 }
 
-/// Everything but the decks, in the order in which the later wins, as rank 0 finds it. Collective.
+/// All options, decks aside, as rank 0 finds them, in the order in which later ones win. Collective.
 std::vector<TypedOption> all_options(MPI_Comm comm, const std::vector<TypedOption>& typed, const OptionTable& table) {
   std::string
       text;  // of each option the source, line and name, and its value after "=", or nothing; all end with a NUL
@@ -356,8 +356,8 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
 
 namespace {
 
-/// OpenBLAS, where it is the BLAS that PETSc uses, starts a thread a core, which makes the short vectors of a rank tens
-/// of times slower: one thread, unless the user asks for more.
+/// OpenBLAS, where it is the BLAS that PETSc uses, starts a thread on each core, which makes operations on a rank's
+/// short vectors tens of times slower: one thread, unless the user asks for more.
 void use_one_blas_thread() {
   if (std::getenv("OPENBLAS_NUM_THREADS") == nullptr && std::getenv("OMP_NUM_THREADS") == nullptr) {
     if (void* set_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
@@ -372,7 +372,7 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   // PETSc keeps the pointers until PetscFinalize.
   static std::vector<std::string> words;
   static std::vector<char*> pointers;
-  // What PETSc would read besides has been read, and checked, with the command line.
+  // What else PETSc would read has been read, and checked, together with the command line.
   words = {program, "-skip_petscrc", "true", "-options_left", "false"};
   unsetenv("PETSC_OPTIONS");
   for (std::string& word : petsc_arguments(options, tables)) {

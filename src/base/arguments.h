@@ -30,21 +30,21 @@ struct ProgramArguments {
 bool is_deck(const std::string& argument);
 
 /// Reads the command line and the decks that it names, and sets the options: decks in their order; then what PETSc
-/// reads beside the command line, in PETSc's order: the files ~/.petscrc, .petscrc and petscrc, and the environment
+/// reads besides the command line, in PETSc's order: the files ~/.petscrc, .petscrc and petscrc, and the environment
 /// variable PETSC_OPTIONS; then the options of the command line, wherever they stand, with those of `-options_file
-/// FILE` in its place. The later wins. See is_deck. With one of the three flags no deck is read. Collective: rank 0
+/// FILE` in its place. Later ones win. See is_deck. With one of the three flags no deck is read. Collective: rank 0
 /// reads files and environment.
-/// @param table of a run of one object, which the options are given to unless a deck names objects
+/// @param table of a run of one object; gets the options unless a deck names objects
 /// @param make_table makes the table of an object that a deck names, which must outlive what is returned
-/// @throws Error, the same on every rank: a file that cannot be read or is wrong (see read_deck), an option of ours
-/// that is misspelt, without its value, or wrong in its value; one that has no effect (see settle_idle_options); an
-/// argument that is none of all this.
+/// @throws Error, the same on every rank: a file that cannot be read or is wrong (see read_deck); an option of the
+/// program that is misspelt, lacks its value, or has a wrong one; an option that has no effect (see
+/// settle_idle_options); an argument that is none of these.
 ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
                                 const std::function<OptionTable&(const std::string& object)>& make_table);
 
-/// PetscInitialize with PETSc's own options of all that read_arguments reads, which PETSc does not read again. Its
-/// warning about unused options is switched off: `warn_unused` is ours. BLAS gets one thread unless the environment
-/// says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
+/// PetscInitialize with all of PETSc's own options that read_arguments has read; PETSc does not read them again. Its
+/// warning about unused options is switched off, since `warn_unused` warns instead. BLAS gets one thread unless the
+/// environment says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
 }  // namespace base

@@ -6,7 +6,7 @@
 namespace pellicle {
 inline namespace base {
 
-/// One of some names, whichever enumeration they belong to: what the option table sees of a Choice.
+/// One of several names, for any enumeration: the part of a Choice that the option table sees.
 class AnyChoice {
  public:
   const std::vector<std::string>& names() const { return *names_; }
@@ -23,8 +23,8 @@ class AnyChoice {
   std::size_t index_;
 };
 
-/// The value of an enumeration that an option has. Beside the enumeration stands, once, what its values are called, in
-/// their order from 0:
+/// The value of an enumeration that an option has. Next to the enumeration a function lists, once, the names of its
+/// values in their order from 0:
 ///
 ///     enum class ChainKind { burn, inflate };
 ///     inline const std::vector<std::string>& names_of(ChainKind) {

@@ -18,8 +18,8 @@ inline namespace base {
 
 namespace {
 
-/// Refuses a deck that is small as a file but not when it is read: one whose aliases contain themselves, or multiply.
-/// yaml-cpp follows such aliases to any depth.
+/// Refuses a deck that is small as a file but grows without bound when it is read: one whose aliases contain
+/// themselves, or multiply. yaml-cpp follows such aliases to any depth.
 class ExpansionCheck : public YAML::EventHandler {
  public:
   explicit ExpansionCheck(const std::string& path) : path_(path) {}
@@ -114,7 +114,7 @@ class DeckReader {
 
  private:
   void read_map(const YAML::Node& map, const std::string& parent) {
-    // First what the map takes over from others, so that its own entries count.
+    // First the entries that the map takes over from others, so that its own entries count.
     const std::vector<YAML::Node> others = merged_maps(map, parent);
     for (auto other = others.rbegin(); other != others.rend(); ++other) {
       read_map(*other, parent);
@@ -141,7 +141,7 @@ class DeckReader {
     }
   }
 
-  /// What a deck says of single objects, after what it says of all.
+  /// Reads what a deck says of single objects, after what it says of all.
   void read_objects_of_run(const YAML::Node& root) {
     for (const YAML::Node& other : merged_maps(root, "")) {
       read_objects_of_run(other);
@@ -240,7 +240,7 @@ class DeckReader {
     }
   }
 
-  /// @param is_of_run whether it can only be said of the run as a whole
+  /// @param is_of_run whether the option can only be given for the run as a whole
   void refuse_in_object(const std::string& key, bool is_of_run) const {
     if (is_of_run && !object_.empty()) {
       fail(key, "is of the run and not of one of its objects; expected " + key + " at the top of the deck");
@@ -342,7 +342,7 @@ class DeckReader {
                                : "\"" + node.Scalar() + "\"";
   }
 
-  /// With the object that the key is of.
+  /// The key with the name of its object, if it is in one.
   std::string full_key(const std::string& key) const {
     return object_.empty() ? key : std::string(objects_key) + "." + object_ + (key.empty() ? "" : "." + key);
   }
@@ -410,7 +410,7 @@ YAML::Node parse(const std::string& path, const std::string& text) {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
     ExpansionCheck expansion(path);
-    // No further than the second document: in some texts that are not YAML the parser finds new ones without end.
+    // Stops at the second document: in some texts that are not YAML the parser finds new documents without end.
     if (parser.HandleNextDocument(expansion) && parser.HandleNextDocument(expansion)) {
       throw Error(path + ": has several YAML documents; expected one");
     }
@@ -446,8 +446,8 @@ std::string original_of(const std::string& path) {
 
 namespace {
 
-/// Adds the names of objects that a map of a deck has, or takes over. A map that is not as it should be is left to
-/// DeckReader, unless it is that of the objects.
+/// Adds the names of the objects that a map of a deck has, or takes over. A malformed map is left to DeckReader to
+/// report, unless it is that of the objects.
 void add_objects(const std::string& path, const YAML::Node& root, std::vector<std::string>& names) {
   const auto merged = [](const YAML::Node& map) {
     std::vector<YAML::Node> others;
@@ -530,7 +530,7 @@ void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOp
 
 namespace {
 
-/// Values by key, "heat.diffusivity"; lists as they are written.
+/// The values of a deck by key, such as "heat.diffusivity"; lists as they are written.
 void flatten(const YAML::Node& node, const std::string& key, std::map<std::string, std::string>& values) {
   if (!node.IsMap()) {
     values[key] = YAML::Dump(node);
@@ -586,7 +586,7 @@ std::string written_deck(const ObjectTables& tables, const std::vector<PetscOpti
   YAML::Emitter out;
   out << YAML::BeginMap;
   if (tables.are_named()) {
-    // What is of the run acts if it does for one object.
+    // An option of the run as a whole acts if it acts in one of the objects.
     std::vector<const Option*> options;
     for (const Option& option : tables.front().table->options()) {
       const auto acts = [&option](const ObjectTable& object) {

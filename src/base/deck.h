@@ -17,7 +17,7 @@ struct Deck {
   std::string copy_of = {};   ///< of a deck that a run has kept: the absolute path of the file that it is a copy of
   bool is_laid_over = false;  ///< over a deck before it
 
-  /// The file that the deck comes from: it gives the run its name, and relative names of files start at its folder.
+  /// The file that the deck comes from: its name becomes the run's, and relative names of files start at its folder.
   const std::string& source() const { return copy_of.empty() ? path : copy_of; }
 };
 
@@ -32,9 +32,9 @@ std::string original_of(const std::string& path);
 ObjectTables tables_of(const std::vector<Deck>& decks, OptionTable& one,
                        const std::function<OptionTable&(const std::string& object)>& make_table);
 
-/// Sets the options that a deck gives; PETSc's own are put into `petsc`. What stands at the top is given to all objects
-/// of the run, what stands in one of `objects` to that one, after it. Named objects, such as bodies, are created. Keys
-/// that an earlier deck has set are set anew. A map may take over the entries of others by `<<: *map`.
+/// Sets the options that a deck gives; PETSc's own are put into `petsc`. Options at the top of the deck are given to
+/// all objects of the run, then those in one of `objects` to that object. Named objects, such as bodies, are created.
+/// Keys that an earlier deck has set are set anew. A map may take over the entries of others by `<<: *map`.
 /// @throws Error, one line with file, line, key, value and what was expected: YAML that cannot be parsed, a key that is
 /// unknown (with the nearest valid one) or there twice, aliases that contain themselves or multiply, a wrong type,
 /// unit, length of a list, or a value out of range.
@@ -43,7 +43,7 @@ void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOp
 /// A deck that sets every option that acts to its present value in SI, with its unit as a comment, and PETSc's own.
 std::string written_deck(const ObjectTables& tables, const std::vector<PetscOption>& petsc);
 
-/// An option that two written decks give other values.
+/// An option to which two written decks give different values.
 struct ChangedOption {
   std::string key;
   std::string before;  ///< as it is written; empty: it is not given

@@ -9,12 +9,12 @@
 namespace pellicle {
 inline namespace base {
 
-/// Bad input, or a situation that the user must mend: `what()` is one line that names the file, key or element,
+/// Bad input, or a situation that the user must put right: `what()` is one line that names the file, key or element,
 /// the value, and what was expected. `main` prints it once and ends with exit code 1.
 class Error : public std::runtime_error {
  public:
-  /// @param text may quote the input: its control characters become \x0A and so on, and what is too long to be read is
-  /// left out in the middle, so that it is one line whatever it quotes.
+  /// @param text may quote the input: control characters become \x0A and so on, and a very long text is shortened in
+  /// the middle, so that it is one readable line whatever it quotes.
   explicit Error(const std::string& text);
 };
 

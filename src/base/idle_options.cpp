@@ -12,7 +12,7 @@ inline namespace base {
 
 namespace {
 
-/// Something given that has no effect.
+/// Something that has been given but has no effect.
 struct Idle {
   const Origin* origin;
   const Condition* needs;
@@ -22,7 +22,7 @@ struct Idle {
   bool is_legal() const { return has_acted || (is_solver_setting && origin->is_laid_over); }
 };
 
-/// Null: it acts in one of the objects that it is for.
+/// What the option lacks to have an effect; null: it has one in an object that it is for.
 const Condition* idle_because(const ObjectTables& tables, const PetscOption& option) {
   const Condition* needs = nullptr;
   for (const ObjectTable& object : tables.of(option.object)) {
@@ -35,7 +35,7 @@ const Condition* idle_because(const ObjectTables& tables, const PetscOption& opt
   return needs;
 }
 
-/// What one object has been given: what acts, by origin, and what does not.
+/// What one object has been given: what has an effect, by origin, and what has none.
 struct Given {
   std::set<std::tuple<std::string, int, std::string>> acting;
   std::vector<Idle> idle;
@@ -56,7 +56,7 @@ void add_given(Given& given, const OptionTable& table) {
       }
     }
   }
-  // Of an object that has no effect it is enough to name the object.
+  // If a whole object has no effect, it is enough to name the object.
   const auto is_of_idle_object = [&table](const Option& option) {
     const auto& sections = table.object_sections();
     return std::any_of(sections.begin(), sections.end(), [&option](const auto& section) {

@@ -14,10 +14,10 @@ inline PetscLogEvent log_event(const char* name) {
   return event;
 }
 
-/// What happens in a scope has the line of an event. Not collective.
+/// Records what happens in a scope under the line of an event. Not collective.
 class LogScope {
  public:
-  /// @param flops of the scope: sums, products, quotients, roots and other functions, one each
+  /// @param flops of the scope: each sum, product, quotient, root or other function counts as one
   LogScope(PetscLogEvent event, double flops) : event_(event) {
     check(PetscLogEventBegin(event_, nullptr, nullptr, nullptr, nullptr));
     check(PetscLogFlops(flops));

@@ -8,7 +8,7 @@ inline namespace base {
 
 namespace {
 
-/// The options of one module: what its keys begin with.
+/// The options of one module, that is with the same first word of their keys.
 struct Module {
   std::string name;
   std::vector<const Option*> options;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double no_limit = std::numeric_limits<double>::infinity();
 
-/// The number that a file of the kernel holds; nothing counts as no limit, as does a word such as "max".
+/// The number in a file of the kernel; no number, or a word such as "max", means no limit.
 double number_in(const std::string& path) {
   double value = 0;
   return std::ifstream(path) >> value ? value : no_limit;
@@ -46,7 +46,7 @@ double control_group_memory() {
       continue;
     }
     const std::string controllers = line.substr(0, second);
-    // Inside a container the path of the group is not visible, and its files lie at the root.
+    // In a container the group's path is not visible, and its files lie at the root.
     for (const std::string& path : {line.substr(second + 1), std::string("/")}) {
       if (controllers == "0:") {
         const std::string folder = "/sys/fs/cgroup" + path;

@@ -4,7 +4,7 @@ namespace pellicle {
 inline namespace base {
 
 double noise(int seed, std::uint64_t number) {
-  // SplitMix64's finaliser over the combination of both.
+  // SplitMix64's finaliser, applied to both combined.
   std::uint64_t bits = static_cast<std::uint64_t>(seed) * 0x9E3779B97F4A7C15ULL + number;
   for (int round = 0; round < 2; ++round) {
     bits += 0x9E3779B97F4A7C15ULL;

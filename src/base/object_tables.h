@@ -15,9 +15,9 @@ struct ObjectTable {
   OptionTable* table;
 };
 
-/// The tables of the objects of a run: of those that its decks name in `objects: {NAME: {...}}`, or of one without a
-/// name. What stands at the top of a deck is given to every object, what stands in an object to that one. On the
-/// command line `-heat_capacity` is for every object, `-objects_NAME_heat_capacity` for one.
+/// The tables of the objects of a run: those that its decks name in `objects: {NAME: {...}}`, or one object without a
+/// name. Options at the top of a deck are given to every object, those in an object to that one. On the command line
+/// `-heat_capacity` is for every object, `-objects_NAME_heat_capacity` for one.
 class ObjectTables {
  public:
   /// Of a run of one object without a name. @param table must outlive this
@@ -29,13 +29,13 @@ class ObjectTables {
   const ObjectTable& front() const { return tables_.front(); }
   auto begin() const { return tables_.begin(); }
   auto end() const { return tables_.end(); }
-  /// Those that something is given to: the one of this name, all if it is empty.
+  /// The tables that something is given to: that of this name, or all if the name is empty.
   std::vector<ObjectTable> of(const std::string& object) const;
 
   /// The object that a name on the command line (without the dash) is for, and the rest of the name:
-  /// "objects_cloth_heat_capacity" gives "cloth" and "heat_capacity". Where there is none: "" and the name.
+  /// "objects_cloth_heat_capacity" gives "cloth" and "heat_capacity". If there is no such object: "" and the name.
   std::pair<std::string, std::string> split_name(const std::string& name) const;
-  /// The same of a key: "objects.cloth.heat.capacity".
+  /// The same for a key: "objects.cloth.heat.capacity".
   std::pair<std::string, std::string> split_key(const std::string& key) const;
 
  private:
@@ -44,8 +44,8 @@ class ObjectTables {
   std::vector<ObjectTable> tables_;
 };
 
-/// How the names of an object's options begin on the command line, and the prefixes of its solvers in PETSc:
-/// "objects_cloth_"; "" for an object without a name.
+/// The beginning of the names of an object's options on the command line, which is also the prefix of its solvers in
+/// PETSc: "objects_cloth_"; "" for an object without a name.
 std::string object_prefix(const std::string& object);
 
 }  // namespace base

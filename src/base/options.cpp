@@ -29,7 +29,7 @@ constexpr std::array<const char*, 38> solver_words{
     "exotic_",      "gdsw_",      "nn_",     "lsc_",       "mpi_",          "lmvm_",       "multigrid_", "exact_",
     "approximate_", "hierarch_",  "power_",  "pseudo_",    "harmonic_",     "save_system"};
 
-// Those that are suggested for a misspelt one.
+// PETSc's options that are suggested when one is misspelt.
 constexpr std::array<const char*, 5> common_solver_options{"ksp_type", "ksp_rtol", "ksp_max_it", "ksp_monitor",
                                                            "pc_type"};
 
@@ -81,7 +81,7 @@ std::vector<std::string> number_words(const Numbers& numbers) {
   return words;
 }
 
-/// Where an option has more, its help says what they are.
+/// If an option has more choices, its help says what they are.
 constexpr std::size_t most_listed_choices = 20;
 
 template <class T>
@@ -687,14 +687,14 @@ std::optional<std::string> OptionTable::meant_name(const std::string& name) cons
       std::any_of(sections_.begin(), sections_.end(), [&](const ObjectSection& s) { return is_of_module(s.name); }) ||
       std::any_of(solver_prefixes_.begin(), solver_prefixes_.end(),
                   [&](const SolverPrefix& solver) { return is_of_module(solver.prefix); });
-  constexpr int most_letters = 2;  // that a misspelt name has wrong; a short name is within them of too many
+  constexpr int most_letters = 2;  // that may be wrong; a short name has too many others within this distance
   if (!begins_like_ours && name.size() <= 4) {
     return std::nullopt;
   }
   std::vector<std::string> ours;
   const auto consider = [&](const std::string& other) {
     const auto longer = std::abs(static_cast<int>(other.size()) - static_cast<int>(name.size()));
-    if (begins_like_ours || longer <= most_letters) {  // Others have more letters wrong, whatever they are.
+    if (begins_like_ours || longer <= most_letters) {  // A larger difference in length means more wrong letters.
       ours.push_back(other);
     }
   };

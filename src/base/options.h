@@ -31,7 +31,8 @@ struct Origin {
   std::string source;  ///< "input/deck.yaml", "command line"
   int line = 0;        ///< 0: the source has no lines
   std::string name;    ///< as it is written there: "heat.diffusivity", "-heat_diffusivity"
-  /// From what lies over a scene and may be made for many: a deck after the first, PETSc's files and environment.
+  /// Given in a source that lies over a scene and may be meant for many scenes: a deck after the first, PETSc's files
+  /// and environment.
   bool is_laid_over = false;
 
   /// "input/deck.yaml:3: heat.diffusivity", as messages begin.
@@ -65,7 +66,7 @@ class Option {
 
   Option(std::string key, Variable variable);
 
-  /// SI unit of the stored value, such as "m" or "1/(K s)"; "1", a pure number, unless said. Rows: one unit a column,
+  /// SI unit of the stored value, such as "m" or "1/(K s)"; by default "1", a pure number. For Rows: one unit a column,
   /// separated by commas. @throws std::logic_error when it is not an SI unit.
   Option& unit(std::string text);
   /// Allowed values of every number, both ends included.
@@ -74,20 +75,21 @@ class Option {
   Option& more_than(double bound);
   /// The names that a string option takes; a Choice brings its own.
   Option& choices(std::vector<std::string> names);
-  /// How many entries a list (of Rows: a row) must have; any number unless said.
+  /// How many entries a list (for Rows: a row) must have; any number by default.
   Option& length(int count);
   /// The value names a file: a relative path in a deck starts at the deck's folder, on the command line at the present
   /// one; the variable gets an absolute path.
   Option& file();
   Option& help(std::string text);
-  /// The option has no effect unless this holds when all options have been read. Of several all must hold.
+  /// The option has no effect unless this holds when all options have been read. If there are several conditions, all
+  /// must hold.
   Option& acts_with(Condition condition);
   /// The option chooses how a solver works, not what is solved: a deck laid over a scene may set it for a chain that
   /// the run does not have.
   Option& solver_setting();
-  /// The option is of the run as a whole: a deck with `objects` has it at the top, and in none of them.
+  /// The option is of the run as a whole: in a deck with `objects` it stands at the top, and in none of them.
   Option& of_run();
-  /// Paper and equation, or where the default comes from.
+  /// Paper and equation, or the source of the default.
   Option& source(std::string text);
 
   /// "heat.diffusivity"
@@ -107,12 +109,12 @@ class Option {
   const std::vector<Condition>& conditions() const { return conditions_; }
   /// The first of its conditions that does not hold; null: it acts.
   const Condition* idle_because() const;
-  /// Whether its value says that nothing is given: no text, no entries, none.
+  /// Whether its value means that nothing is given: an empty text or list, or none.
   bool is_blank() const;
 
   /// The variable's value now, in SI, without its unit.
   WrittenValue value() const;
-  /// The same as `assign` takes it: angles have their unit.
+  /// The same in the form that `assign` reads: angles have their unit.
   WrittenValue value_with_unit() const;
 
   /// Splits a value of the command line: lists at commas, Rows at semicolons too.
@@ -126,9 +128,9 @@ class Option {
   /// Assigns what a user wrote, and keeps where. @throws Error as assign does.
   void give(const WrittenValue& written, Origin origin);
 
-  /// Where it was given last; nothing: it was not.
+  /// Where it was last given; nothing if it was not.
   const std::optional<Origin>& origin() const { return origin_; }
-  /// Whether it acted when the source that gives it, or a later one, had been read.
+  /// Whether it had an effect when the source that gives it, or a later one, had been read.
   bool has_acted() const { return has_acted_; }
   void note_acting() { has_acted_ = has_acted_ || idle_because() == nullptr; }
 
@@ -235,9 +237,9 @@ class OptionTable {
   /// Declares options that are all solver settings, see Option::solver_setting.
   void add_solver_settings(const std::function<void()>& declare);
 
-  /// Declares options and named objects that are all of the run, see Option::of_run.
+  /// Declares options and named objects that all belong to the run as a whole, see Option::of_run.
   void add_of_run(const std::function<void()>& declare);
-  /// What follows from the options where a deck gives some and leaves others out; called when it has been read whole.
+  /// Derives options from others where a deck gives some and leaves others out; called when a deck has been read whole.
   void follow_decks(std::function<void()> follow) { follow_decks_ = std::move(follow); }
 
   /// Names solver prefixes such as "project_" or "heat_": below one of them a PETSc solver option (`ksp_...`,
@@ -258,7 +260,8 @@ class OptionTable {
   const Option* find_name(const std::string& name) const;
   /// The objects of this key; null when there are none.
   const ObjectSection* find_section(const std::string& key) const;
-  /// What `name` sets if the object in it exists: "bodies_ball_radius" gives the prototype's radius; null otherwise.
+  /// The option that `name` would set if the object in it existed: "bodies_ball_radius" gives the prototype's radius;
+  /// null otherwise.
   const Option* find_prototype(const std::string& name) const;
   /// Whether decks may write a map at this key ("heat", "bodies.ball", "project.red").
   bool is_group(const std::string& key) const;
@@ -269,8 +272,8 @@ class OptionTable {
   /// options would have the name of others on the command line.
   void create_object(const std::string& section, const std::string& object, const Origin& origin = {});
 
-  /// To be called when a deck has been read whole, see follow_decks: what it gives and acts then was meant, even if a
-  /// later deck or the command line takes away what it needs.
+  /// To be called when a deck has been read whole, see follow_decks: notes what it gives and what has an effect then.
+  /// That counts as intended, even if a later deck or the command line takes away what it needs.
   void note_acting();
 
   /// The solver prefix below which the name (without the dash) is a PETSc option; null: it is not one.

@@ -20,10 +20,10 @@ struct PetscOption {
   bool has_acted = false;            ///< as Option::has_acted
 };
 
-/// The name in PETSc's options database that an option has as it was given.
+/// The name in PETSc's options database of an option as it was given.
 std::string database_name(const PetscOption& option);
 
-/// Of options of the same name in the database the last one stays.
+/// If several options have the same name in the database, the last one stays.
 void keep_last(std::vector<PetscOption>& options);
 
 /// The options as arguments of PetscInitialize, those of a general solver prefix handed to the variants that do not set

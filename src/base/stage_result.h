@@ -5,7 +5,7 @@
 namespace pellicle {
 inline namespace base {
 
-/// What a stage says of its work. Divergence is a result, not an error: the step control decides what follows.
+/// The outcome of a stage's work. Divergence is a result, not an error: the step control decides what follows.
 struct StageResult {
   bool converged = true;
   int iterations = 0;  ///< linear iterations, all solves of the stage added

@@ -26,14 +26,15 @@ void print(const char* text) {
     ++length;
   }
   if (write(STDERR_FILENO, text, length) < 0) {
-    // Nobody listens.
+    // There is nobody to read it.
   }
 }
 
-/// Only calls what a handler may call.
+/// Calls only what a signal handler may call.
 [[noreturn]] void end_at_once(int signal) {
   if (is_first_rank == 0) {
-    // If the first rank got the signal too, its end makes mpirun end this process by a SIGTERM.
+    // If the first rank got the signal too, its end makes mpirun end this process by a SIGTERM, which must print
+    // nothing.
     struct sigaction quietly {};
     quietly.sa_handler = SIG_DFL;
     sigaction(SIGTERM, &quietly, nullptr);
@@ -53,7 +54,7 @@ void print(const char* text) {
   _exit(128 + signal);
 }
 
-/// As the process was started: libraries change it later.
+/// As it was when the process started: libraries change it later.
 bool hangup_is_ignored() {
   static const bool is_ignored = [] {
     struct sigaction before {};

@@ -19,19 +19,19 @@ class Interrupted : public Error {
 
 /// From here on SIGTERM, SIGINT, SIGHUP, SIGUSR1 and SIGUSR2, by which people and batch systems end a run, end this
 /// process at once, with a line on standard error and the exit code 128 + the signal. SIGHUP stays ignored under nohup.
-/// To be called again when a library has set handlers of its own. Not collective.
-/// @param rank of this process: the first one's line is enough where all get the signal
+/// To be called again after a library has set handlers of its own. Not collective.
+/// @param rank of this process: only the first one prints the line, if all get the signal
 void catch_stop_signals(int rank);
 
 /// From here on these signals end the process as the system does, without a line: the run is over and has said so, and
-/// mpirun sends SIGTERM to ranks that end a moment after one that failed. Not collective.
+/// mpirun sends SIGTERM to the remaining ranks a moment after one has failed. Not collective.
 void release_stop_signals();
 
-/// From here on the first of these signals waits until stop_signal is asked; a second one ends the process at once. A
-/// signal that has waited is forgotten. Not collective.
+/// From here on the first of these signals is only noted, and stop_signal tells of it; a second one ends the process at
+/// once. A signal noted before is forgotten. Not collective.
 void defer_stop_signals();
 
-/// The signal that waits on any rank, 0 if there is none. Collective on MPI_COMM_WORLD.
+/// The signal that has been noted on any rank, 0 if there is none. Collective on MPI_COMM_WORLD.
 int stop_signal();
 
 /// "SIGTERM"

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-// Units that take a prefix; then those that do not, which are looked up first ("min" is no milli-inch).
+// Units that take a prefix; then those that do not, which are looked up first ("min" is not a milli-inch).
 const std::map<std::string, Unit>& prefixable_units() {
   static const std::map<std::string, Unit> units{
       {"m", {1, 0, {1, 0, 0, 0}}},    {"g", {1e-3, 0, {0, 1, 0, 0}}},  {"s", {1, 0, {0, 0, 1, 0}}},

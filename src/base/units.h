@@ -6,8 +6,8 @@
 namespace pellicle {
 inline namespace base {
 
-/// Exponents of metre, kilogram, second, kelvin, mole and radian: an angle is no pure number here, so that neither is
-/// read as the other.
+/// Exponents of metre, kilogram, second, kelvin, mole and radian: an angle is not a pure number here, so that neither
+/// is read as the other.
 using Dimension = std::array<int, 6>;
 
 /// A unit: a quantity of `value` in it is `factor * value + offset` in SI.
@@ -21,13 +21,13 @@ struct Unit {
 struct Quantity {
   double value = 0;
   Dimension dimension{};
-  bool bare = false;  ///< without a unit: SI is meant, whatever the dimension
+  bool bare = false;  ///< given without a unit: SI is meant, whatever the dimension
 };
 
 /// Reads a unit such as "mm", "kg/m^2", "1/(K s)", "W/(m^2 K)" or "degC"; "1" is the pure number. Factors are joined
 /// by a space or `*`; what follows a `/` must be in parentheses when it has several factors.
 /// Known: m g s K mol N Pa J W Hz l with the prefixes n u m c k M G; t min h bar rad deg % degC.
-/// @throws Error saying what is wrong, not what was expected: that is for who asks.
+/// @throws Error saying what is wrong, but not what was expected: the caller adds that.
 Unit parse_unit(const std::string& text);
 
 /// Reads "0.3 mm", "450 degC" or "1e-3". @throws Error when there is no finite number, or an unknown unit.

@@ -14,7 +14,7 @@ inline namespace combustion {
 /// Target lengths of the local springs of each colour [m].
 using TargetLengths = std::array<std::vector<double>, 4>;
 
-/// What the loss of mass needs to know of a step.
+/// What the loss of mass in a step depends on.
 struct BurnInput {
   const Field& temperature;                     ///< [K], ghosts up to date, (1 x local)
   const std::vector<double>& mass_loss_factor;  ///< on mu of each local particle, or empty for 1
@@ -38,7 +38,8 @@ double burnt_share(double mass_ratio, const CombustionOptions& options);
 /// @param mass_ratio m/m^init
 double volume_ratio(double mass_ratio, const CombustionOptions& options);
 
-/// v of all local particles, > 0; one that has left, of mass 0, counts as one of the least mass. Not collective.
+/// v of all local particles, > 0; a particle that has been removed, of mass 0, counts as one of the least mass. Not
+/// collective.
 /// @param mass [kg], ghosts up to date, (1 x local)
 void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Field& mass,
                        const CombustionOptions& options);
@@ -47,9 +48,9 @@ void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Fie
 /// @param ratio v of all local particles
 void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::vector<double>& ratio);
 
-/// The same for a sheet as a material, whose layers are one surface: where they shrink apart, its springs are without
-/// force at the mean of both. A blue spring has half of its length by its own ends, half by those of the green one that
-/// crosses it, and the other way round. Not collective.
+/// The same for a sheet as a material, whose layers are one surface: where the layers shrink by different amounts, a
+/// spring is without force at the mean of both. The length of a blue spring follows half from its own ends and half
+/// from those of the green one that crosses it, and the other way round. Not collective.
 /// @param living what has not burnt, ghosts up to date @param ratio v of all local particles
 void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
                          const std::vector<double>& ratio);

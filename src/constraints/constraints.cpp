@@ -15,7 +15,7 @@ inline namespace constraints {
 
 namespace {
 
-/// What lies this near, as a share of the mesh's size, lies in a plane; normals that differ less are the same.
+/// What lies this near to a plane, as a share of the mesh's size, lies in it; normals that differ by less are the same.
 constexpr double nearness = 1e-6;
 
 struct Plane {
@@ -26,7 +26,7 @@ struct Plane {
   double distance(const Eigen::Vector3d& x) const { return std::abs(normal.dot(x - point)); }
 };
 
-/// Distance of the plane's member on any rank that is nearest to it [m]; collective.
+/// Distance to the plane of its nearest member on any rank [m]; collective.
 double nearest_distance(const Surface& points, const Plane& plane) {
   double nearest = std::numeric_limits<double>::infinity();
   for (PetscInt i = 0; i < points.particles.owned; ++i) {
@@ -38,7 +38,7 @@ double nearest_distance(const Surface& points, const Plane& plane) {
   return nearest;
 }
 
-/// What of a unit vector is at right angles to orthonormal axes, normalised; nothing if it lies among them.
+/// The part of a unit vector at right angles to orthonormal axes, normalised; nothing if the vector lies in their span.
 std::optional<Eigen::Vector3d> direction_beside(const std::vector<Eigen::Vector3d>& axes, Eigen::Vector3d normal) {
   for (const Eigen::Vector3d& axis : axes) {
     normal -= axis.dot(normal) * axis;

@@ -23,7 +23,7 @@ struct SymmetryOptions {
 void describe(OptionTable& table, SymmetryOptions& options);
 
 /// Where vertices may move: freely, in planes or along lines of symmetry, or not at all (pins). A vertex is bound to
-/// every plane that its undeformed place is as near to as a millionth of the mesh's size, if it is in the plane's
+/// every plane to which its undeformed place is nearer than a millionth of the mesh's size, if it is in the plane's
 /// group.
 class Constraints {
  public:

@@ -22,7 +22,7 @@ struct PinOptions : SelectionOptions {
 
 void describe(OptionTable& table, PinOptions& options);
 
-/// Which particles are held, and where they are at each time: their undeformed place, moved without turning.
+/// Which particles are held, and where they are at each time: their undeformed place, displaced without rotation.
 class Pins {
  public:
   /// Collective. The points must outlive the pins.
@@ -40,7 +40,7 @@ class Pins {
   /// Of each local particle, ghosts included.
   const std::vector<bool>& pinned() const { return pinned_; }
 
-  /// Of each local particle, ghosts included, whether its tangent plane is held, too.
+  /// For each local particle, ghosts included, whether its tangent plane is held as well.
   std::vector<bool> clamped() const;
 
   /// Puts the pinned local particles, ghosts included, where they are at `time` [s]. Not collective.

@@ -14,9 +14,9 @@
 namespace pellicle {
 inline namespace constraints {
 
-/// Vertices tied to moving places by springs of no length: one of the named objects `attachments`, a soft pin.
+/// Vertices tied to moving places by springs of zero length: one of the named objects `attachments`, a soft pin.
 struct AttachmentOptions : PinOptions {
-  double total_stiffness = 1e3;  ///< of all its springs; each has its vertex's share of the area [N/m]
+  double total_stiffness = 1e3;  ///< of all its springs together; each has its vertex's share of the area [N/m]
 };
 
 void describe(OptionTable& table, AttachmentOptions& options);
@@ -36,16 +36,16 @@ class PointLoads {
  public:
   /// Collective. The points must outlive the loads.
   /// @param areas undeformed area round each local particle [m^2]
-  /// @param chosen see `chosen`, of loads with these options that were made before; null: to be found
+  /// @param chosen see `chosen`: those of loads made before with the same options; null: they are found here
   /// @throws Error that names the object and the key, the same on all ranks
   PointLoads(const Surface& points, std::vector<double> areas,
              const std::map<std::string, AttachmentOptions>& attachments,
              const std::map<std::string, PushOptions>& forces, const std::vector<bool>* chosen = nullptr);
 
-  /// Whether each attachment, then each force, acts on a local particle: particle after particle.
+  /// Whether each attachment, then each force, acts on a local particle; particle after particle.
   const std::vector<bool>& chosen() const { return chosen_; }
 
-  /// Fixes the time [s]. To be called before `at`. Not collective.
+  /// Sets the time [s]. To be called before `at`. Not collective.
   void set_time(double time);
 
   /// Of a local particle at position x [m]. Not collective.

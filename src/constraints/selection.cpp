@@ -47,7 +47,7 @@ class Selection {
   Selection(const Surface& points, std::string key)
       : points_(points), key_(std::move(key)), chosen_(static_cast<std::size_t>(points.particles.owned), false) {}
 
-  /// Of each local particle: the ghosts hear it from their owners. Collective.
+  /// The marks of all local particles: ghosts get them from their owners. Collective.
   std::vector<bool> chosen() const {
     std::vector<bool> all = chosen_;
     all.resize(static_cast<std::size_t>(points_.particles.local()));
@@ -76,7 +76,7 @@ class Selection {
   std::vector<bool> chosen_;  ///< of each owned particle
 };
 
-/// Corner particles that belong to one cell only, of the owned particles.
+/// Of the owned particles, the corners that belong to one cell only.
 std::vector<bool> geometric_corners(const Surface& points) {
   std::vector<bool> corners(static_cast<std::size_t>(points.particles.owned));
   for (std::size_t i = 0; i < corners.size(); ++i) {

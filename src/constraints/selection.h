@@ -18,7 +18,7 @@ inline const std::vector<std::string>& names_of(Layer) {
   return names;
 }
 
-/// Some of the particles, as a deck names them for pins, attachments and forces. What several selectors choose adds up.
+/// Some of the particles, as a deck names them for pins, attachments and forces. Several selectors add up.
 struct SelectionOptions {
   std::vector<std::string> corners;  ///< "all", or names such as "max_y" or "min_x_max_y"
   std::vector<double> box;           ///< two opposite points of a box in the undeformed mesh [m], or empty

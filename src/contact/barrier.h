@@ -10,8 +10,8 @@ inline namespace contact {
 ///
 ///     psi = k s^3/(6 w) where 0 < s < w,   k (s^2 - s w + w^2/3)/2 where s > w
 ///
-/// Its force is k s^2/(2 w), and beyond the onset k (s - w/2), its curvature k s/w and k. It goes on beyond g = 0, as
-/// what keeps surfaces from passing through each other is a bound on displacements and not the force.
+/// Its force is k s^2/(2 w), and beyond the onset k (s - w/2); its curvature k s/w and k. It continues beyond g = 0,
+/// since a bound on displacements, not the force, keeps surfaces from passing through each other.
 struct Barrier {
   double stiffness = 0;  ///< k [N/m]
   double thickness = 0;  ///< d [m]

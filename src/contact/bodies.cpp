@@ -20,7 +20,7 @@ namespace {
 /// A particle this near to a surface touches it: far above rounding, far below any sheet's thickness [m].
 constexpr double touching = 1e-9;
 
-/// What is left of a slip along a surface when friction can take away up to `limit` of its length.
+/// What is left of a slip along a surface when friction can take away up to `limit` of it.
 Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
   const double length = slip.norm();
   return length > limit ? Eigen::Vector3d(slip * (1 - limit / length)) : Eigen::Vector3d(Eigen::Vector3d::Zero());
@@ -247,7 +247,7 @@ PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) {
       if (body.friction > 0) {
         const Eigen::Vector3d slip = along_surface(x - carried(before, solid.pose, step.start.vector(i)), gap.normal);
         x += slip_after_friction(slip, body.friction * push) - slip;
-        // The tangent plane leaves a curved surface.
+        // The tangent plane of a curved surface leaves it.
         const SignedDistance left = signed_distance(solid, x);
         x += (body.margin - left.distance) * left.normal;
       }
@@ -271,7 +271,7 @@ PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, c
       if (gap.distance > body.margin + touching || step.pinned[static_cast<std::size_t>(i)]) {
         continue;
       }
-      // The mean over the step, as in eq. 13: a particle that sticks to the body has just this velocity.
+      // The mean over the step, as in eq. 13: a particle that sticks to the body has exactly this velocity.
       const Eigen::Vector3d place = positions.vector(i);
       const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
       const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;

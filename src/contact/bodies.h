@@ -41,7 +41,7 @@ struct BodyOptions {
   Rows rotation;                                               ///< time [s], x, y, z [rad]: rotation vectors
   double friction = 0;                                         ///< Coulomb's coefficient
   double margin = 0;                                           ///< gap kept between the surface and what touches it [m]
-  double restitution = 0;             ///< speed off the body over speed towards it, of what comes to touch it
+  double restitution = 0;             ///< speed off the body over speed towards it, when something comes to touch it
   std::optional<double> temperature;  ///< [K]; none: exchanges no heat
   double heat_transfer = 500;         ///< to what touches it [W/(m^2 K)]
 };
@@ -59,11 +59,11 @@ struct Body {
   std::optional<double> temperature;  ///< [K]
   double heat_transfer = 0;           ///< [W/(m^2 K)]
 
-  /// Where it is at a time [s].
+  /// Its pose at a time [s].
   Solid at(double time) const { return {shape, motion.at(time)}; }
 };
 
-/// Where a point that is fixed to a solid goes with it [m].
+/// Where a point that is fixed to a solid moves to with it [m].
 inline Eigen::Vector3d carried(const Pose& from, const Pose& to, const Eigen::Vector3d& point) {
   return to.to_world(from.to_own(point));
 }
@@ -75,13 +75,13 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
 /// What a surface has done to a body in a step.
 struct BodyLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< on the body: pressure, friction and impacts [N]
-  double gap = 0;  ///< least beyond the body's margin, and no more than the thickness of contacts [m]
+  double gap = 0;  ///< least gap beyond the body's margin, at most the thickness of contacts [m]
 };
 
-/// Whether something rebounds from any of them.
+/// Whether anything rebounds from one of these bodies.
 bool any_rebounds(const std::vector<Body>& bodies);
 
-/// The moment at which contacts are sought.
+/// What contact with bodies needs to know of a step.
 struct ContactStep {
   const Layout& particles;
   const Field& start;               ///< positions at the beginning of the step [m], ghosts up to date
@@ -89,14 +89,14 @@ struct ContactStep {
   double time_end = 0;              ///< at the end of the step [s]
   double h = 0;                     ///< length of the step [s]
   const std::vector<double>& mass;  ///< of each local particle [kg]
-  /// At the beginning of the step, from which particles rebound [m/s]; null: nothing does
+  /// At the beginning of the step, of particles that may rebound [m/s]; null: nothing rebounds
   const Field* start_velocity = nullptr;
 };
 
-/// All bodies of a scene. Nothing but the force on them is kept from call to call: a step may be repeated.
+/// All bodies of a scene. Between calls it keeps nothing but the force on them: a step may be repeated.
 ///
-/// Coulomb friction sums up over the calls of a step: the push d of a particle out of a body may take away up to
-/// mu d of its displacement along the surface relative to the body, as an impulse m d/h would.
+/// Coulomb friction adds up over the calls of a step: a particle that is pushed out of a body by d may lose up to mu d
+/// of its displacement along the surface relative to the body, as by an impulse m d/h.
 class Bodies {
  public:
   /// Collective. @throws Error as make_bodies does.
@@ -119,7 +119,7 @@ class Bodies {
 
   /// Forgets the forces of the last step.
   void begin_step() { std::fill(force_.begin(), force_.end(), Eigen::Vector3d::Zero()); }
-  /// Of all calls since `begin_step`. Collective. @param reach the gaps' upper limit [m]
+  /// Over all calls since `begin_step`. Collective. @param reach the gaps' upper limit [m]
   std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step, double reach) const;
 
   const std::vector<Body>& bodies() const { return bodies_; }

@@ -18,12 +18,12 @@ inline namespace contact {
 namespace {
 
 // Shares of the thickness.
-constexpr double deepest_error = 0.02;  ///< of the gap of an element
-constexpr double too_deep = 0.05;       ///< at which a point becomes stiffer
-constexpr double sampled_from = 0.1;    ///< by which a body's curve over a side is more than flat
-constexpr double deeper = 0.02;         ///< than samples and particles, of a point of an element that presses, too
-constexpr double start_gap = 0.7;       ///< at which Newton's method begins
-constexpr int most_rounds = 12;         ///< of Newton's method in a step
+constexpr double deepest_error = 0.02;  ///< error of the gap of an element
+constexpr double too_deep = 0.05;       ///< depth at which a point becomes stiffer
+constexpr double sampled_from = 0.1;    ///< a body is sampled if it bulges by more than this over a side
+constexpr double deeper = 0.02;    ///< by which a point is deeper than samples and particles, so that it presses, too
+constexpr double start_gap = 0.7;  ///< gap at which Newton's method begins
+constexpr int most_rounds = 12;    ///< times that Newton's method goes on in a step
 
 constexpr double stiffer_by = 4;
 
@@ -48,7 +48,7 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
   return result;
 }
 
-/// Whether the point is a particle's.
+/// Whether the point is that of a particle.
 bool is_particle(const std::array<double, 4>& weights) {
   return *std::max_element(weights.begin(), weights.end()) > 1 - 1e-6;
 }
@@ -62,8 +62,8 @@ double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
       {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
 }
 
-/// The second derivative of the distance from what is round (3 x 3), by central differences to 1e-6 of itself; 0 of
-/// what has edges, where it is none [1/m].
+/// The second derivative of the distance from a round body (3 x 3), by central differences to 1e-6 of itself; 0 for a
+/// body with edges, where there is none [1/m].
 Eigen::Matrix3d gap_curvature(const Solid& solid, const Eigen::Vector3d& x) {
   Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();
   const double depth = depth_of(solid.shape);
@@ -131,7 +131,7 @@ double BodyContact::gap_at(std::size_t body, const Solid& solid, const Eigen::Ve
   return gap.distance - bodies_[body].margin;
 }
 
-/// Where a particle would be that has moved with the body since the start.
+/// Where a particle would be if it had moved with the body since the start.
 Eigen::Vector3d BodyContact::carried_place(std::size_t body, PetscInt particle) const {
   return carried(moved_[body].before.pose, moved_[body].after.pose, start_.vector(particle));
 }
@@ -205,20 +205,20 @@ void BodyContact::set_time(double time_end, double h) {
   }
 }
 
-/// By how much less than the thickness the gap of a place was at first, undeformed: it presses from there on [m].
+/// How much nearer than the thickness a place was at first, undeformed: it presses from that gap on [m].
 double BodyContact::nearer(std::size_t body, const Eigen::Vector3d& rest) const {
   Eigen::Vector3d normal;
   return std::clamp(thickness_ - gap_at(body, bodies_[body].at(0), rest, normal), 0.0, thickness_);
 }
 
-/// Whether a particle that has come to x may be as near as the thickness, as far as is known from where it started.
+/// Whether a particle that has come to x may be as near as the thickness, judged by where it started.
 bool BodyContact::may_touch(const Moved& moved, PetscInt particle, const Eigen::Vector3d& x) const {
   const double spare = moved.start_gap[static_cast<std::size_t>(particle)] - thickness_;
   return spare <= 0 ||
          (x - carried(moved.before.pose, moved.after.pose, start_.vector(particle))).squaredNorm() >= spare * spare;
 }
 
-/// Pressure and friction on a point at x that the body would have carried from its start to `start`.
+/// Pressure and friction on a point at x; the body would have carried it from its start to `start`.
 PointPotential BodyContact::press(std::size_t body, double stiffness, double nearer, const Friction& friction,
                                   const Eigen::Vector3d& start, const Eigen::Vector3d& x) const {
   PointPotential sum;
@@ -257,7 +257,7 @@ template <class Take>
 void BodyContact::for_each_vertex(const Field& x, const Take& take) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Moved& moved = moved_[b];
-    const PetscInt count = moved.start_gap.empty() ? 0 : surface_.particles.owned;  // No step has begun.
+    const PetscInt count = moved.start_gap.empty() ? 0 : surface_.particles.owned;  // no step has begun
     for (PetscInt i = 0; i < count; ++i) {
       const auto particle = static_cast<std::size_t>(i);
       const Friction& friction = moved.friction[particle];
@@ -348,14 +348,14 @@ void BodyContact::add_hessian(const HessianBlocks& blocks) const {
 }
 
 /// Calls `take` with each body, each drawn triangle of the local elements that is nearer to it than `below`, the
-/// corners and the triangle's deepest point.
-/// @param at_start where the bodies were then, and not where they end
+/// triangle's corners and its deepest point.
+/// @param at_start takes the bodies where they were then, and not where they end
 template <class Take>
 void BodyContact::visit_near_triangles(const Field& x, bool at_start, double below, const Take& take) const {
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (std::holds_alternative<HalfSpace>(bodies_[b].shape)) {
-      continue;  // A corner is deepest.
+      continue;  // a corner is the deepest point
     }
     const Moved& moved = moved_[b];
     const Solid& solid = at_start ? moved.before : moved.after;
@@ -381,7 +381,7 @@ void BodyContact::visit_near_triangles(const Field& x, bool at_start, double bel
   }
 }
 
-/// The samples of an element, beside its particles: the middles of its sides, and the middle of a quad.
+/// The samples of an element, besides its particles: the middles of its sides, and the middle of a quad.
 std::vector<std::array<double, 4>> BodyContact::samples() const {
   if (!surface_.has_quads()) {
     return {{0.5, 0.5, 0, 0}, {0, 0.5, 0.5, 0}, {0.5, 0, 0.5, 0}};
@@ -389,9 +389,9 @@ std::vector<std::array<double, 4>> BodyContact::samples() const {
   return {{0.5, 0.5, 0, 0}, {0, 0.5, 0.5, 0}, {0, 0, 0.5, 0.5}, {0.5, 0, 0, 0.5}, {0.25, 0.25, 0.25, 0.25}};
 }
 
-/// Points of the elements that may come to press: samples of those that are near, and where the faces and sides of
-/// triangles are deepest, nearer than the thickness and these samples and the particles.
-/// Of sides, too, since a triangle that is pressed in one point only tilts round it.
+/// Points of the elements that may come to press: samples of those that are near, and the places where the faces and
+/// sides of triangles are deepest, if these are nearer than the thickness and nearer than samples and particles. Sides
+/// are included because a triangle that is pressed in one point only would tilt round it.
 std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, bool at_start) const {
   constexpr double near = 2;
   const std::vector<std::array<double, 4>> all_samples = samples();
@@ -426,7 +426,7 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
   return points;
 }
 
-/// As above, of all triangles that are in a body by as much as a point may be.
+/// As above, for all triangles that are deeper in a body than a point may be.
 std::vector<BodyContact::ElementPoint> BodyContact::find_deep_points(const Field& x) const {
   std::vector<ElementPoint> points;
   const double limit = -too_deep * thickness_;
@@ -486,9 +486,10 @@ bool BodyContact::add_points(const std::vector<ElementPoint>& found) {
   return has_new;
 }
 
-/// Shares of the way of each local particle that lead no drawn triangle, and none of the particles, through a body;
-/// what is known of those that other ranks own is not all. Not collective.
-/// @param from_start from where the body has carried what was near it, and up to its surface; else to its middle
+/// For each local particle the share of its way up to which no drawn triangle, and none of the particles, passes
+/// through a body; for particles of other ranks this rank knows a part only. Not collective.
+/// @param from_start from where the body has carried what was near it, and up to its surface; otherwise up to its
+/// middle
 std::vector<double> BodyContact::safe_shares(std::size_t body, const Field& from, const Field& to,
                                              bool from_start) const {
   std::vector<double> shares(static_cast<std::size_t>(surface_.particles.local()), 1);
@@ -505,12 +506,12 @@ std::vector<double> BodyContact::safe_shares(std::size_t body, const Field& from
     const double there = moved.start_gap[static_cast<std::size_t>(i)];
     return from_start ? there : there - (from.vector(i) - carried_place(body, i)).norm();
   };
-  // The share of the way on which the gap, as `gap` gives it for a share, stays above a bound.
+  // The share of the way on which the gap, which `gap` gives for a share, stays above a bound.
   const auto trace = [&](double length, const auto& gap) {
     constexpr int most = 200;
     const double begin = gap(0.0);
     double bound = from_start ? start_gap * thickness_ : -middle;
-    if (begin - bound <= 2 * rounding) {  // It may move on along the surface and outward, but no deeper in small steps.
+    if (begin - bound <= 2 * rounding) {  // It may move along the surface and outward, but not creep deeper.
       constexpr double ahead = 0.01;
       if (!from_start && gap(ahead) < begin) {
         return 0.0;
@@ -575,7 +576,8 @@ std::vector<double> BodyContact::safe_shares(std::size_t body, const Field& from
   return shares;
 }
 
-/// Draws `to` back towards `from` until all ways are safe. Collective. @returns whether it had to, on any rank
+/// Draws `to` back towards `from` until all ways are safe. Collective. @returns whether anything was drawn back, on any
+/// rank
 bool BodyContact::shorten(const Field& from, Field& to, bool from_start, StepLimit how) const {
   constexpr int most = 20;  // A triangle whose corners stop one after the other may have to stop again.
   bool is_shortened = false;
@@ -583,7 +585,7 @@ bool BodyContact::shorten(const Field& from, Field& to, bool from_start, StepLim
   for (int round = 0; round < most; ++round) {
     bool again = false;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      // Relative to the body: from where it has carried each particle.
+      // The ways are relative to the body: from where it has carried each particle.
       Field begin(surface_.particles, 3);
       for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
         begin.vector(i) = from_start ? carried_place(b, i) : Eigen::Vector3d(from.vector(i));

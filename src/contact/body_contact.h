@@ -20,22 +20,22 @@ inline namespace contact {
 /// a body's surface, with its margin, and
 ///
 /// - each particle, which has its share of the undeformed area;
-/// - samples of each element, the middles of its sides and of a quad, where the body is so round that these come nearer
-///   than the particles by a tenth of the thickness;
-/// - each drawn triangle, in the points where its face and its sides are deepest, if these are nearer than
-///   all that. They are found at the start of a step and where Newton's method begins, and again where it
-///   has ended, if a triangle is in a body by a twentieth of the thickness there; then it goes on (`renew`), as where a
-///   point is that deep, and becomes stiffer.
+/// - samples of each element (the middles of its sides and of a quad), where the body is so round that these come
+///   nearer than the particles by a tenth of the thickness;
+/// - each drawn triangle, in the points where its face and its sides are deepest, if these are nearer than all of the
+///   above. They are found at the start of a step and where Newton's method begins, and again where it has ended if a
+///   triangle is then in a body by a twentieth of the thickness: Newton's method goes on then (`renew`). It also goes
+///   on where a point is that deep, and that point becomes stiffer.
 ///
-/// What is nearer to a body than the thickness at first, undeformed, presses from there on.
+/// What is nearer to a body than the thickness at first, undeformed, presses only when it comes nearer than that.
 ///
-/// So no drawn triangle ends deeper in a body than `tolerance` of the thickness; a step of which one does has failed
+/// So no drawn triangle ends deeper in a body than `tolerance` of the thickness; otherwise the step has failed
 /// (`fault`). The positive Hessian leaves out the curvature of the body.
 ///
 /// Friction is mu N s(|u|) at these points, with the slip u along the surface relative to the body over the step. As in
 /// incremental potential contact (Li et al. 2020, section 5) normal force N and surface are those of the step's start,
-/// and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). What friction could hold creeps at less than
-/// slip_speed. See SlipTangent for its Hessian.
+/// and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). So contacts that friction could hold still
+/// creep, slower than slip_speed. See SlipTangent for its Hessian.
 ///
 /// Nothing passes through a body: where Newton's method begins, triangles on their way from the start are stopped at
 /// the surface, relative to the moving body, and its steps are shortened where they could lead beyond the middle of a
@@ -50,11 +50,11 @@ class BodyContact : public Potential {
   BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, const ContactOptions& options,
               double usual_stiffness);
 
-  /// What of the surface bodies act on in the steps to come; all at first. Not collective.
+  /// Which part of the surface bodies act on in the steps to come; all of it at first. Not collective.
   /// @param held local particles that do not move, pinned or not there
   /// @param living drawn triangles of the local elements that are there; null: all
   void set_surface(const std::vector<bool>& held, const std::vector<bool>* living);
-  /// To be called before all else. Collective.
+  /// To be called first in a step. Collective.
   /// @param start positions at the beginning of the step [m], ghosts up to date
   /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
   void begin_step(const Field& start, double time_end, double h);
@@ -77,11 +77,11 @@ class BodyContact : public Potential {
   bool limits() const override { return !bodies_.empty(); }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
-  /// In words, that something is too deep in a body; empty: nothing is. Collective.
+  /// In words, that something is too deep in a body; empty if nothing is. Collective.
   std::string fault(const Field& x) const;
-  /// In words, which body particles are too deep in where the step starts, and how many; empty: none. Collective.
+  /// In words, the body that particles are too deep in where the step starts, and how many; empty: none. Collective.
   std::string start_fault() const;
-  /// Lets what has come to touch a body in the step rebound from it, if anything does.
+  /// Lets what has come to touch a body in the step rebound from it, if its restitution says so.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
   /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
   void rebound(const Field& x, const Field& before, const std::vector<double>& mass, Field& velocity,
@@ -89,7 +89,7 @@ class BodyContact : public Potential {
   bool rebounds() const { return any_rebounds(bodies_); }
   /// At the end of a step. Collective.
   std::vector<BodyLoad> loads(const Field& x) const;
-  /// How many of this rank's particles bodies press on. Not collective.
+  /// Number of this rank's particles that bodies press on. Not collective.
   PetscInt contacts(const Field& x) const;
 
  private:

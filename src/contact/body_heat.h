@@ -20,17 +20,17 @@ struct BodyHeatInput {
   double reach = 0;             ///< gap beyond the margin up to which a particle touches a body [m]
 };
 
-/// What owned particles have got, and given [J].
+/// Heat that owned particles have received, and given [J].
 struct BodyHeat {
   double gained = 0;
   double lost = 0;
 };
 
-/// T goes to the body's temperature by 1 - exp(-k A h/(m c)), with k the body's heat transfer coefficient and A the
-/// area of the particle. Bodies without a temperature do nothing. Collective.
+/// The temperature T of what touches a body approaches the body's by the share 1 - exp(-k A h/(m c)), with the body's
+/// heat transfer coefficient k and the particle's area A. Bodies without a temperature do nothing. Collective.
 BodyHeat exchange_with_bodies(Field& temperature, const std::vector<Body>& bodies, const BodyHeatInput& input);
 
-/// Whether any of them has a temperature.
+/// Whether any of the bodies has a temperature.
 bool exchange_heat(const std::map<std::string, BodyOptions>& bodies);
 
 }  // namespace contact

@@ -14,7 +14,8 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-/// Halves a list of boxes by their middles along the longest side until there are so many lists. @returns box of each
+/// Splits a list of boxes in halves by their middles along the longest side, until there are so many lists. @returns
+/// box of each
 void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterator first,
                  std::vector<std::size_t>::iterator last, int patches, std::vector<Box>& result) {
   Box whole;
@@ -37,10 +38,10 @@ void add_patches(const std::vector<Box>& boxes, std::vector<std::size_t>::iterat
   add_patches(boxes, middle, last, patches - patches / 2, result);
 }
 
-/// Boxes of a rank that others compare theirs with.
+/// Number of boxes of a rank that others compare theirs with.
 constexpr int patches_of_rank = 32;
 
-/// What the centre of a quad has of its area.
+/// Share of a quad's area that belongs to its centre.
 constexpr double centre_share = 0.5;
 
 struct RankBox {
@@ -167,7 +168,7 @@ void ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       continue;
     }
     here.push_back(e);
-    // What touches this rank's particles is either owned, or a ghost whose owner asks for what is near it as well.
+    // What touches this rank's particles is either owned, or a ghost whose owner also asks for what is near it.
     if (e < elements.owned) {
       sent.push_back(whole);
       sent_boxes.push_back(box(e, motion));

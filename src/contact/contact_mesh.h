@@ -12,23 +12,24 @@ namespace pellicle {
 inline namespace contact {
 
 /// The drawn triangles that may touch what this rank owns of a surface: its own, and those of other ranks that are near
-/// by place and not by the mesh.
+/// in space, not by the mesh.
 ///
 /// The corners of triangles are points: first the particles of `reach()`, then the centres of quads, each of which
 /// stands at the mean of four particles.
 class ContactMesh {
  public:
-  /// The surface must outlive it. Without triangles. Collective.
+  /// The surface must outlive it. It has no triangles at first. Collective.
   explicit ContactMesh(const ContactSurface& surface);
 
-  /// Where particles are, each of which may move by a vector between two, component by component; ghosts up to date.
+  /// Where particles are, each of which may move by a displacement between two bounds for each component; ghosts up to
+  /// date.
   struct Motion {
     const Field& x;
     const Field& low;
     const Field& high;
   };
 
-  /// Finds the triangles, of which those are near whose boxes meet: that of a triangle holds all places to which its
+  /// Gathers the triangles that are near: those whose boxes meet. The box of a triangle holds all places to which its
   /// corners may move, and is wider by half of the thickness. Collective.
   /// @param start places of the particles at the beginning of the step, ghosts up to date
   /// @param further global numbers of particles that are to be in reach in any case
@@ -40,7 +41,7 @@ class ContactMesh {
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
-  /// Of the triangles, as they were gathered.
+  /// The triangles, as they were gathered.
   const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
 
@@ -56,25 +57,25 @@ class ContactMesh {
     return point < reach_.local() ? Particles{{point}, 1}
                                   : Particles{centres_[static_cast<std::size_t>(point - reach_.local())], 4};
   }
-  /// Whether a triangle has an owned particle as a corner, or by its centre.
+  /// Whether a triangle has an owned particle as a corner, or through its centre.
   bool has(PetscInt particle) const { return has_[static_cast<std::size_t>(particle)]; }
   /// Whether this rank owns a particle of a point.
   bool is_own(PetscInt point) const;
 
-  /// Places of all points when the particles are at x, which need have no ghosts up to date. Collective.
+  /// Places of all points when the particles are at x, whose ghosts need not be up to date. Collective.
   void write_points(const Field& x, Eigen::Matrix3Xd& points) const;
-  /// The same of undeformed places. Not collective.
+  /// The same for undeformed places. Not collective.
   Eigen::Vector3d rest(PetscInt point) const { return mean(known_.values().topRows<3>(), point); }
-  /// Likewise at the beginning of the step.
+  /// The places at the beginning of the step.
   Eigen::Vector3d start(PetscInt point) const { return mean(known_.values().middleRows<3>(6), point); }
-  /// Between which displacements a point may move [m].
+  /// The displacements between which a point may move [m].
   Eigen::Vector3d low(PetscInt point) const { return mean(known_.values().middleRows<3>(9), point); }
   Eigen::Vector3d high(PetscInt point) const { return mean(known_.values().middleRows<3>(12), point); }
   /// Undeformed area round a point [m^2].
   double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }
-  /// Of the contact of the part that it is on with itself [m].
+  /// Thickness of the contact of a point's part with itself [m].
   double thickness(PetscInt point) const { return known_.values()(4, *particles(point).begin()); }
-  /// Likewise [Pa/m].
+  /// Stiffness of that contact [Pa/m].
   double stiffness(PetscInt point) const { return known_.values()(5, *particles(point).begin()); }
 
  private:

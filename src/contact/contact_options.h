@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace contact {
 
-/// What becomes of surfaces that pass through themselves or each other at the start.
+/// What is done about surfaces that pass through themselves or each other at the start.
 enum class ContactStart { accept, untangle, refuse };
 inline const std::vector<std::string>& names_of(ContactStart) {
   static const std::vector<std::string> names{"accept", "untangle", "refuse"};
@@ -23,10 +23,10 @@ struct ContactOptions {
   std::optional<double> thickness;  ///< gap at which two surfaces begin to press [m]; none: a share of the mean side
   std::optional<double> stiffness;  ///< pressure over depth [Pa/m]; none: see usual_contact_stiffness
   double friction = 0;              ///< Coulomb's coefficient between surfaces
-  bool together = false;            ///< several objects do so, which touch each other: follows from their `self`
+  bool together = false;            ///< several objects touch each other: follows from their `self`
   Choice<ContactStart> start = ContactStart::accept;
   bool check = false;        ///< count after every step where surfaces pass through themselves
-  double slip_speed = 1e-3;  ///< relative to each other, from which on friction is Coulomb's in full [m/s]
+  double slip_speed = 1e-3;  ///< relative to each other, above which friction is Coulomb's in full [m/s]
 };
 
 /// @param bodies whether there are bodies on which contact.stiffness acts @param body_friction with friction

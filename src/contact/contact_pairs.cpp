@@ -13,16 +13,16 @@ inline namespace contact {
 
 namespace {
 
-/// Undeformed distances below twice this share of the thickness are none.
+/// Undeformed distances below twice this share of the thickness count as zero.
 constexpr double least_share = 1e-3;
-/// Distances below this share of the thickness are rounding: which side of each other such features are on is not
-/// known.
+/// Distances below this share of the thickness are rounding: it is not known on which side of each other such features
+/// are.
 constexpr double none = 1e-10;
-/// Sine of the angle between edges up to which they are nearly parallel, if contacts are not thinner than that times
-/// their lengths: else what presses there would be further from where the edges cross than the thickness.
+/// Sine of the angle up to which edges count as nearly parallel, unless contacts are thinner than that times their
+/// lengths: there what presses would be further than the thickness from where the edges cross.
 constexpr double nearly_parallel = 0.1;
 
-/// Features of drawn triangles: each point and side has one triangle that stands for it, so that each pair comes once.
+/// Features of drawn triangles: each point and side is represented by one triangle, so that each pair comes once.
 class Search {
  public:
   Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places)
@@ -142,7 +142,8 @@ class Search {
       return;
     }
     const double stiffness = std::min(mesh_.stiffness(points[0]), mesh_.stiffness(points[2]));
-    // Lips have less of a gap to press in, and few pairs to bear what pushes them together in the plane of the sheet.
+    // The lips of a crack have less of a gap to press in, and few pairs to resist being pushed together in the sheet's
+    // plane.
     const double share =
         (are_lips ? 1 / (lip_share * lip_share) : 1) * (are_edges ? share_of_edges(points, pair.barrier.thickness) : 1);
     const auto area = [&](std::size_t k) { return mesh_.area(points[k]); };
@@ -152,7 +153,7 @@ class Search {
     result_.push_back(pair);
   }
 
-  /// By how much features may come nearer to each other along their normal.
+  /// How much nearer features may come to each other along their normal.
   double closing(const ContactPair& pair) const {
     double first = -std::numeric_limits<double>::infinity();
     double second = first;
@@ -169,8 +170,8 @@ class Search {
     return first + second;
   }
 
-  /// Where edges are parallel the nearest points are many, and which of them would be found is chance: they press the
-  /// less the nearer they are to that when the step starts (points and triangles press there instead).
+  /// Where edges are parallel there are many nearest points, and it is chance which of them is found. Such edges press
+  /// the less, the nearer they are to parallel when the step starts (points and triangles press there instead).
   double share_of_edges(const std::array<PetscInt, 4>& points, double thickness) const {
     const Eigen::Vector3d first = mesh_.start(points[1]) - mesh_.start(points[0]);
     const Eigen::Vector3d second = mesh_.start(points[3]) - mesh_.start(points[2]);
@@ -206,9 +207,9 @@ class Search {
 
 }  // namespace
 
-// Half of the squared gap is the least of f = |r|^2 / 2, r = sum_k s_k x_k, by what the weights s may become: those
-// that are not 0, of each feature with a constant sum. With the free changes a of the weights its second derivative is
-// f_xx - f_xa f_aa^-1 f_ax.
+// Half of the squared gap is the minimum of f = |r|^2 / 2, r = sum_k s_k x_k, over the weights s: only those that are
+// not 0 change, and those of each feature keep their sum. With the free changes a of the weights the second derivative
+// is f_xx - f_xa f_aa^-1 f_ax.
 Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd& places) const {
   const NearestPoints where = nearest(places);
   const double gap = where.apart.norm();
@@ -249,7 +250,7 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
     }
   }
   const Eigen::Matrix2d lengths = along.transpose() * along;
-  constexpr double degenerate = 1e-10;  // square of a sine: such edges are parallel, and their nearest points any
+  constexpr double degenerate = 1e-10;  // square of a sine: such edges are parallel, and any nearest points will do
   if (free == 2 && lengths.determinant() > degenerate * lengths(0, 0) * lengths(1, 1)) {
     curvature -= mixed * lengths.inverse() * mixed.transpose();
   } else if (free > 0 && lengths(0, 0) > 0) {

@@ -19,27 +19,28 @@ struct ContactPair {
   // Where it was found:
   double distance = 0;                               ///< [m]
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
-  bool may_press = false;                            ///< whether it comes to press where its points may move
+  bool may_press = false;  ///< whether it comes to press within the range of its points' movement
 
   NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
     const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
                                                  places.col(points[3])};
     return are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
   }
-  /// Second derivative of a gap, which is not 0, by the points [1/m].
+  /// Second derivative of a gap, which must not be 0, by the points [1/m].
   Eigen::Matrix<double, 12, 12> gap_curvature(const Eigen::Matrix3Xd& places) const;
-  /// How many of the points are of the first feature.
+  /// How many of the points belong to the first feature.
   int first_feature() const { return are_edges ? 2 : 1; }
 };
 
-/// Share of their distance that two features may take away before it is measured again.
+/// Share of their distance by which two features may come nearer before it is measured again.
 constexpr double room_share = 0.9;
 
-/// Looks for the pairs of features without a common point of which this rank owns a part, and which come to press, or
-/// nearer to each other than their room, where their points may move. They press from half of their undeformed distance
-/// on, if that is less than the thickness: neighbours are near each other at rest. What is in one place undeformed
-/// presses from `lip_share` of the thickness on, and is no pair as long as it is in one place. Not collective.
-/// @param places of the mesh's points, for which it was gathered [m]
+/// Looks for the pairs of features without a common point of which this rank owns a part, and which may come to press,
+/// or use up the room between them, within the range of their points' movement. They press from half of their
+/// undeformed distance on, if that is less than the thickness: neighbours are near each other at rest. Features that
+/// are in one place undeformed press from `lip_share` of the thickness on, and are no pair as long as they are in one
+/// place. Not collective.
+/// @param places of the mesh's points, for which the mesh was gathered [m]
 std::vector<ContactPair> find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places);
 
 }  // namespace contact

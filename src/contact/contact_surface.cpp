@@ -9,7 +9,7 @@ inline namespace contact {
 
 namespace {
 
-/// Of the mean side of a mesh: the thickness, unless it is given.
+/// The thickness as a share of the mean side of a mesh, unless it is given.
 constexpr double usual_thickness = 0.2;
 
 std::vector<Layout> layouts_of(const std::vector<ContactSurface::Part>& parts, Layout Surface::*layout) {

@@ -11,16 +11,16 @@
 namespace pellicle {
 inline namespace contact {
 
-/// The drawn surfaces that touch each other, of one object or of several, as one: their particles are numbered through
-/// as JoinedLayout does it, and so are their elements.
+/// The drawn surfaces that touch each other, of one object or of several, as one: their particles are numbered in one
+/// sequence as by JoinedLayout, and so are their elements.
 class ContactSurface {
  public:
-  /// What touches itself and the other parts.
+  /// A surface that touches itself and the other parts.
   struct Part {
     const Surface* surface;
     std::optional<double> thickness;  ///< see ContactOptions [m]
-    double stiffness = 0;             ///< with which it presses on itself [Pa/m]
-    /// Of its contact, a fifth of the mean side unless it is given [m]. Collective.
+    double stiffness = 0;             ///< with which its contact with itself presses [Pa/m]
+    /// Of its contact, a fifth of the mean side by default [m]. Collective.
     double thickness_or_usual() const;
   };
   /// An element, of which `triangles` are drawn: one of a triangle, four of a quad.
@@ -44,14 +44,14 @@ class ContactSurface {
   const Element& element(PetscInt number) const { return local_elements_[static_cast<std::size_t>(number)]; }
   /// Undeformed places of the local particles [m].
   const Eigen::Matrix3Xd& rest() const { return rest_; }
-  /// Of the contact of the part that a local particle is of, with itself [m].
+  /// Thickness of the contact with itself of the part that a local particle is in [m].
   double thickness(PetscInt particle) const { return thickness_[static_cast<std::size_t>(particle)]; }
-  /// Likewise [Pa/m].
+  /// Stiffness of that contact [Pa/m].
   double stiffness(PetscInt particle) const { return stiffness_[static_cast<std::size_t>(particle)]; }
-  /// Of all parts [m].
+  /// The largest thickness of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 
-  /// Which drawn triangles of a part there still are; all, unless it is said. They must outlive it.
+  /// Which drawn triangles of a part are still there; all by default. They must outlive it.
   void set_living(std::size_t part, const std::vector<bool>& triangles) { living_[part] = &triangles; }
   bool lives(const Element& element, std::size_t triangle) const {
     const std::vector<bool>* living = living_[element.part];
@@ -72,8 +72,8 @@ class ContactSurface {
 /// Mean undeformed side of a surface's elements [m]. Collective.
 double mean_side(const Surface& surface);
 
-/// With which a surface presses, 20 T/s^2 + 4 m/h^2 [Pa/m]: at half of a gap of s/10 it bears a tension T that is bent
-/// round a side s, and stops what is met within a step. Collective.
+/// Stiffness with which a surface presses, 20 T/s^2 + 4 m/h^2 [Pa/m]: at half of a gap of s/10 it bears a tension T
+/// that is bent round a side s, and it stops within a step what comes into contact. Collective.
 /// @param tension T, the largest [N/m] @param areal_mass m, 0 without inertia [kg/m^2] @param h of most steps [s]
 double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h);
 

@@ -19,7 +19,7 @@ struct Crossings {
   Eigen::Vector3d place{0, 0, 0};      ///< where the first of these two is [m]
 };
 
-/// A surface that is looked at.
+/// A surface that is examined.
 struct PlacedSurface {
   const Surface& surface;
   const Field& position;

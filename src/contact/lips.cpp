@@ -35,7 +35,7 @@ void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living
   const auto each = static_cast<std::size_t>(surface.triangles_per_element);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const std::array<PetscInt, 3>& triangle = surface.triangles[t];
-    const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is none.
+    const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is not a corner.
     for (std::size_t k = 0; living[t] && k < corners; ++k) {
       const auto particle = static_cast<std::size_t>(triangle[k]);
       if (particle < owned && is_parted[particle]) {

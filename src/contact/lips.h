@@ -8,14 +8,16 @@
 namespace pellicle {
 inline namespace contact {
 
-/// Of the thickness: gap at which what is in one place undeformed, such as the lips of a crack, begins to press.
+/// Gap, as a share of the thickness, at which things that are in one place undeformed, such as the lips of a crack,
+/// begin to press.
 constexpr double lip_share = 0.05;
 
 /// Persistent ids of the corners that are split and of their copies, of all ranks, sorted. Collective.
 std::vector<PetscInt> parted_ids(const Surface& surface, const SplitCorners& corners);
 
-/// Draws the lips of fresh cracks apart, since what is in one place has no side on which it could be kept: each of the
-/// particles goes towards the middle of the living triangles round it by `lip_share` of the thickness. Collective.
+/// Moves the lips of fresh cracks apart, since surfaces in one place have no side of each other on which they could be
+/// kept: each of the particles moves towards the middle of the living triangles round it by `lip_share` of the
+/// thickness. Collective.
 /// @param part whose surface is that with the copies @param living of its drawn triangles
 /// @param ids see parted_ids @param held local particles that stay where they are
 /// @param position ghosts up to date before and after

@@ -18,13 +18,13 @@ struct SmoothSlip {
   double regular_slope(double y) const { return y < e ? e * e / ((2 * e - y) * (2 * e - y)) : 1; }
 };
 
-/// The Hessian of s(|u|), for Newton's method, which would step to and fro over the bend of s: the direction of
-/// friction w = u/r(|u|) is an unknown of its own, of no more than unit length, that is eliminated (Chan, Golub and
-/// Mulet 1999, of total variation). That leaves (1 - r' (w u^T + u w^T)/(2 |u|))/r, which is not negative: at first,
-/// with w = 0, the Hessian of a parabola above s, and in the end the exact one.
+/// The Hessian of s(|u|), for Newton's method, which would jump back and forth across the bend of s. The direction of
+/// friction, w = u/r(|u|), is an unknown of its own, of at most unit length, that is eliminated (Chan, Golub and Mulet
+/// 1999, for total variation). That leaves (1 - r' (w u^T + u w^T)/(2 |u|))/r, which is not negative: at first, with
+/// w = 0, the Hessian of a parabola above s, and in the end the exact one.
 class SlipTangent {
  public:
-  /// Newton's method has come to a slip: w follows by its own Newton step from where it was.
+  /// Newton's method has come to a slip: w follows by a Newton step of its own.
   void move_to(const SmoothSlip& s, const Eigen::Vector3d& slip) {
     if (const double y = slip_.norm(); y > 0) {
       const double longer = slip_.dot(slip - slip_) / y;
@@ -34,7 +34,7 @@ class SlipTangent {
     slip_ = slip;
   }
 
-  /// Along a surface of this normal (3 x 3) [1/m].
+  /// The Hessian along a surface of this normal (3 x 3) [1/m].
   Eigen::Matrix3d hessian(const SmoothSlip& s, const Eigen::Vector3d& normal) const {
     const double y = slip_.norm();
     Eigen::Matrix3d sum = Eigen::Matrix3d::Identity() - normal * normal.transpose();

@@ -14,10 +14,11 @@ inline namespace contact {
 
 namespace {
 
-/// Of the thickness, and of the way that a particle is to go: how much further it may go before pairs are sought again.
+/// How much further than its way a particle may go before pairs are sought again, as shares of the thickness and of the
+/// way.
 constexpr double more_of_thickness = 0.25;
 constexpr double more_of_way = 0.25;
-/// Of the thickness from which a pair presses on: nothing comes nearer, however often pairs are sought in a step.
+/// Share of the thickness below which no pair begins to press, however often pairs are sought in a step.
 constexpr double least_gap = 1e-6;
 
 }  // namespace
@@ -58,7 +59,7 @@ SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const s
   return stencil;
 }
 
-/// Of a sum over all ranks each pair is a part of one: that of the particle with the lowest number.
+/// In a sum over all ranks each pair counts on one of them: that of the particle with the lowest number.
 bool SurfaceContact::counts(const Stencil& stencil) const {
   PetscInt lowest = stencil.particles[0];
   for (int k = 1; k < stencil.count; ++k) {
@@ -68,7 +69,7 @@ bool SurfaceContact::counts(const Stencil& stencil) const {
   return lowest < mesh_.reach().owned;
 }
 
-/// What all particles have in common. Collective.
+/// Sums that all particles have in common. Collective.
 Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) const {
   const PetscInt owned = surface_.particles().owned;
   Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
@@ -108,7 +109,7 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   x.update_ghosts();
 }
 
-/// Pairs from here on, for particles that go somewhere. Collective.
+/// Looks for pairs from here on, for particles that are to move to given places. Collective.
 void SurfaceContact::search(const Field& x, const Field& to) {
   ++searches_;
   if (searches_ > 1) {
@@ -140,7 +141,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   curved_.reset();
 }
 
-/// Whether a particle of this rank would be where pairs are not known.
+/// Whether a particle of this rank would be at a place for which pairs are not known.
 bool SurfaceContact::leaves_room(const Field& x) const {
   for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
     const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
@@ -208,7 +209,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   std::vector<double> shares(static_cast<std::size_t>(owned), 1);
   double share = 1;
   for (const ContactPair& pair : near_) {
-    std::array<double, 4> levels{};  // of the points, by how much they come nearer to the other feature
+    std::array<double, 4> levels{};  // of the points: how much nearer they come to the other feature
     std::array<double, 4> wanted{};
     std::array<double, 2> level{};  // of the features
     std::array<double, 2> wants{};
@@ -274,7 +275,7 @@ double SurfaceContact::value(const Field& x) const {
   return sum;
 }
 
-/// Adds what a force between two features is on their particles (3 x owned).
+/// Adds the effect of a force between two features on their particles (3 x owned).
 void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const {
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
     if (particles[k] < sum.cols()) {
@@ -288,14 +289,14 @@ void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) co
   add_friction(gradient);
 }
 
-/// Of the barriers. Leaves the places of the points in `places_`. Collective.
+/// Energy of the barriers. Leaves the places of the points in `places_`. Collective.
 void SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const {
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
     stencil.spread(pair.barrier.slope(gap) * normal, gradient);
   });
 }
 
-/// With the particles where `places_` has them.
+/// The same, with the particles where `places_` has them.
 void SurfaceContact::add_friction(Eigen::Matrix3Xd& gradient) const {
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     const Eigen::Vector3d slip = slip_of(r);
@@ -323,12 +324,13 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
   return works;
 }
 
-/// The largest share of a pair's room, on this rank. Leaves the places of the points in `places_`. Collective.
+/// The largest share of its room that a pair has used, on this rank. Leaves the places of the points in `places_`.
+/// Collective.
 double SurfaceContact::room_used(const Field& x) const {
   mesh_.write_points(x, places_);
   double largest = 0;
   for (const ContactPair& pair : near_) {
-    std::array<double, 2> level;  // by how much each feature has come nearer to the other
+    std::array<double, 2> level;  // how much nearer each feature has come to the other
     level.fill(-std::numeric_limits<double>::infinity());
     for (std::size_t k = 0; k < 4; ++k) {
       const bool is_second = k >= static_cast<std::size_t>(pair.first_feature());
@@ -340,7 +342,7 @@ double SurfaceContact::room_used(const Field& x) const {
   return largest;
 }
 
-/// How far what rubs has slipped since the step's start, with the particles where `places_` has them [m].
+/// How far a contact with friction has slipped since the step's start, with the particles where `places_` has them [m].
 Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
   const Stencil& stencil = rubbing_stencils_[number];
   const Rubbing& rubbing = rubbing_[number];
@@ -382,7 +384,7 @@ void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
   }
 }
 
-/// What the exact second derivative has beyond the blocks. Collective.
+/// What the exact second derivative has in addition to the blocks. Collective.
 void SurfaceContact::find_curved(const Field& x) {
   curved_.emplace();
   visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
@@ -403,8 +405,8 @@ void SurfaceContact::visit_couplings(const Stencil& stencil, const Take& take) c
   }
 }
 
-/// By what the present blocks couple. What has touched before stays in the pattern, which costs less than a new one.
-/// Collective.
+/// Adds the pairs of particles that the present blocks couple to the pattern. Earlier contacts stay in it, which costs
+/// less than a new pattern. Collective.
 void SurfaceContact::extend_pattern() {
   columns_.resize(static_cast<std::size_t>(surface_.particles().owned));
   bool is_longer = false;
@@ -437,7 +439,7 @@ std::vector<VertexPair> SurfaceContact::pattern() const {
   return pairs;
 }
 
-/// In the pattern.
+/// Number of a pair in the pattern.
 std::size_t SurfaceContact::place_of(PetscInt row, PetscInt column) const {
   const std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
   const auto place = std::lower_bound(columns.begin(), columns.end(), column);

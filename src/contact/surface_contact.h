@@ -16,40 +16,40 @@ inline namespace contact {
 /// How drawn surfaces touch.
 struct ContactFigures {
   PetscInt contacts = 0;    ///< pairs of features that press on each other
-  double smallest_gap = 0;  ///< of them, and the thickness where there is none [m]
+  double smallest_gap = 0;  ///< of these; the thickness if there are none [m]
   double energy = 0;        ///< of the barriers [J]
   int searches = 0;         ///< for pairs, in the last step
-  double room_used = 0;     ///< likewise the largest share of the room between two features, up to 1
+  double room_used = 0;     ///< largest share of the room between two features that was used, in the last step, up to 1
 };
 
-/// What contact does to a part in a step.
+/// Work that contact does on a part in a step.
 struct ContactWork {
   double pressing = 0;  ///< [J]
-  double friction = 0;  ///< likewise; less than 0 where it brakes
+  double friction = 0;  ///< likewise; below 0 where it brakes
 };
 
-/// Contact of drawn surfaces with themselves and with each other: a cubic Barrier between every point and triangle, and
-/// every two edges, that have no common end, by their distance, with Coulomb friction.
+/// Contact of drawn surfaces with themselves and with each other: a cubic Barrier of the distance between every point
+/// and triangle, and every two edges, that have no common point, with Coulomb friction.
 ///
 /// Nothing passes through anything, whatever the forces: a pair of features is kept apart by the plane half way between
 /// their nearest points, along whose normal their points come nearer to each other by at most 0.9 of the distance.
 /// Where a step would take them further, each of these points goes a part of its way (much as "divide and truncate",
-/// Chen et al. 2025). Pairs are sought for the ways that the particles are to go, and again where a step of Newton's
-/// method leads away from these, or where a pair has used up its room.
+/// Chen et al. 2025). Pairs are sought within the expected movement of the particles, and again where a step of
+/// Newton's method leaves that range, or where a pair has used up its room.
 ///
-/// Friction is mu N s(|u|), with the slip u since the step's start, normal force N, normal and places of contact those
-/// of the step's start, and s smooth up to the slip of `slip_speed` in a step (SmoothSlip); see SlipTangent for its
-/// Hessian.
+/// Friction is mu N s(|u|), with the slip u since the step's start; the normal force N, the normal and the places of
+/// contact are those of the step's start, and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). See
+/// SlipTangent for its Hessian.
 class SurfaceContact : public Potential {
  public:
-  /// The parts must outlive it. Its positions are those of JoinedLayout's whole, of a single part those of that.
+  /// The parts must outlive it. Its positions are those of JoinedLayout's whole; if there is one part, of that part.
   /// Collective.
-  /// @param is_free whether all particles may move alike, as none is held
+  /// @param is_free whether all particles may move alike because none is held
   SurfaceContact(const std::vector<ContactSurface::Part>& parts, const ContactOptions& options, bool is_free);
   SurfaceContact(const SurfaceContact&) = delete;  // Its mesh points to its surface.
   SurfaceContact& operator=(const SurfaceContact&) = delete;
 
-  /// Which drawn triangles of a part there still are, from the next step on. Not collective.
+  /// Which drawn triangles of a part are still there, from the next step on. Not collective.
   void set_living(const std::vector<bool>& triangles, std::size_t part = 0) { surface_.set_living(part, triangles); }
   const JoinedLayout& joined() const { return surface_.joined(); }
 
@@ -62,33 +62,34 @@ class SurfaceContact : public Potential {
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
   std::vector<VertexPair> pattern() const override;
   PetscInt pattern_version() const override { return version_; }
-  /// It is that of where Newton's method was at the last `move_on`. The positive one leaves out how gaps curve.
+  /// The Hessian where Newton's method was at the last `move_on`. The positive one leaves out the curvature of gaps.
   void update_hessian(const Field& x, Curvature curvature) override;
   void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
   /// For a sheet that is projected, before its step: looks for pairs.
-  /// @param x where it would go without springs @param begin all moved alike so that nothing passes through anything
+  /// @param x where the sheet would go without springs @param begin all moved alike so that nothing passes through
+  /// anything
   void prepare(const Field& start, const Field& x, double h, Field& begin);
-  /// The same after each projection step: particles go where they are led as far as there is room, and it pushes apart
-  /// what presses, as compliant constraints of stiffness 4 k where gaps are less than their thickness (one sweep, all
-  /// pairs at once). Collective.
-  /// @param before positions when it was last called, or `begin`, ghosts up to date; then those that it leaves
+  /// To be called after each projection step: particles go where the projection moves them as far as there is room, and
+  /// contacts push apart what presses, as compliant constraints of stiffness 4 k where gaps are less than their
+  /// thickness (one sweep, all pairs at once). Collective.
+  /// @param before positions when it was last called, or `begin`, ghosts up to date; set to the new positions
   /// @param x likewise, ghosts up to date before and after @param mass of the local particles [kg]
   /// @param held which of them stay where they are
   void correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held);
 
-  /// At the end of a step. Collective.
+  /// To be called at the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
-  /// Of the forces at the end of a step over the ways of the step, on each part. Collective.
+  /// Work on each part of the forces at the end of a step over the displacements of the step. Collective.
   std::vector<ContactWork> work(const Field& x) const;
-  /// Forgets what has been in contact: the next step is that of a new one. Not collective.
+  /// Forgets earlier contacts: the next step is like that of a new object. Not collective.
   void forget();
   /// Gap at which two surfaces begin to press [m].
   double thickness() const { return thickness_; }
 
  private:
-  /// Particles of which a vector between two features is a weighted sum.
+  /// Particles, and weights with which they make up the vector between two features.
   struct Stencil {
     std::array<PetscInt, 16> particles;  ///< in reach
     std::array<double, 16> weights;
@@ -96,13 +97,13 @@ class SurfaceContact : public Potential {
     void add(PetscInt particle, double weight);
     void spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const;
   };
-  /// What rubs in a step.
+  /// A contact with friction in a step.
   struct Rubbing {
     std::vector<std::pair<PetscInt, double>> particles;  ///< global numbers, and weights
     Eigen::Vector3d normal;
     Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
-    double force = 0;       ///< friction's at most [N]
-    bool counts = false;    ///< on this rank, of a sum over all ranks
+    double force = 0;       ///< the most that friction can be [N]
+    bool counts = false;    ///< on this rank, in a sum over all ranks
     SlipTangent tangent{};
   };
 
@@ -132,22 +133,22 @@ class SurfaceContact : public Potential {
   double thickness_ = 0;  ///< the largest [m]
   ContactMesh mesh_;
   Field start_;                      ///< of the step
-  mutable Eigen::Matrix3Xd places_;  ///< of its points, wherever they were last asked for
+  mutable Eigen::Matrix3Xd places_;  ///< places of the mesh's points, as last computed
   std::vector<ContactPair> pairs_;
   std::vector<Rubbing> rubbing_;
   std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
-  // Where pairs were last sought.
-  Field origin_;                   ///< places of the particles
-  Field low_, high_;               ///< between which displacements from there pairs are known, component by component
+  // Data of the last search for pairs.
+  Field origin_;      ///< places of the particles
+  Field low_, high_;  ///< bounds of the displacements from there for which pairs are known, component by component
   Eigen::Matrix3Xd reference_;     ///< places of the mesh's points [m]
   std::vector<ContactPair> near_;  ///< all pairs that were found, also those that do not come to press
   Field trial_;                    ///< where particles would be
-  bool any_held_ = false;          ///< back, since then, on any rank
+  bool any_held_ = false;          ///< a particle was held back since then, on any rank
   int searches_ = 0;
-  double room_used_ = 0;  ///< see ContactFigures, before pairs were last sought, on this rank
+  double room_used_ = 0;  ///< see ContactFigures, before the last search, on this rank
 
-  // What presses and rubs where Newton's method is.
+  // What presses, and where there is friction, at the present point of Newton's method.
   struct Block {
     Stencil stencil;
     Eigen::Matrix3d stiffness;  ///< [N/m]
@@ -158,10 +159,10 @@ class SurfaceContact : public Potential {
     std::array<PetscInt, 4> points;
     Eigen::Matrix<double, 12, 12> stiffness;
   };
-  /// Where the blocks are, once it has been asked for.
+  /// Where the blocks are in the pattern, once that has been asked for.
   std::optional<std::vector<Curved>> curved_;
   double positive_share_ = 0;
-  double kept_curvature_ = 0;  ///< share of what is curved in the second derivative
+  double kept_curvature_ = 0;  ///< share of the curvature of gaps in the second derivative
   PetscInt version_ = 0;
   std::vector<std::vector<PetscInt>> columns_;  ///< of the pattern, of each owned particle, sorted
   std::vector<PetscInt> offsets_;               ///< of its rows

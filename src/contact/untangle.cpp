@@ -52,7 +52,8 @@ Box box_of(const std::vector<Eigen::Vector3d>& places, const Points& points) {
   return box;
 }
 
-/// Collects the edges that cut through triangles, as Eigen's traversal of two box trees finds them, by its names.
+/// Collects the edges that cut through triangles, as Eigen's traversal of two trees of boxes finds them; the names are
+/// Eigen's.
 struct Cuts {
   const std::vector<Edge>& edges;
   const std::vector<std::array<int, 3>>& triangles;
@@ -106,8 +107,8 @@ std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
   return std::move(cuts.found);
 }
 
-/// Where an edge is to go, against the triangle that it cuts through: sum over the triangles A at the edge of
-/// R - 2 (E.R)/(E.N) N, with the directions E of the edge and R of the cut into A, and the normal N.
+/// Where an edge is to go, away from the triangle that it cuts through: sum over the triangles A at the edge of
+/// R - 2 (E.R)/(E.N) N, with the direction E of the edge, the direction R of the cut into A, and the normal N.
 Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
                         const std::vector<Eigen::Vector3d>& places) {
   const auto at = [&places](int point) { return places[static_cast<std::size_t>(point)]; };

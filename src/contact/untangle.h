@@ -18,11 +18,11 @@ struct TangledMesh {
   std::array<int, 4> particles_of(int point) const;  ///< of a centre; of a particle itself, four times
 };
 
-/// Moves the particles until no two triangles without a common point cut through each other, each sweep by a tenth of
-/// the mean side at most: an edge that cuts through a triangle goes against it in the direction in which the line along
-/// which their surfaces cut becomes shorter fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions
-/// through intersection contour minimization"), and its neighbours partly with it. Not collective.
-/// @returns how many pairs of triangles still do after 1000 sweeps, if nothing has helped
+/// Moves the particles until no two triangles without a common point cut through each other, by at most a tenth of the
+/// mean side in each sweep: an edge that cuts through a triangle moves in the direction in which the line along which
+/// their surfaces cut becomes shorter fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
+/// intersection contour minimization"), and its neighbours move partly with it. Not collective.
+/// @returns how many pairs of triangles still cut through each other after 1000 sweeps
 int untangle(TangledMesh& mesh);
 
 }  // namespace contact

@@ -18,13 +18,12 @@ namespace {
 
 Eigen::Map<const Eigen::Matrix3Xd> positions_of(const Field& x) { return {x.data(), 3, x.values().cols()}; }
 
-/// Share of the undeformed area vector below which that of a sharp fold gives no good normal.
+/// Share of the undeformed area vector below which the area vector of a sharp fold gives no good normal.
 constexpr double sharp = 0.1;
 constexpr double length_of_flat = 1 + sharp * sharp;  // squared: an unfolded sheet has a normal of length 1
-/// Where the normals round a particle differ more, one of its own does not stand for them: share of their number that
-/// their sum is long.
+/// Length of the mean of the normals round a particle below which these differ too much for one normal of its own.
 constexpr double least_agreement = 0.9;
-/// Viscosity over stiffness and step up to which the Hessian may have it in all directions.
+/// Viscosity, over stiffness times step, up to which the Hessian may have it in all directions.
 constexpr double weak_damping = 1;
 
 }  // namespace
@@ -108,10 +107,10 @@ void BendingPotential::make_rows() {
 }
 
 void BendingPotential::update_rows() {
-  // A crack changes weights, and may leave every stiffness as it is.
+  // A crack may change the weights and leave every stiffness as it is.
   bool is_same = fits_of_rows_ == stencils_.fits() && rows_of_.size() == stiffness_.size();
   rows_of_.resize(stiffness_.size());
-  const double factor = 1 + damping_ - rows_.along;  // with what viscosity does in all directions
+  const double factor = 1 + damping_ - rows_.along;  // with viscosity in all directions
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Curvature3 stiffness = factor * stiffness_[s];
     is_same = is_same && (rows_of_[s] == stiffness).all();
@@ -180,7 +179,7 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
   rows_.along = is_damped() && (find_normals() || damping_ > weak_damping) ? damping_ : 0;
 }
 
-/// Of each particle the mean of the normals of the dashpots that it takes part in. Collective. @returns whether these
+/// For each particle the mean normal of the dashpots that it takes part in. Collective. @returns whether these normals
 /// are much alike everywhere
 bool BendingPotential::find_normals() {
   const PetscInt owned = sheet_->particles.owned;

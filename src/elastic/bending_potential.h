@@ -18,19 +18,20 @@ inline namespace elastic {
 /// A quadratic bending model for inextensible surfaces, 2006). One of the principal curvatures is nearly 0 then, and
 /// Poisson's ratio plays no part beyond that in D. At a clamp the normal is fixed, and r is what lies along it.
 ///
-/// Viscosity resists the change of B along the normal that the sheet had at the step's start, U = D (tau/h)
-/// |n . (B - B_start)|^2 / 2: not what turns as a whole, nor B across the normal, which strain has, too.
+/// Viscosity resists the change of B along the normal that the sheet had at the step's start,
+/// U = D (tau/h) |n . (B - B_start)|^2 / 2: neither a rotation of the sheet as a whole, nor B in the tangent plane,
+/// which strain changes, too.
 ///
-/// Both curvatures, exact and positive, are the Hessian without the change of the normals: positive semi-definite, and
-/// exact where B* or r is 0. Of viscosity it has normals of the particles in place of the stencils': a number for each
-/// pair of particles and a normal for each particle are all of it, and it is exact where the sheet is flat. Where a
-/// sheet is folded sharply, weak viscosity is in the Hessian in all directions.
+/// Both curvatures, the exact and the positive one, are the Hessian without the change of the normals: positive
+/// semi-definite, and exact where B* or r is 0. For viscosity it uses normals of the particles instead of the
+/// stencils', so that a number for each pair of particles and a normal for each particle suffice; it is exact where the
+/// sheet is flat. Where a sheet is folded sharply, weak viscosity is in the Hessian in all directions.
 class BendingPotential : public Potential {
  public:
   /// The sheet must outlive it. @param clamped see BendingStencils
   BendingPotential(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
 
-  /// What the sheet is like without moments; of the owned particles and the ghosts that stencils reach.
+  /// The state of the sheet without moments; of the owned particles and the ghosts that stencils reach.
   struct Input {
     const std::vector<double>& shrinkage;  ///< length over undeformed length of each local particle
     double layer_distance = 0;             ///< over which corners and lattice points shrink apart; 0: no curl [m]
@@ -98,12 +99,12 @@ class BendingPotential : public Potential {
   double damping_ = 0;                  ///< viscosity over stiffness and length of the step
   std::vector<int> number_of_normals_;  ///< of the dashpots round each owned particle
 
-  // The Hessian of the stencils that are not clamped. Their share along the normals is that of viscosity, or 0.
+  // The Hessian of the stencils that are not clamped. Its share along the normals is that of viscosity, or 0.
   NumberRows rows_;
   std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: none, before the diagonal
   std::vector<std::size_t> clamped_;  ///< stencils
-  std::vector<Curvature3> rows_of_;   ///< the stiffness that the entries have
-  std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits, likewise
+  std::vector<Curvature3> rows_of_;   ///< the stiffness from which the entries were made
+  std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits when the entries were made
 };
 
 }  // namespace elastic

@@ -11,7 +11,8 @@ inline namespace elastic {
 
 namespace {
 
-/// Singular values below this share of the largest are taken for zero: what the points do not tell is not guessed.
+/// Singular values below this share of the largest are taken for zero: terms that the points do not determine are left
+/// out.
 constexpr double negligible = 1e-6;
 
 using Terms = Eigen::Matrix<double, 5, Eigen::Dynamic>;
@@ -68,7 +69,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
   }
   for (std::size_t i = 0; i < particles; ++i) {
     if (!sheet.is_lattice[i]) {
-      // Of the corners of a near lattice point, too, it must be known whether they have a stencil.
+      // Whether the corners of a near lattice point have a stencil must be known, too.
       add_corner(static_cast<PetscInt>(i), cells_at[i], clamped[i]);
     }
   }

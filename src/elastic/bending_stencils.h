@@ -14,13 +14,13 @@ inline namespace elastic {
 /// Curvature of a sheet at its particles, by a quadratic surface through each and its neighbours along red, green and
 /// blue springs.
 ///
-/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle are
-/// fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so that a
-/// tilt changes nothing and a quadratic surface is met exactly, on any mesh. Lattice points have this as long as the
-/// four triangles of their cell live, corners as long as the triangles round them are all there and alive. A
-/// corner at an edge that is clamped has one whose tangent plane stays as it is: B alone is fitted to the heights.
+/// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle
+/// are fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so
+/// that a tilt changes nothing and a quadratic surface is met exactly, on any mesh. Lattice points have such a stencil
+/// as long as the four triangles of their cell live, corners as long as the triangles round them are all there and
+/// alive. A corner at a clamped edge has one whose tangent plane stays as it is: only B is fitted to the heights.
 ///
-/// Held are the stencils of this rank's particles and those that reach them.
+/// The object holds the stencils of this rank's particles, and those that reach them.
 class BendingStencils {
  public:
   /// B11, B12, B22.
@@ -33,7 +33,7 @@ class BendingStencils {
     std::size_t first_triangle = 0;
     std::size_t last_triangle = 0;
     bool is_clamped = false;               ///< the normal is that of the undeformed sheet, always
-    double area = 0;                       ///< that it stands for, 0: it is not used [m^2]
+    double area = 0;                       ///< area that it stands for; 0: it is not used [m^2]
     Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
   };
 
@@ -41,15 +41,15 @@ class BendingStencils {
   /// @param clamped local particles at which an edge keeps its tangent plane
   BendingStencils(const Sheet& sheet, const Weave& weave, const std::vector<bool>& clamped);
 
-  /// Takes out what has died. Not collective.
+  /// Removes stencils of what has died. Not collective.
   void update(const Living& living);
 
   const std::vector<Stencil>& stencils() const { return stencils_; }
   /// Local particles of all stencils.
   const std::vector<PetscInt>& points() const { return points_; }
-  /// w_k of each point; those of a stencil have the sum 0 [1/m^2].
+  /// w_k of each point; their sum over a stencil is 0 [1/m^2].
   const std::vector<Curvature3>& weights() const { return weights_; }
-  /// How often weights have been found: as long as this stays they do.
+  /// Number of times that weights were found: they are the same as long as this number is.
   std::size_t fits() const { return fits_; }
   /// Local drawn triangles round each centre, which give its normal.
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
@@ -72,8 +72,8 @@ class BendingStencils {
     return sum;
   }
 
-  /// Triangles on which a point of a stencil depends: it takes part while both live and the side between them has not
-  /// cracked; -1: none.
+  /// Triangles on which a point of a stencil depends: the point takes part while both live and the side between them
+  /// has not cracked; -1: none.
   using Support = std::array<PetscInt, 2>;
 
   void add_lattice(PetscInt cell, const CellSides& beyond);

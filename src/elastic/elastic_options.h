@@ -15,7 +15,7 @@ class OptionTable;
 inline namespace elastic {
 
 /// Stiffness of a sheet as a material. What is not given follows from Young's modulus, Poisson's ratio and the physical
-/// thickness where these are given, and has its default otherwise (stiffness_of).
+/// thickness, if these are given, and has its default otherwise (stiffness_of).
 struct SheetMaterial {
   std::optional<double> tensile_stiffness;  ///< of a strip along the warp, force per width and strain [N/m]
   std::optional<double> shear_stiffness;    ///< [N/m]
@@ -48,14 +48,15 @@ Stiffness stiffness_of(const SheetMaterial& options);
 
 /// How the implicit step of the elastic sheet is solved.
 struct ElasticOptions {
-  /// Of the options that PETSc has for this solver; in a run of several objects `objects_NAME_` stands before it.
+  /// Prefix of the options that PETSc has for this solver; in a run of several objects `objects_NAME_` stands before
+  /// it.
   std::string solver_prefix = "elastic_";
   int newton_iterations = 50;      ///< at most, and again where a strain limit needs another try
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
   Choice<TangentMatrix> mat_type = TangentMatrix::shell;
   int patch_size = 64;    ///< of the preconditioner, see RigidPatches
   double usual_h = 2e-3;  ///< of most steps, by which the preconditioner is chosen [s]
-  /// Of the springs of the net at the end of a step; of the deck's `project.strain_limit`.
+  /// Limit on the strain of the net's springs at the end of a step; the deck's `project.strain_limit`.
   std::optional<double> strain_limit;
 };
 

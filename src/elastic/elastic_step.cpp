@@ -29,7 +29,7 @@ std::vector<Eigen::Matrix3d> projectors_of(const std::vector<bool>& pinned) {
   return projectors;
 }
 
-/// Stiffness over inertia from which on solves with rigid patches cost less than with the diagonal's blocks alone.
+/// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
 constexpr double worth_patches = 600;
 
 }  // namespace
@@ -140,7 +140,7 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
 }
 
 void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {
-  lag_.forget();  // A step depends on its start alone, and so a retried one, or one after a restart.
+  lag_.forget();  // A step depends on its start alone, so that one tried again, or one after a restart, is the same.
   const double damping = damping_ / input.h;
   const Layout& particles = sheet_.particles;
   stiffness_ = material_.stiffness(input.living);
@@ -176,7 +176,7 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
 
   mass_over_square_.resize(static_cast<std::size_t>(particles.owned));
   for (std::size_t i = 0; i < mass_over_square_.size(); ++i) {
-    // A particle that has left has neither mass nor springs: any stiffness keeps it where it is.
+    // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
     mass_over_square_[i] = (input.mass[i] > 0 ? input.mass[i] : sheet_.initial_mass[i]) / (input.h * input.h);
   }
   free_ = positions.values().leftCols(particles.owned);
@@ -255,7 +255,7 @@ double ElasticStep::largest_share(const Field& positions) const {
   return share;
 }
 
-/// What preconditions is of no use for a tangent of another pattern.
+/// A preconditioner of a tangent of another pattern is of no use.
 void ElasticStep::forget_pattern() {
   lag_.forget();
   if (patches_ != nullptr) {
@@ -281,7 +281,7 @@ bool ElasticStep::leaves_held_behind() {
   return on_any_rank(sheet_.comm(), leaves);
 }
 
-/// What has left feels its inertia alone.
+/// A removed particle feels its inertia alone.
 Eigen::Matrix3Xd ElasticStep::gradient() {
   squares_.clear();
   Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, sheet_.particles.owned);
@@ -348,7 +348,7 @@ void ElasticStep::settle(Field& positions, const ElasticInput& input, ElasticRes
     result.reason.clear();
     minimise(positions, input, result);
     goes_on = false;
-    for (Potential* potential : potentials_) {  // Also where it failed: another energy may have an end.
+    for (Potential* potential : potentials_) {  // Also after a failure: with another energy the method may end.
       goes_on = potential->renew(positions) || goes_on;
     }
   }

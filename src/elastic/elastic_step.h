@@ -20,21 +20,21 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// What one step of the elastic sheet reads besides the positions that it moves.
+/// What a step of the elastic sheet needs besides the positions that it moves.
 struct ElasticInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour [m]
   const std::vector<double>& shrinkage;                     ///< length over undeformed length of each local particle
   const std::vector<double>& stiffness_factor;              ///< of each local particle, such as of char
-  const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
-  const std::vector<bool>& held;                            ///< local particles that are not to move
-  const Living& living;                                     ///< what has not burnt, ghosts up to date
-  const Field& start;                                       ///< positions at the beginning of the step [m]
-  double h = 0;                                             ///< [s]
+  const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
+  const std::vector<bool>& held;    ///< local particles that are not to move
+  const Living& living;             ///< what has not burnt, ghosts up to date
+  const Field& start;               ///< positions at the beginning of the step [m]
+  double h = 0;                     ///< [s]
 };
 
 /// How a step of the elastic sheet went.
 struct ElasticResult : StageResult {
-  int newton_iterations = 0;  ///< of which each has a linear solve
+  int newton_iterations = 0;  ///< each of them has a linear solve
 };
 
 /// Implicit Euler for a sheet as a material: from the unconstrained positions x~ (burning paper, eq. 9) it finds
@@ -44,18 +44,18 @@ struct ElasticResult : StageResult {
 /// with viscosity as springs and bending relative to the step's start. Newton's method with positive tangents and a
 /// line search, so that the sum falls with every iteration; KSP prefix `elastic_`.
 ///
-/// With a strain limit (StrainLimit) the sum is made least with the limit's energy continued beyond a share of it,
-/// and again with a larger share, until no spring is beyond that share, where the energy is the exact one. So a step
-/// may start beyond the limit. One that ends beyond it has not converged.
+/// With a strain limit (StrainLimit) the sum is minimised with the limit's energy continued smoothly beyond a share of
+/// it, and again with a larger share, until no spring is beyond that share, where the energy is the exact one. So a
+/// step may start beyond the limit. A step that ends beyond it has not converged.
 ///
-/// Its springs shrink with the mean of its layers; what the layers shrink apart bends it.
+/// Its springs shrink with the mean of its layers; the difference between the layers bends it.
 ///
-/// Together with what it touches the sheet is a StepPart: begun here, brought into balance elsewhere.
+/// Together with what it touches the sheet is a StepPart: its step is begun here, and brought into balance elsewhere.
 class ElasticStep : public StepPart {
  public:
   /// The sheet must outlive it. Collective.
   /// @param layer_distance see BendingPotential @param factors of the material's textures
-  /// @param pinned local particles that are never to move @param clamped of them those at which an edge keeps its
+  /// @param pinned local particles that are never to move @param clamped those of the pinned at which an edge keeps its
   /// direction @param others what else acts on the particles' positions; must outlive it
   ElasticStep(const Sheet& sheet, const SheetMaterial& material, double layer_distance, const MaterialFactors& factors,
               const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options,
@@ -66,10 +66,10 @@ class ElasticStep : public StepPart {
 
   /// Collective.
   /// @param positions in: x~ [m], pinned particles in their places; out: at the end of the step. Ghosts up to date.
-  /// `error` of the result is what is left of all forces, over the largest norm of a kind of force.
+  /// `error` of the result is the residual, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
 
-  /// Begins a step that is brought into balance elsewhere; with a strain limit there is no such step. Collective.
+  /// Begins a step that is brought into balance elsewhere; not available with a strain limit. Collective.
   /// @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const ElasticInput& input);
   const Layout& vertices() const override { return sheet_.particles; }
@@ -94,38 +94,39 @@ class ElasticStep : public StepPart {
   double length_scale() const override { return place_; }
   double force_scale() const override { return force_scale_; }
 
-  /// Which solver it has, such as "cg, pbjacobi: stiffness is 130 times inertia".
+  /// Describes its solver, such as "cg, pbjacobi: stiffness is 130 times inertia".
   const std::string& solver_words() const { return solver_words_; }
 
-  /// See SheetSprings::largest_excess; of all ranks. Collective.
+  /// See SheetSprings::largest_excess; the largest of all ranks. Collective.
   double largest_excess() const;
 
   /// Whether the owned springs of each colour have stiffness, see SheetSprings. Not collective.
   std::array<std::vector<bool>, 4> bearing_springs(const Living& living);
 
-  /// Of the owned springs by colour at some positions, as the last step had them, positive where they pull [N]. Not
-  /// collective.
+  /// Forces of the owned springs by colour at some positions, with the lengths and stiffness of the last step, positive
+  /// where they pull [N]. Not collective.
   std::array<std::vector<double>, 4> spring_forces(const Field& positions) const { return springs_.forces(positions); }
 
-  /// Energy of springs and bending at some positions, as the last step had them without viscosity. Collective.
+  /// Energy of springs and bending at some positions, with the lengths and stiffness of the last step and without
+  /// viscosity. Collective.
   double elastic_energy(const Field& positions) const;
 
  private:
   ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
               const std::vector<bool>& clamped, const ElasticOptions& options, const std::vector<Potential*>& others);
   void make_solver(const std::vector<bool>& pinned);
-  /// Of the diagonal of the undeformed sheet's tangent.
+  /// Figures of the diagonal of the undeformed sheet's tangent.
   struct RestTangent {
     double mean_square = 0;   ///< root of the mean of its squares [N/m]
-    double over_inertia = 0;  ///< mean, over that of its inertia
+    double over_inertia = 0;  ///< mean, over the mean of its inertia
   };
   RestTangent rest_tangent();  // collective
   void begin_step(const Field& positions, const ElasticInput& input);
-  /// Newton's method, from the positions given, until the potentials are content with where it ends. Adds to the
+  /// Newton's method, from the positions given, until no potential asks for more (Potential::renew). Adds to the
   /// iterations of `result`. Collective.
   void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
-  /// See SpringPotential::largest_share; of all ranks. Collective.
+  /// See SpringPotential::largest_share; the largest of all ranks. Collective.
   double largest_share(const Field& positions) const;
   void forget_pattern();
   void renew_preconditioner(const Field& positions);
@@ -133,7 +134,7 @@ class ElasticStep : public StepPart {
   struct Forces {
     double energy = 0;        ///< [J]
     double norm = 0;          ///< of the gradient [N]
-    double largest_part = 0;  ///< norm of the largest that a potential has in it [N]
+    double largest_part = 0;  ///< norm of the largest contribution of a potential to it [N]
   };
   /// Fills gradient_. Collective.
   Forces compute_forces(const Field& x, const std::vector<bool>& held);
@@ -154,10 +155,10 @@ class ElasticStep : public StepPart {
   std::vector<Potential*> potentials_;
   bool limits_ = false;                 ///< one of them bounds steps
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
-  std::unique_ptr<Tangent> assembled_;  ///< an earlier one from which the preconditioner is made, unless from that
+  std::unique_ptr<Tangent> assembled_;  ///< an earlier one, to make the preconditioner from; null: from `tangent_`
   PreconditionerLag lag_;
   double place_ = 0;                         ///< the largest coordinate of the undeformed sheet [m]
-  double force_scale_ = 0;                   ///< what forces on a particle are of which rounding is a share [N]
+  double force_scale_ = 0;                   ///< size of forces on a particle, for the estimate of rounding [N]
   double rounding_ = 0;                      ///< norm of forces that is rounding alone [N]
   std::vector<Eigen::Matrix3d> projectors_;  ///< of the local particles: 0 where one is pinned
   KspHandle solver_;
@@ -166,17 +167,17 @@ class ElasticStep : public StepPart {
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
-  Eigen::Matrix3Xd part_;                    ///< of the gradient, by one potential
+  Eigen::Matrix3Xd part_;                    ///< part of the gradient that comes from one potential
   std::vector<double> sums_;                 ///< energy, squares of the norms of the gradient and its parts
   Eigen::Matrix3Xd step_;                    ///< of Newton's method
-  Field before_;                             ///< where a step or an iteration begins
+  Field before_;                             ///< positions at the beginning of a step or an iteration
   Field position_;                           ///< of a step that is brought into balance elsewhere
   std::vector<double> squares_;              ///< likewise, see squared_forces
   const std::vector<bool>* held_ = nullptr;  ///< likewise, see ElasticInput
 
   // Of the present step, with char and viscosity.
   std::array<std::vector<double>, 4> stiffness_;  ///< of the local springs by colour [N/m]
-  std::array<std::vector<double>, 4> length_;     ///< without force, likewise [m]
+  std::array<std::vector<double>, 4> length_;     ///< length without force, likewise [m]
   std::vector<double> bent_factor_;               ///< on the bending stiffness, of the local particles
 };
 

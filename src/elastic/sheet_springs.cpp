@@ -19,7 +19,7 @@ double factor_at(const std::vector<double>& factors, const std::array<PetscInt, 
              : (factors[static_cast<std::size_t>(ends[0])] + factors[static_cast<std::size_t>(ends[1])]) / 2;
 }
 
-/// What the stiffness of an evenly strained net comes from.
+/// What gives the stiffness of an evenly strained net.
 struct NetStiffness {
   std::array<double, 2> normal{};  ///< C11 and C22 [N/m]
   double shear = 0;                ///< G [N/m]
@@ -46,7 +46,7 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction) {
   }
   weave.normal.colwise().normalize();
   weave.warp.resizeLike(weave.normal);
-  constexpr double upright = 1e-3;  // sine of the angle below which a direction says nothing about the tangent plane
+  constexpr double upright = 1e-3;  // sine of the angle below which a direction counts as normal to the surface
   const Eigen::Vector3d wanted = warp_direction.normalized();
   const Eigen::Vector3d next(wanted.z(), wanted.x(), wanted.y());
   for (Eigen::Index i = 0; i < weave.normal.cols(); ++i) {
@@ -98,7 +98,7 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
       const auto& ends = set.ends[s];
       const Eigen::Vector3d arm = sheet.rest.col(ends[0]) - sheet.rest.col(ends[1]);
       const double squared_length = arm.squaredNorm();
-      // A ghost that moves no particle of this rank may have triangles that are not here.
+      // A ghost that moves no particle of this rank may have triangles that are not known here.
       const bool is_ghost = s >= static_cast<std::size_t>(set.owned());
       if ((is_ghost && std::min(ends[0], ends[1]) >= sheet.particles.owned) || squared_length == 0) {
         continue;
@@ -121,7 +121,7 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
         const auto& c = sheet.cells[static_cast<std::size_t>(set.triangles[s][0] / 4)];
         const Eigen::Vector3d first = sheet.rest.col(c[2]) - sheet.rest.col(c[0]);
         const Eigen::Vector3d second = sheet.rest.col(c[3]) - sheet.rest.col(c[1]);
-        // Sheared along the sides, diagonals that are far from upright on each other change little.
+        // Diagonals that are far from perpendicular to each other change little in a shear along the sides.
         const double squared_sine = first.cross(second).squaredNorm() / (first.squaredNorm() * second.squaredNorm());
         per_area[s] = 2 * net.shear / (squared_length * squared_sine);
         continue;

@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// What the particles of a sheet are like, as far as its stiffness goes; ghosts included.
+/// Properties of the particles of a sheet that concern its stiffness; ghosts included.
 struct MaterialFactors {
   std::vector<double> tensile;  ///< on the stiffness, or empty for 1
   std::vector<double> shear;
@@ -42,11 +42,12 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 ///
 /// so C12 = C66 = G, the shear stiffness (Cauchy's relation), and the tensile stiffnesses are C11 - G^2/C22 and C22 -
 /// G^2/C11. A blue or green spring has the area of the drawn triangles at its side, a red one half of its triangles'.
-/// At an edge, or a crack, no green spring crosses: what it would carry goes to the blue springs beside it. Yellow
-/// springs are idle in whole cells, where they would resist a fold along the other diagonal; in a cell that has lost a
-/// part they hold the corners that nothing else does.
+/// At an edge, or a crack, no green spring crosses: its share goes to the blue springs beside it. Yellow springs have
+/// no stiffness in whole cells, where they would resist a fold along the other diagonal; in a cell that has lost a part
+/// they hold the corners that nothing else holds.
 ///
-/// Springs have the stiffness of what lives. Those of other ranks that end at no particle of this one have none.
+/// Springs have the stiffness of their living triangles. Those of other ranks that end at no particle of this one have
+/// none.
 class SheetSprings {
  public:
   /// The sheet must outlive it.

@@ -13,7 +13,7 @@ inline namespace elastic {
 
 namespace {
 
-/// What sets by colour have of a spring.
+/// What is kept of a spring, in sets by colour.
 template <class Spring, class Sets>
 decltype(auto) of(const Spring& spring, Sets& sets) {
   return sets[static_cast<std::size_t>(spring.colour)][static_cast<std::size_t>(spring.number)];
@@ -33,7 +33,7 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
       }
     }
   }
-  // Near in memory what is near in the sheet.
+  // Springs near each other in the sheet are near in memory.
   std::sort(springs_.begin(), springs_.end(), [](const Spring& one, const Spring& other) {
     return std::tie(one.a, one.b, one.colour) < std::tie(other.a, other.b, other.colour);
   });
@@ -159,7 +159,7 @@ void SpringPotential::update_hessian(const Field& x, Curvature curvature) {
     if (curved.across < 0) {
       curved.across *= compressed;
     }
-    // Not negative: of Hooke's law it is k L / d, or k; the limit's slope grows faster than the stretch.
+    // Not negative: for Hooke's law it is k L / d, or k; the limit's slope grows faster than the stretch.
     curved.direction = std::sqrt(std::max(0.0, energy.curvature - curved.across)) / d * arm;
   }
   check(PetscLogFlops(17.0 * static_cast<double>(hessian_.size())));

@@ -11,10 +11,10 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// The springs of a sheet as Hooke's, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2, of which those of the net may have a
-/// strain limit. Nothing here communicates.
+/// The springs of a sheet by Hooke's law, U = sum_s k_s (|x_a - x_b| - L_s)^2 / 2; those of the net may have a strain
+/// limit. Nothing here communicates.
 ///
-/// The positive curvature leaves out what a compressed spring adds across its direction, where it is negative.
+/// The positive curvature leaves out what a compressed spring adds at right angles to its direction, which is negative.
 class SpringPotential : public Potential {
  public:
   /// The sheet must outlive it. Springs of other ranks that end at no particle of this one are left out.
@@ -24,7 +24,8 @@ class SpringPotential : public Potential {
   /// @param length without force, likewise [m]
   void set(const std::array<std::vector<double>, 4>& stiffness, const std::array<std::vector<double>, 4>& length);
 
-  /// What holds the living springs of the net (blue and green) below a strain from now on; nothing: no limit.
+  /// Sets the limit that keeps the living springs of the net (blue and green) below a strain from now on; nothing: no
+  /// limit.
   /// @param target_length of the local springs by colour, from which strain is measured [m]
   /// @param lives of the local springs by colour
   void set_limit(const std::optional<StrainLimit>& limit, const std::array<std::vector<double>, 4>& target_length,
@@ -36,7 +37,7 @@ class SpringPotential : public Potential {
   /// The largest StrainLimit::share of this rank's springs; 0 where none has a limit.
   double largest_share(const Field& x) const;
 
-  /// Of the owned springs by colour, positive where they pull [N].
+  /// Forces of the owned springs by colour, positive where they pull [N].
   std::array<std::vector<double>, 4> forces(const Field& x) const;
 
   double value(const Field& x) const override;

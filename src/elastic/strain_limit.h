@@ -3,15 +3,15 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// What holds a spring of length d below a strain limit e_max, beside its own elasticity: the energy
+/// The energy that keeps a spring of length d below a strain limit e_max, in addition to its own elasticity:
 ///
 ///     U = K l^2 w^2 B(u),  B(u) = u^3 / (1 - u)^2,  u = (|d/l - 1| - e_0) / w,  w = e_max - e_0
 ///
 /// with the length l without force and the stiffness K. It is 0 up to the strain e_0 = 0.8 e_max, twice continuously
-/// differentiable, convex, and grows without bound towards the limit. Shortening is limited below e_max = 1 alone.
+/// differentiable, convex, and grows without bound towards the limit. Shortening is limited only if e_max < 1.
 ///
 /// Beyond a share u of `exact_to`, B is continued by its Taylor polynomial of second order: Newton's method can then
-/// start beyond the limit. Whether the limit is kept is for the caller to see.
+/// start beyond the limit. The caller checks whether the limit is kept.
 struct StrainLimit {
   static constexpr double begins = 0.8;  ///< e_0 / e_max
 
@@ -26,7 +26,7 @@ struct StrainLimit {
     double curvature = 0;  ///< [N/m]
   };
 
-  /// u: 1 at the limit, not positive where nothing acts. @param length d [m] @param target l [m]
+  /// u: 1 at the limit, zero or negative where nothing acts. @param length d [m] @param target l [m]
   double share(double length, double target) const;
   Law at(double length, double target) const;
 };

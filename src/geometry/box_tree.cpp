@@ -61,7 +61,7 @@ BoxTree::BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes) : bounds_(boxes.
   }
 }
 
-/// Of the items from `first` on, which it sorts. @returns the node
+/// Builds the part of the tree for the items from `first` on, which it sorts. @returns the node
 int BoxTree::build(int first, int end, const std::vector<std::array<float, 3>>& middles) {
   const auto of = static_cast<int>(nodes_.size());
   nodes_.push_back({{}, first, end, -1, -1});

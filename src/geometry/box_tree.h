@@ -8,13 +8,13 @@ namespace pellicle {
 inline namespace geometry {
 
 /// Finds which of many boxes meet: a binary tree of bounding boxes, halved along the longest side of their middles, in
-/// n log n. Bounds are kept as floats, rounded outwards: a pair that is given may be apart by rounding. Which pairs are
-/// given depends on their two boxes alone.
+/// n log n. Bounds are kept as floats, rounded outwards, so that a pair may be given that is apart by rounding. Whether
+/// a pair is given depends on its two boxes alone.
 class BoxTree {
  public:
   explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
 
-  /// Calls `take` with the numbers of each two boxes that meet, once, in any order.
+  /// Calls `take` with the numbers of every two boxes that meet, once, in any order.
   template <class Take>
   void visit_pairs(const Take& take) const {
     if (!nodes_.empty()) {

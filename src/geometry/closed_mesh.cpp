@@ -58,7 +58,7 @@ ClosedMesh::ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles)
     const auto corner = [&](std::size_t k) { return points_[static_cast<std::size_t>(triangle[k % 3])]; };
     const Eigen::Vector3d across = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     if (!(across.norm() > 0)) {
-      continue;  // Its sides take over the normals of its neighbours.
+      continue;  // a triangle without area: its sides have the normals of its neighbours
     }
     const Eigen::Vector3d normal = across.normalized();
     triangles_.push_back(triangle);
@@ -118,7 +118,7 @@ void ClosedMesh::build(int begin, int end) {
   build(middle, end);
 }
 
-/// Of a corner, a side or the face, whichever a point of a triangle is on.
+/// Outward direction at a corner, a side or the face, whichever a point of a triangle is on.
 /// @param weights of the triangle's corners at 1 to 3, not all 0
 const Eigen::Vector3d& ClosedMesh::normal_at(std::size_t triangle, const std::array<double, 4>& weights) const {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -173,7 +173,7 @@ SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
   }
   const double length = arm.norm();
   const double sign = arm.dot(outward) < 0 ? -1 : 1;
-  // Of an arm as short as rounding of the places the direction is none.
+  // An arm as short as the rounding of the places has no direction.
   const double rounding = 1e-12 * (1 + point.cwiseAbs().maxCoeff() + nodes_.front().box.sizes().maxCoeff());
   const Eigen::Vector3d normal =
       length > rounding ? Eigen::Vector3d(arm * (sign / length)) : Eigen::Vector3d(outward.normalized());

@@ -13,7 +13,7 @@ inline namespace geometry {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
-/// What makes triangles no closed surface with normals outward, in words; empty: they are one.
+/// In words, why triangles are not a closed surface with normals outward; empty: they are one.
 std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, const Triangles& triangles);
 
 /// A solid given by triangles round it, in a tree of boxes.

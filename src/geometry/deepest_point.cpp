@@ -73,7 +73,7 @@ class Search {
 /// Halves the way to every side until the distance no longer falls by more than the tolerance.
 void bracket(Search& search, double size, double tolerance) {
   static const Corners directions{Eigen::Vector3d(1, -1, 0), Eigen::Vector3d(0, 1, -1), Eigen::Vector3d(-1, 0, 1)};
-  constexpr int most = 200;  // of looks, in case of a long valley
+  constexpr int most = 200;  // evaluations at most, in case of a long valley
   int looks = 0;
   for (double step = 1.0 / 16; step * size > 0.25 * tolerance && looks < most;) {
     const double before = search.best().gap.distance;

@@ -19,7 +19,7 @@ double doubled_area(const Vector& a, const Vector& b, const Vector& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-/// The corners in the plane across the area vector, which then points to the viewer. None if there is no area.
+/// The corners as seen against the area vector, in the plane across it. None if there is no area.
 std::vector<Vector> flattened(const std::vector<Eigen::Vector3d>& corners) {
   Eigen::Vector3d area = Eigen::Vector3d::Zero();
   for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
@@ -143,9 +143,9 @@ class EarCutter {
 
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
-  /// A corner with what its ear was like when it was queued.
+  /// A corner, with the properties of its ear when it was queued.
   struct Candidate {
-    double cut;  ///< squared length of the side that it leaves
+    double cut;  ///< squared length of the side that cutting it off leaves
     std::size_t corner;
     std::size_t before;
     std::size_t after;
@@ -168,7 +168,7 @@ class EarCutter {
     }
   }
 
-  /// The best corner that can be cut off now. Corners in whose ear another stood are tried again when no other is left.
+  /// The best corner that can be cut off now. Corners whose ear held another one are tried again when no other is left.
   std::size_t next_ear() {
     for (int attempt = 0; attempt < 2; ++attempt) {
       while (!queue_.empty()) {

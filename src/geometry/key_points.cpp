@@ -7,7 +7,7 @@ inline namespace geometry {
 
 namespace {
 
-/// The rows between which `time` lies, the same one twice outside, and the share of the second.
+/// The rows between which `time` lies (outside all of them the same one twice), and the share of the second.
 struct Between {
   const std::vector<double>& before;
   const std::vector<double>& after;

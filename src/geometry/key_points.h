@@ -18,11 +18,11 @@ Eigen::Vector3d integral_on_key_points(const std::vector<std::vector<double>>& r
 /// The value at `time` of a quantity given by key points (time [s], value), as for a path: a single row is a constant.
 double value_on_key_points(const std::vector<std::vector<double>>& rows, double time);
 
-/// What makes `rows` no key points with these columns: in words, or empty.
+/// In words, why `rows` are no key points with these columns; empty if they are.
 std::string fault_of_key_points(const std::vector<std::vector<double>>& rows,
                                 const std::vector<std::string>& columns = {"time", "x", "y", "z"});
 
-/// What makes a motion along a path, or else at a constant velocity, none: empty, or words to follow the key of the
+/// Why a motion along a path, or else at a constant velocity, is invalid: empty, or words to follow the key of the
 /// object that moves, such as ".path: key point 2 ..." or ": both path and velocity given, ...".
 std::string fault_of_motion(const std::vector<std::vector<double>>& path, const Eigen::Vector3d& velocity);
 

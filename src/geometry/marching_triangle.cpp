@@ -18,7 +18,7 @@ KeptPart marching_triangle(const std::array<double, 3>& level) {
   if (kept_corners == 3) {
     return {1, {{{whole(0), whole(1), whole(2)}, {}}}};
   }
-  // Corner a is kept and the one before it is not.
+  // Corner a is kept, the one before it is not.
   const int a = kept(0) && !kept(2) ? 0 : kept(1) && !kept(0) ? 1 : 2;
   const int b = (a + 1) % 3;
   const int c = (a + 2) % 3;

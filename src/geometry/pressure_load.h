@@ -7,8 +7,9 @@ namespace pellicle {
 inline namespace geometry {
 
 // The load of a pressure p on a triangle, (p/3) A n on every corner (balloon paper, eq. 15), and its derivative. Summed
-// over a closed surface, or one that planes close to which its boundary is bound, the force is p dV/dx, and its
-// derivative is symmetric; at sides without a neighbour it is not, and rim_stiffness leads to its symmetric part.
+// over a surface that is closed, or whose boundary stays in planes that close it, the force is p dV/dx, and its
+// derivative is symmetric. At sides without a neighbour it is not, and rim_stiffness gives what leads to its symmetric
+// part.
 
 /// Share of a triangle in the enclosed volume (balloon paper, eq. 13) [m^3].
 inline double enclosed_volume(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const Eigen::Vector3d& x3) {
@@ -31,8 +32,8 @@ inline Eigen::Vector3d area_vector(const Eigen::Vector3d& x1, const Eigen::Vecto
 void add_pressure_stiffness_action(double pressure, const Eigen::Vector3d x[3], const Eigen::Vector3d w[3],
                                    Eigen::Vector3d result[3]);
 
-/// What the stiffness at a side without a neighbour lacks to be the symmetric part of the derivative: this block from
-/// either end to the other, and twice this block at both [N/m].
+/// What has to be added to the stiffness at a side without a neighbour to get the symmetric part of the derivative:
+/// this block from either end to the other, and twice this block at both [N/m].
 /// @param from where the side begins, in the order of its triangle's corners @param to where it ends [m]
 Eigen::Matrix3d rim_stiffness(double pressure, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 

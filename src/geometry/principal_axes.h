@@ -11,7 +11,8 @@ struct PrincipalAxes {
   Eigen::MatrixXd axes;  ///< its columns
 };
 
-/// Of a matrix of any size. Compiled once: Eigen's blocked algorithms take long to compile wherever they are used.
+/// For a matrix of any size. Compiled once, since Eigen's blocked algorithms take long to compile wherever they are
+/// used.
 PrincipalAxes principal_axes(const Eigen::MatrixXd& symmetric);
 
 }  // namespace geometry

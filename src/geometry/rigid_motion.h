@@ -35,7 +35,7 @@ struct RigidMotion {
   Pose at(double time) const;
 };
 
-/// What makes a motion none: empty, or words to follow the key of what moves, as fault_of_motion gives them.
+/// Why a motion is invalid: empty, or words to follow the key of what moves, as fault_of_motion gives them.
 std::string fault_of(const RigidMotion& motion);
 
 }  // namespace geometry

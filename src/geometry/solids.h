@@ -41,8 +41,8 @@ struct Ring {
 
 using Shape = std::variant<Sphere, HalfSpace, Box, Capsule, Cylinder, Ring, std::shared_ptr<const ClosedMesh>>;
 
-// Exact, inside too but for the mesh's pseudo-normals' sign; where several ways out are as short the normal is one of
-// them.
+// Exact, also inside, except that a mesh's sign comes from its pseudo-normals; where several ways out are equally short
+// the normal is one of them.
 SignedDistance signed_distance(const Sphere& sphere, const Eigen::Vector3d& point);
 SignedDistance signed_distance(const HalfSpace& half_space, const Eigen::Vector3d& point);
 SignedDistance signed_distance(const Box& box, const Eigen::Vector3d& point);
@@ -51,7 +51,7 @@ SignedDistance signed_distance(const Cylinder& cylinder, const Eigen::Vector3d& 
 SignedDistance signed_distance(const Ring& ring, const Eigen::Vector3d& point);
 SignedDistance signed_distance(const std::shared_ptr<const ClosedMesh>& mesh, const Eigen::Vector3d& point);
 
-/// A solid where it is.
+/// A solid in its pose.
 struct Solid {
   Shape shape;
   Pose pose;
@@ -64,8 +64,8 @@ struct Solid {
 
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point);
 
-/// How deep the inside of a shape is: a point on its way through the thinnest part of it is as deep at most, about.
-/// Infinite of a half space [m].
+/// How deep the inside of a shape is: about the largest depth of a point on its way through the thinnest part. Infinite
+/// for a half space [m].
 double depth_of(const Shape& shape);
 
 }  // namespace geometry
