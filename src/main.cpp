@@ -94,8 +94,8 @@ int run_program(int argc, char** argv, bool is_root) {
   return 0;
 }
 
-/// Opens those of standard input, output and error that are closed: a file of the run would get their number, and with
-/// it what is printed.
+/// Opens those of standard input, output and error that are closed: otherwise a file of the run would get their number,
+/// and what is printed would go into it.
 void open_standard_streams() {
   int file = open("/dev/null", O_RDWR);
   while (file >= 0 && file <= STDERR_FILENO) {
@@ -109,7 +109,7 @@ void open_standard_streams() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Until MPI says so.
+  // The rank as mpirun gives it, until MPI is initialised.
   const char* launched = std::getenv("OMPI_COMM_WORLD_RANK");
   int rank = launched != nullptr ? std::atoi(launched) : 0;
   int status = 1;

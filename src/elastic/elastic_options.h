@@ -48,8 +48,7 @@ Stiffness stiffness_of(const SheetMaterial& options);
 
 /// How the implicit step of the elastic sheet is solved.
 struct ElasticOptions {
-  /// Prefix of the options that PETSc has for this solver; in a run of several objects `objects_NAME_` stands before
-  /// it.
+  /// Prefix of PETSc's options for this solver; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "elastic_";
   int newton_iterations = 50;      ///< at most, and again where a strain limit needs another try
   double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force

@@ -120,7 +120,7 @@ void Conduction::update_operator(const ConductionInput& input) {
     }
     check(MatSetValuesCOO(matrix_, entries_.data(), INSERT_VALUES));
   } else {
-    // Tells the preconditioner that the diagonal is another one now.
+    // Tells the preconditioner that the diagonal has changed.
     check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
     check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
   }
@@ -161,7 +161,7 @@ double Conduction::limit_of_remainder(const Field& temperature) const {
   const double range = std::max(0.0, largest[0] + largest[1]);
   const double highest = std::max({0.0, largest[0], largest[1]});
   const double rounding = 4 * std::numeric_limits<double>::epsilon();
-  // Where conduction is fast, temperatures that differ by rounding alone exchange more than that.
+  // Where conduction is fast, rounding alone makes temperatures differ so much that more heat than this is exchanged.
   return tolerance_ * range + std::min(rounding * largest[2], std::max(rounding, tolerance_)) * highest;
 }
 
@@ -178,7 +178,7 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
   int iterations = 0;
   double largest = 0;
   for (int solves = 0; solves < most_solves; ++solves) {
-    // The heat that flows at the estimated temperatures and is not in them yet.
+    // The heat that flows at the estimated temperatures and is not yet in them.
     graph_.add_up_inflow(estimate_, sum_);
     remainder_ = sum_.head(owned) - graph_.capacity.cwiseProduct(after - before);
     copy_to(right_hand_side_, remainder_);

@@ -25,12 +25,12 @@ struct ConductionInput {
 /// Heat conduction over all particles of a surface by backward Euler (burning paper, eq. 2, 3 and section 5):
 /// (capacity + h K) (T^{n+1} - T^n) = -h K T^n, a symmetric positive definite system for CG.
 ///
-/// What the linear solver leaves over, r, is given to the particles as r / capacity, so that heat flows from one
-/// particle to another and none is made or lost, whatever the tolerance of the solver: sum_i capacity_i T_i stays to
-/// rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, and rounding,
-/// r is solved for again.
+/// The residual r that the linear solver leaves is given to the particles as r / capacity, so that heat flows from one
+/// particle to another and none is made or lost, whatever the tolerance of the solver: sum_i capacity_i T_i stays
+/// constant to rounding. While some r_i / capacity_i exceeds `heat.ksp_rtol` times the range of temperatures, and
+/// rounding, the system is solved for r again.
 ///
-/// A particle to which nothing conducts any more keeps its temperature.
+/// A particle that no longer has a neighbour to conduct to keeps its temperature.
 /// The matrix is assembled (pattern once, values each step) or matrix-free; KSP prefix `heat_`.
 class Conduction {
  public:
@@ -52,20 +52,20 @@ class Conduction {
   void multiply(const double* x, double* product);
   void multiply_vector(Vec x, Vec product);
   void copy_diagonal(Vec out) const;
-  /// What may remain of a particle's balance, as a change of its temperature [K]. Collective.
+  /// How large the residual of a particle's balance may be, as a change of its temperature [K]. Collective.
   double limit_of_remainder(const Field& temperature) const;
 
   const Surface& surface_;
   bool umbrella_;
   bool assembled_;
-  bool conducts_;  ///< else all temperatures stay
+  bool conducts_;  ///< if false, all temperatures stay
   double tolerance_;
   std::string solver_prefix_;
   std::vector<double> diffusivity_;  ///< alpha of the local particles [m^2/s]
   DiffusionGraph graph_;             ///< weights times h
   Eigen::VectorXd diagonal_;         ///< of the owned rows
   Eigen::VectorXd sum_;              ///< over the pairs of each local particle
-  Eigen::VectorXd remainder_;        ///< of the owned particles' heat, or of their temperatures
+  Eigen::VectorXd remainder_;        ///< residual of the owned particles' heat, or of their temperatures
   Eigen::VectorXd product_;          ///< of the owned rows
   std::vector<double> entries_;      ///< of the assembled matrix, in the order of its coordinates
   Field exchange_;                   ///< an operand with its ghosts

@@ -10,8 +10,8 @@ inline namespace heat {
 
 namespace {
 
-/// No distance is taken shorter, and no area smaller, than this share of the initial one: a crumpled sheet must not
-/// make a weight infinite.
+/// Distances and areas are not taken smaller than this share of the initial ones: a crumpled sheet must not make a
+/// weight infinite.
 constexpr double smallest_share = 1e-3;
 
 double triangle_area(const std::array<Eigen::Vector3d, 3>& x) { return 0.5 * (x[1] - x[0]).cross(x[2] - x[0]).norm(); }
@@ -19,7 +19,7 @@ double triangle_area(const std::array<Eigen::Vector3d, 3>& x) { return 0.5 * (x[
 /// Pairs of an element: the sides of its triangle; of a quad its sides, then from its corners to its centre.
 std::size_t pairs_of_element(const Surface& surface) { return surface.has_quads() ? 8 : 3; }
 
-/// Among the pairs of its element those of a drawn triangle's points 0 and 1, 0 and 2, 1 and 2.
+/// Which of an element's pairs are those of a drawn triangle's points 0 and 1, 0 and 2, 1 and 2.
 std::array<std::size_t, 3> sides_of(const Surface& surface, std::size_t triangle) {
   return surface.has_quads() ? std::array{triangle, 4 + triangle, 4 + (triangle + 1) % 4}
                              : std::array<std::size_t, 3>{0, 1, 2};

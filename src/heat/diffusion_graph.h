@@ -13,15 +13,15 @@ inline namespace heat {
 
 /// Diffusion between pairs of particles: capacity_i dT_i/dt = sum_j weight_ij (T_j - T_i), a symmetric graph Laplacian.
 struct DiffusionGraph {
-  /// Local particle numbers; a pair may occur more than once, its weights add. Every pair that touches an owned
-  /// particle is here, so that owned rows are whole without communication.
+  /// Local particle numbers; a pair may occur more than once, then its weights add up. Every pair with an owned
+  /// particle is here, so that owned rows are complete without communication.
   std::vector<std::array<PetscInt, 2>> pairs;
   std::vector<double> weights;  ///< one a pair
   Eigen::VectorXd capacity;     ///< of the owned particles
 
   /// sum_j weight_ij (T_j - T_i) of the owned particles. @param values ghosts up to date, (1 x local). Not collective.
   Eigen::VectorXd inflow(const Field& values) const;
-  /// The same in the first of the values of `sum`, (local); what it has for ghosts is a part of theirs.
+  /// The same, written to the first values of `sum`, (local); the values for ghosts are only a part of theirs.
   void add_up_inflow(const Field& values, Eigen::VectorXd& sum) const;
 };
 
@@ -47,8 +47,8 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface);
 ///
 /// In conservation form, m_i dT_i/dt = sum over triangles of alpha sigma K_ij T_j, with the areal density sigma of the
 /// element: with equal density this converges to alpha times the Laplacian, and it keeps sum_i m_i T_i always. The
-/// share of a half of a quad's mass on the lattice particle makes every row exact on a square grid. alpha is the mean
-/// of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not conduct.
+/// share of a half of a quad's mass that the lattice particle has makes every row exact on a square grid. alpha is the
+/// mean of the triangle's particles; areas are not taken below 1e-3 of the initial ones. Dead triangles do not conduct.
 /// @param diffusivity alpha of the local particles [m^2/s]
 /// @param positions [m], ghosts up to date, (3 x local)
 /// @param mass [kg], ghosts up to date, (1 x local); the capacity

@@ -16,7 +16,7 @@ constexpr double stefan_boltzmann = 5.670374419e-8;  // [W/(m^2 K^4)]
 }  // namespace
 
 double heat_content(const Surface& surface, const Field& mass, const Field& temperature, double capacity) {
-  // The ledger compares sums over the whole surface with what came in, which may be little of them.
+  // The ledger compares sums over the whole surface with the heat that came in, which may be a small part of them.
   long double sum = 0;
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     sum += static_cast<long double>(mass.data()[i]) * temperature.data()[i];
@@ -75,7 +75,8 @@ HeatExchange exchange_with_surroundings(Field& temperature, const Surface& surfa
   }
   const Eigen::VectorXd area = particle_areas(surface, positions, living);
   const double ambient = options.ambient_temperature;
-  // Heat transfer coefficient of convection and of radiation written as such: T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
+  // Heat transfer coefficient of convection, and of radiation in the same form:
+  // T^4 - A^4 = (T - A) (T + A) (T^2 + A^2).
   const auto transfer = [&](double value) {
     return options.convection +
            options.emissivity * stefan_boltzmann * (value + ambient) * (value * value + ambient * ambient);

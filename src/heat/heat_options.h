@@ -28,7 +28,7 @@ inline const std::vector<std::string>& names_of(HeatMatrix) {
 
 /// Heat of a surface (burning paper, section 5).
 struct HeatOptions {
-  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  /// Prefix of PETSc's options for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "heat_";
   double initial_temperature = 300;  ///< of every particle [K]
   Choice<HeatOperator> operator_name = HeatOperator::consistent;

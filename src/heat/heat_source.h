@@ -31,7 +31,7 @@ struct HeatSource {
   Rows path;         ///< key points time, x, y, z of a ball; replaces centre and velocity
   std::string file;  ///< image of a texture; white takes the whole rate, black none
 
-  /// Heats at `time`: start_time <= time < end_time.
+  /// Whether it heats at `time`: start_time <= time < end_time.
   bool active(double time) const;
   /// Centre of a ball: linear between the key points, at rest before the first and after the last one.
   Eigen::Vector3d centre_at(double time) const;

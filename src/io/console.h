@@ -23,35 +23,35 @@ struct Progress {
   std::string figures;  ///< of the chain, such as "|C| 1.2e-05 m"
 };
 
-/// Whether a person sees what this process prints. `mpirun` gives its ranks a terminal of its own making whatever its
-/// own output is, so under it mpirun's output is what counts.
+/// Whether a person sees what this process prints. `mpirun` always gives its ranks a terminal of its own making, so
+/// under mpirun it is mpirun's output that counts.
 bool stdout_is_terminal();
 
-/// Prints what happens in a run; rank 0 prints. Unwatched, that is where the output is no terminal and progress lines
-/// are not requested (`-output_monitor N`), it prints what a log needs: the lines of `tell`, and a progress line from
-/// time to time.
+/// Prints what happens in a run; rank 0 prints. Where the output is no terminal and progress lines are not requested
+/// (`-output_monitor N`), nobody is taken to watch: then it prints only what a log needs, the lines of `tell`, and a
+/// progress line from time to time.
 class Console {
  public:
   /// @param monitor a progress line every so many steps; 0: every step on a terminal, none elsewhere
-  /// @param longest_silence after so long without a line the next step has a progress line, also unwatched
+  /// @param longest_silence after so long without a line the next step has a progress line, even when nobody watches
   /// [s]
   Console(MPI_Comm comm, int monitor, std::ostream& stream = std::cout, bool terminal = stdout_is_terminal(),
           double longest_silence = 300);
 
-  /// Prints a line that is left out unwatched: a line of the header, a table.
+  /// Prints a line that is left out when nobody watches: a line of the header, a table.
   void say(const std::string& line);
   /// Prints a line that every run's log needs: what the mesh is, a warning, a step that failed, how the run ended.
   void tell(const std::string& line);
   /// Prints the progress line of a step, if it is due; the time left follows from the time since the console was made.
   void progress(const Progress& progress);
-  /// Prints the table of time per stage: of each stage the slowest rank's. Collective.
+  /// Prints the table of time per stage: for each stage the time of the slowest rank. Collective.
   /// @param clocks not empty, by the names of the objects whose stages they time; the name of a single one may be empty
   void stage_table(const std::vector<std::pair<std::string, const StageClock*>>& clocks);
 
  private:
   MPI_Comm comm_;
   bool is_root_;
-  int interval_;  ///< steps between progress lines; 0: unwatched
+  int interval_;  ///< steps between progress lines; 0: nobody watches
   std::ostream& stream_;
   double longest_silence_;  ///< [s]
   double start_;

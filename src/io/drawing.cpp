@@ -37,8 +37,8 @@ vtkSmartPointer<Array> named_array(const char* name) {
   return array;
 }
 
-/// What identifies points and cells: of the points persistent ids and the marks of what other ranks count, of the
-/// cells the rank and `of_cells`.
+/// What identifies points and cells: persistent ids of the points, with marks on those that another rank counts; of the
+/// cells the rank, and `of_cells`.
 void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataArray* of_cells, vtkPolyData* piece) {
   const auto ids = named_array<vtkTypeInt64Array>("vertex_id");
   const auto ghost = named_array<vtkUnsignedCharArray>(vtkDataSetAttributes::GhostArrayName());

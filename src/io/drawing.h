@@ -19,7 +19,8 @@ struct DrawnField {
   std::string name;
   int components = 1;
   const double* values = nullptr;  ///< (components x local), must outlive the call that writes it
-  /// At the virtual centre of a cell a particle field has the lattice particle's value instead of the corners' mean.
+  /// At the virtual centre of a cell a particle field has the value of the lattice particle, not the mean of the
+  /// corners.
   bool is_of_both_layers = false;
 };
 
@@ -33,10 +34,10 @@ struct Drawing {
   std::vector<PetscInt> items;  ///< of each drawn cell: the local cell, the element, or the owned spring
 };
 
-/// What is left of a surface. Point data: `vertex_id` (the persistent id, negative where it is cut), the texture
-/// coordinates `TCoords`, of type float, if the surface has them, and `vtkGhostType`, which marks a point that another
-/// rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, and `cell_id`, the number of the
-/// face in its file. Collective.
+/// A drawing of what is left of a surface. Point data: `vertex_id` (the persistent id, negative where the surface is
+/// cut), the texture coordinates `TCoords`, of type float, if the surface has them, and `vtkGhostType`, which marks a
+/// point that another rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, and `cell_id`,
+/// the number of the face in its file. Collective.
 Drawing drawing_of(const Surface& surface, const DrawnSurface& drawn);
 
 /// The owned springs that live as lines between the particles themselves, corners and lattice points, the colours in

@@ -23,12 +23,12 @@ inline namespace io {
 
 namespace {
 
-/// Of a checkpoint: the tables of the frames.
+/// Group of the frames' tables in a checkpoint.
 std::string tables_of(const std::string& series) { return "output/frames/" + series + "/"; }
 
-/// Blanks the encoding of a piece's appended data, base64, which readers assume where none is said. With an expat of
-/// 2.6 (or Debian's 2.5.0-1+deb12u2), which holds back an incomplete element until its buffer has doubled,
-/// ParaView 5.11 does not find appended data behind an element that has attributes.
+/// Blanks the encoding of a piece's appended data, base64, which readers assume if none is given. With expat 2.6 (or
+/// Debian's 2.5.0-1+deb12u2), which holds back an incomplete element until its buffer has doubled, ParaView 5.11 does
+/// not find appended data behind an element that has attributes.
 void leave_encoding_unsaid(const std::filesystem::path& path) {
   const std::string said = "<AppendedData encoding=\"base64\">";
   std::string unsaid = "<AppendedData>";
@@ -160,7 +160,7 @@ void FrameSeries::write(std::size_t part, vtkPolyData* piece, double time) {
     }
     throw;
   }
-  // A frame that is written again, after a part of it could not be, has its parts once.
+  // A frame that is written again, because a part of it could not be written, lists each part once.
   frames_.erase(
       std::remove_if(frames_.begin(), frames_.end(),
                      [&entry](const Entry& other) { return other.number == entry.number && other.part == entry.part; }),

@@ -16,8 +16,8 @@ inline namespace io {
 
 /// Frames of one name for ParaView: NAME.pvd in the run's folder names one .pvtp a frame and part, which names one .vtp
 /// a rank (VTK XML, appended LZ4 data). The .pvd is complete after every frame, so that it can be opened during the
-/// run, and every file is whole. The parts are the objects of the run, blocks with their names in ParaView; not every
-/// frame need have all of them.
+/// run, and no file is ever incomplete. The parts are the objects of the run, blocks with their names in ParaView; a
+/// frame need not have all of them.
 class FrameSeries {
  public:
   /// Touches no file. Collective.
@@ -38,7 +38,7 @@ class FrameSeries {
   /// Before the folder is started; write_list afterwards. Collective.
   void resume(const Hdf5File& checkpoint);
 
-  /// Writes the .pvd, of the frames that are there: the last one is whole. Collective. @throws Error, on all ranks
+  /// Writes the .pvd with the frames that exist: the last one is complete. Collective. @throws Error, on all ranks
   void write_list();
 
   /// Writes this rank's piece of a part of a frame into the folder, which has been started; write_list when all parts

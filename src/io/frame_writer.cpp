@@ -13,7 +13,7 @@ inline namespace io {
 
 namespace {
 
-/// The tolerance keeps a step that misses its multiple by rounding alone.
+/// The tolerance accepts a step that misses its multiple by rounding alone.
 double whole_intervals(double time, const OutputOptions& options) {
   return std::floor(time / options.interval_time + 1e-9);
 }
@@ -119,7 +119,7 @@ void FrameWriter::write_body(std::size_t body, const Solid& solid, double time) 
   MPI_Allreduce(MPI_IN_PLACE, bounds.max().data(), 3, MPI_DOUBLE, MPI_MAX, folder_.comm());
   int rank = 0;
   MPI_Comm_rank(folder_.comm(), &rank);
-  // A plane is drawn as large from frame to frame, while what moves keeps its size within a factor of 2.
+  // A plane is drawn in the same size from frame to frame, while the size of what moves stays within a factor of 2.
   const double half =
       std::exp2(std::ceil(std::log2(bounds.isEmpty() ? 1 : std::max(bounds.diagonal().norm(), 1e-9)))) / 2;
   body_series_.write(body, rank == 0 ? drawing_of_solid(solid, half) : vtkSmartPointer<vtkPolyData>::New(), time);

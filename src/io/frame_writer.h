@@ -32,7 +32,7 @@ struct Frame {
 std::vector<std::string> field_names(const Frame& frame);
 
 /// Writes the frames of a run as DIRECTORY/NAME.pvd (see FrameSeries): the surface of each of its objects with the
-/// chosen fields. Ranks may have nothing to draw, or all of them.
+/// chosen fields. Some ranks, or all, may have nothing to draw.
 ///
 /// NAME_bodies.pvd has the surfaces of bodies and of balls of heat, where there are any.
 ///

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int new_file = O_RDWR | O_CREAT | O_EXCL;
 
-/// Of a checkpoint: the bytes of a file.
+/// In a checkpoint: number of bytes of a file.
 std::string table_of(const std::string& file) { return "output/tables/" + file; }
 
 [[noreturn]] void refuse(const std::string& path) {

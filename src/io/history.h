@@ -33,8 +33,8 @@ class History {
   void save(Hdf5File& checkpoint) const;
 
   /// Adds a row, one value a column in their order, with all digits. The values of rank 0 count. Collective.
-  /// @throws Error, on all ranks, when the file cannot be written: it keeps whole rows only; or when it has been
-  /// removed or replaced: all rows have been written again then, to `rescued_<name>` if another file is at its place;
+  /// @throws Error, on all ranks, when the file cannot be written: it keeps complete rows only; or when it has been
+  /// removed or replaced: then all rows have been written again, to `rescued_<name>` if another file is in its place;
   /// std::logic_error on a wrong number of values.
   void add(const std::vector<double>& values);
 

@@ -5,7 +5,7 @@
 namespace pellicle {
 inline namespace io {
 
-/// A file held open by its descriptor, which tells whether it is still the one at its path. Closed at the end.
+/// A file held open by its descriptor, which knows whether it is still the file at its path. Closed at the end.
 class OpenFile {
  public:
   OpenFile() = default;
@@ -26,13 +26,13 @@ class OpenFile {
 
   /// Bytes. @throws Error
   long long size() const;
-  /// All of it. @throws Error
+  /// The whole text of the file. @throws Error
   std::string text() const;
-  /// Adds a text to its end, or when that fails nothing of it. @throws Error
+  /// Adds a text to its end, or nothing of it if that fails. @throws Error
   void append(const std::string& text);
   /// Cuts it to so many bytes. @throws Error
   void truncate(long long size);
-  /// Makes a text all of it. @throws Error
+  /// Replaces its content by a text. @throws Error
   void overwrite(const std::string& text);
 
  private:

@@ -40,7 +40,7 @@ std::string text_of_file(const std::string& path) {
   return std::string((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
 }
 
-/// Whether a name can be that of a file of a run in the folder, or in a subfolder of it.
+/// Whether a name can be that of a file that a run writes in the folder, or in a subfolder of it.
 bool is_inside(const std::string& name) {
   const fs::path path(name);
   const auto parts = std::distance(path.begin(), path.end());
@@ -118,7 +118,7 @@ void OutputFolder::start() {
       open_list(Missing::make);
     }
     check_conflicts();
-    // The new record is written before the old one goes: a deck that a run has kept may be the one that is run.
+    // The new record is written before the old one is removed: a deck that a run has kept may be the one that is run.
     Files old = std::exchange(files_, {});
     write_record();
     for (const auto& [name, sums] : files_) {
@@ -132,7 +132,7 @@ void OutputFolder::start() {
       }
       file = stays ? old.erase(file) : std::next(file);
     }
-    Files series;  // go first, so that they never name frames that are gone
+    Files series;  // removed first, so that they never name frames that are gone
     for (const auto& [name, sums] : old) {
       if (fs::path(name).extension() == ".pvd") {
         series.emplace(name, sums);
@@ -164,7 +164,7 @@ void OutputFolder::open_list(Missing missing) {
   if (!list.is_open()) {
     throw Error("output.directory: " + path_of_list + " cannot be opened: " + std::strerror(list.error()));
   }
-  // A file system without locks gives another error: the run goes on without one.
+  // A file system without locks gives another error: then the run goes on without one.
   if (flock(list.descriptor(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     throw Error("output.directory: " + directory_ +
                 ": another run is writing there; expected a folder of its own, or that it has ended");
@@ -245,7 +245,7 @@ void OutputFolder::check_conflicts() const {
     }
   }
   for (const std::string& name : names) {
-    // A folder of this name belongs to the list, if there is one.
+    // A folder of this name belongs to the list, if a list exists.
     const bool is_foreign_parts = name == parts_name && files_.empty();
     const bool would_be_replaced = is_foreign_parts || record.count(name) > 0 || is_of_run(name);
     if (would_be_replaced && exists(path(name)) && (files_.count(name) == 0 || !is_file_inside(directory_, name))) {

@@ -16,18 +16,18 @@
 namespace pellicle {
 inline namespace io {
 
-/// The folder of a run: of one run at a time, and of runs of one name. `run_files.txt` in it lists every file that the
-/// run writes; the next run of this name removes what is listed there, and nothing else. The list is locked while the
-/// run goes on, by a lock of the system that ends with the process (on one machine, and between machines as far as
-/// their file system's locks reach).
+/// The folder of a run: used by one run at a time, and by runs of one name only. `run_files.txt` in it lists every file
+/// that the run writes; the next run of this name removes what is listed there, and nothing else. While the run goes on
+/// the list is locked, by a lock of the system that ends with the process (on one machine, and between machines as far
+/// as their file system supports locks).
 ///
 /// A file is made in the subfolder `run.part` and moved to its place when it is whole.
 class OutputFolder {
  public:
   /// Locks a folder that a run has used before. Writes nothing. Collective.
   /// @param record what the folder keeps of the run, as it is when the folder is started; must outlive the folder
-  /// @throws Error, on all ranks: another run goes on in the folder, or it is that of a run of another name, or a file
-  /// that this run would replace is there that no list names or that has been changed since
+  /// @throws Error, on all ranks: another run goes on in the folder, or it is that of a run of another name, or it has
+  /// a file that this run would replace and that no list names or that has been changed since
   OutputFolder(MPI_Comm comm, const OutputOptions& options, const RunRecord& record);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -37,8 +37,8 @@ class OutputFolder {
   /// Does nothing where it has been done. Collective. @throws Error, on all ranks
   void start();
 
-  /// Of the files of the run before, start() leaves those for which this holds: the run goes on with them. Before the
-  /// folder is started.
+  /// start() leaves those files of the run before for which this holds: the run goes on with them. To be called before
+  /// the folder is started.
   void keep(std::function<bool(const std::string& name)> stays) { stays_.push_back(std::move(stays)); }
 
   MPI_Comm comm() const { return comm_; }
@@ -64,7 +64,7 @@ class OutputFolder {
   void require_present();
 
  private:
-  /// Listed files by name; of a text the check sums that it may have.
+  /// Listed files by name; for a text the check sums that it may have.
   using Files = std::map<std::string, std::vector<std::string>>;
   enum class Missing { leave, make };
 

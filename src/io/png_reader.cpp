@@ -18,7 +18,7 @@ inline namespace io {
 
 namespace {
 
-/// libpng with what it says of a fault. Called through `run` alone, because libpng leaves a fault by longjmp.
+/// libpng, with its message about a fault. Called through `run` alone, because libpng leaves a fault by longjmp.
 class Decoder {
  public:
   Decoder() {

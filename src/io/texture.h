@@ -16,7 +16,7 @@ class Texture {
   static Texture read(MPI_Comm comm, const std::string& path);
 
   /// Value in [0, 1] at (u, v), bilinear between the centres of the pixels; v = 0 is the lower edge. Outside the
-  /// picture the value of its edge.
+  /// picture the value is that of its edge.
   double sample(double u, double v) const;
 
   int width() const { return width_; }

@@ -17,8 +17,8 @@ inline namespace meshing {
 
 namespace {
 
-/// k of a blend of radius 1. Two planes at a right angle, joined by the sum of exponentials, leave their corner as far
-/// aside, sqrt(2) ln(2) k, as a circle of that radius does, sqrt(2) - 1.
+/// k of a blend of radius 1. Two planes at a right angle, joined by the sum of exponentials, pass their corner at the
+/// distance sqrt(2) ln(2) k, and a circle of radius 1 passes it at sqrt(2) - 1.
 const double width_of_blend = (std::sqrt(2.0) - 1) / (std::sqrt(2.0) * std::log(2.0));
 
 bool has_two_ends(const BlobOptions& options) {
@@ -61,7 +61,7 @@ void require_valid(const std::string& key, const BlobOptions& options) {
   }
 }
 
-/// Of a point that is given along the solid's own axes.
+/// The distance at a point that is given along the solid's own axes.
 std::function<double(const Eigen::Vector3d&)> distance_function(const BlobOptions& options) {
   using Point = Eigen::Vector3d;
   const double r = options.radius;
@@ -177,7 +177,7 @@ Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   bounds_.max().array() += bulge;
 }
 
-/// Of a ball round the centre, or round each end, that holds the solid.
+/// The radius of a ball round the centre, or round each end, that holds the solid.
 double Blobs::Solid::reach() const {
   const BlobOptions& o = options;
   const double smooth = o.shape == BlobShape::box || o.shape == BlobShape::ellipsoid ? 0.5 * o.size.norm()
@@ -193,7 +193,7 @@ double Blobs::Solid::distance(const Eigen::Vector3d& point) const {
   if (o.relief > 0) {
     double wave = o.pitch > 0 ? std::cos(2 * pi * own.z() / o.pitch) : 1;
     if (o.flutes > 0) {
-      // On the axis the flutes meet, so they fade towards it.
+      // On the axis the flutes meet, so they are made to vanish there.
       const double r = own.head<2>().norm();
       const double fade = 0.3 * reach();
       wave *= std::cos(o.flutes * std::atan2(own.y(), own.x())) * r * r / (r * r + fade * fade);

@@ -63,7 +63,8 @@ class Blobs {
   /// About the distance from the surface near it [m].
   double operator()(const Eigen::Vector3d& point) const;
 
-  /// The first solid by name that is subtracted but reaches none of these points of the surface; empty: none such.
+  /// The first solid by name that is subtracted but reaches none of these points of the surface; empty if there is
+  /// none.
   std::string idle_cut(const std::vector<Eigen::Vector3d>& surface_points) const;
 
   /// A box that holds the whole surface.

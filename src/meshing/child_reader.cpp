@@ -144,22 +144,22 @@ SurfaceMesh unpacked(const std::string& bytes) {
   return mesh;
 }
 
-/// Seconds of CPU time after which a reader hangs: reading a megabyte takes far less than a second.
+/// Seconds of CPU time after which a reader counts as hung: reading a megabyte takes far less than a second.
 rlim_t longest_time(const std::string& path) {
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(path, unknown);
   return 20 + (unknown ? 0 : size / 200000);
 }
 
-/// Bytes that a reader may take: compressed files grow, but not without end.
+/// Bytes that a reader may take: compressed files grow, but within limits.
 double most_memory(const std::string& path) {
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(path, unknown);
   return std::min(available_memory(), 1e9 + 1000 * (unknown ? 0 : static_cast<double>(size)));
 }
 
-/// Sets the child apart from the run that it is a copy of: neither its signal handlers nor its output are the child's,
-/// and it may take no more than what is left.
+/// Separates the child from the run that it is a copy of: the child uses neither its signal handlers nor its output,
+/// and may take no more memory than what is left.
 void prepare_child(const std::string& path) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int signal = 1; signal < NSIG; ++signal) {

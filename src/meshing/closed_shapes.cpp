@@ -35,7 +35,7 @@ void wrap_uv(SurfaceMesh& mesh, const Height& height) {
     const double middle = std::atan2(centre.y(), centre.x());
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
     for (std::size_t k = 0; k < face.size(); ++k) {
-      // Seen from the middle of the face, so that a face at the seam stays on its side; a pole has the face's own u.
+      // Seen from the middle of the face, so that a face at the seam stays on its side; a pole gets the u of the face.
       const bool pole = std::hypot(at(k).x(), at(k).y()) < 1e-9 * at(k).norm();
       const double turn = pole ? 0 : std::remainder(std::atan2(at(k).y(), at(k).x()) - middle, 2 * pi);
       corners.emplace_back(std::clamp(0.5 + (middle + turn) / (2 * pi), 0.0, 1.0), height(at(k)));
@@ -64,7 +64,7 @@ SurfaceMesh icosahedron() {
   return mesh;
 }
 
-/// Of a point of the unit sphere the angle from the lowest one, 0 to 1.
+/// For a point of the unit sphere the angle from the lowest point, scaled to 0 to 1.
 double above_lowest(const Eigen::Vector3d& point) { return 1 - std::acos(std::clamp(point.z(), -1.0, 1.0)) / pi; }
 
 SurfaceMesh unit_icosphere(int level) {

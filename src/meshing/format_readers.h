@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace meshing {
 
-// One reader a format, behind read_mesh, which checks what all have in common (see there).
+// One reader for each format; read_mesh, which calls them, checks what all formats have in common (see there).
 SurfaceMesh read_obj(const std::string& path);
 SurfaceMesh read_off(const std::string& path);
 SurfaceMesh read_gmsh(const std::string& path);
@@ -20,7 +20,7 @@ SurfaceMesh read_vtp(const std::string& path);
 SurfaceMesh read_vtu(const std::string& path);
 SurfaceMesh read_vtk(const std::string& path);
 
-/// Of one face. Each takes memory for every face of it; a longer list is no list of groups.
+/// Most groups of one face. Each takes memory for every face of it; a longer list is not a list of groups.
 constexpr std::size_t most_groups = 100;
 
 /// Sorts the points of the groups, each of which then occurs once.

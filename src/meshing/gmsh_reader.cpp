@@ -48,7 +48,7 @@ class GmshReader {
 
  private:
   int integer(const char* expected) { return file_.integer(file_.next_word(expected), expected); }
-  /// Of items that take at least as many bytes each.
+  /// A number of items that take at least this many bytes each.
   int count(const char* expected, std::size_t bytes) { return file_.count(file_.next_word(expected), expected, bytes); }
   double number(const char* expected) { return file_.number(file_.next_word(expected), expected); }
 
@@ -222,8 +222,8 @@ class GmshReader {
 
 }  // namespace
 
-// PETSc's reader of 3.18 dies on a node number that the file does not have, mixes up groups of different dimensions
-// that have one number, takes parts of the model for groups (version 2.2), and puts triangles before quads.
+// PETSc's reader of 3.18 crashes on a node number that the file does not have, confuses groups of different dimensions
+// that have the same number, takes parts of the model for groups (version 2.2), and puts triangles before quads.
 SurfaceMesh read_gmsh(const std::string& path) { return GmshReader(path).read(); }
 
 }  // namespace meshing

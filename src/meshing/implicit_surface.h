@@ -15,7 +15,7 @@ struct ImplicitSurface {
   std::function<double(const Eigen::Vector3d&)> value;  ///< about the distance [m], near the surface
   Eigen::AlignedBox3d bounds;                           ///< holds the whole surface
 
-  /// By differences, from the value at the point.
+  /// The gradient at a point, by differences from the value there.
   Eigen::Vector3d gradient(const Eigen::Vector3d& point, double value_there) const;
   /// One Newton step towards the surface, along the gradient, no longer than `longest`. @returns what is to be added
   Eigen::Vector3d step_onto(const Eigen::Vector3d& point, double longest) const;

@@ -88,7 +88,7 @@ const Eigen::Vector3d& corner_point(const SurfaceMesh& mesh, std::size_t face, s
   return mesh.points[static_cast<std::size_t>(points[corner % points.size()])];
 }
 
-/// Keeps the marked faces.
+/// Keeps the marked faces and removes the others.
 void keep_faces(SurfaceMesh& mesh, const std::vector<bool>& keep) {
   SurfaceMesh kept;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -109,7 +109,8 @@ void keep_faces(SurfaceMesh& mesh, const std::vector<bool>& keep) {
   mesh.face_fields = std::move(kept.face_fields);
 }
 
-/// Corners that repeat the corner before them go, and faces of which fewer than three are left. @returns how many went.
+/// Removes corners that repeat the corner before them, and faces of which fewer than three corners are left. @returns
+/// how many faces were removed.
 int remove_collapsed_faces(SurfaceMesh& mesh) {
   std::vector<bool> keep(mesh.faces.size(), true);
   int removed = 0;
@@ -140,13 +141,14 @@ int remove_collapsed_faces(SurfaceMesh& mesh) {
   return removed;
 }
 
-/// Of faces with the same points in the same order, or the reverse, the first stays. @returns how many went.
+/// Of faces with the same points in the same order, or the reverse, only the first stays. @returns how many were
+/// removed.
 int remove_repeated_faces(SurfaceMesh& mesh) {
   std::set<std::vector<int>> seen;
   std::vector<bool> keep(mesh.faces.size());
   int removed = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    // One spelling for all: from the lowest point number towards its lower neighbour.
+    // Puts all into one form: from the lowest point number towards its lower neighbour.
     std::vector<int> face = mesh.faces[f];
     std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
     if (face.back() < face[1]) {
@@ -179,8 +181,8 @@ int remove_unused_points(SurfaceMesh& mesh) {
   return unused;
 }
 
-/// Sum of six times the volumes between the first point and the fan of each face of a piece, and its scale: what counts
-/// as no volume. Faces for which `reversed` is true count the other way round.
+/// Six times the sum of the volumes between the first point and the fan of each face of a piece, and its scale, to
+/// judge what counts as no volume. Faces for which `reversed` is true count the other way round.
 template <class Reversed>
 std::array<double, 2> six_volumes(const SurfaceMesh& mesh, const std::vector<int>& piece, const Reversed& reversed) {
   double sum = 0;
@@ -276,7 +278,7 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
 /// Collects the faults that cannot be repaired, as parts of one line.
 class Faults {
  public:
-  /// `names` are those of the elements; the first few are said.
+  /// `names` are those of the elements; the first few are listed.
   void add(const std::string& singular, const std::string& plural, const std::vector<std::string>& names) {
     if (names.empty()) {
       return;
@@ -410,7 +412,7 @@ std::vector<std::array<int, 3>> split_faces(const SurfaceMesh& mesh, const std::
   return triangles;
 }
 
-/// @throws Error if very many triangles meet at a point: DMPlex takes the square of their number in time.
+/// @throws Error if very many triangles meet at a point: the time of DMPlex grows with the square of their number.
 void require_few_at_each_point(const SurfaceMesh& mesh, const std::vector<std::array<int, 3>>& triangles,
                                const std::string& name) {
   constexpr int most = 10000;

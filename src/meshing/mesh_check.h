@@ -9,7 +9,7 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// What a mesh is like, and what was repaired.
+/// What a mesh is like, and what was repaired in it.
 struct MeshReport {
   std::string name;
   int points = 0;
@@ -43,7 +43,7 @@ struct MeshReport {
   std::string size() const;                                     ///< size and topology
   std::string summary() const { return name + ": " + size(); }  ///< in one line
   std::string quality() const;                                  ///< one line on the shape of the faces
-  /// One line on each kind of repair and on each thing that a run may not survive.
+  /// One line on each kind of repair, and on each property with which a run may fail.
   std::vector<std::string> remarks() const;
 };
 
@@ -56,10 +56,10 @@ void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
 enum class Duplicates { merge, keep };
 
 /// Checks a mesh (require_coordinates, then what follows) and repairs what can be repaired without a choice:
-/// points at exactly the same place are merged (unless kept); corners of a face that name one point in succession
-/// become one, and what is then no polygon goes; a face that repeats another goes; points of no face go; faces are
-/// flipped so that neighbours agree, the smaller part of each open piece; those of a closed piece so that they face
-/// outward.
+/// points at exactly the same place are merged (unless kept); corners of a face that name the same point in succession
+/// become one, and a face that is then no polygon is removed; faces that repeat another and points of no face are
+/// removed; faces are flipped so that neighbours agree, in each open piece the smaller part, in each closed piece so
+/// that all face outward.
 ///
 /// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
 /// Not collective.

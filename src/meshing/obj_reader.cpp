@@ -22,9 +22,9 @@ int resolve(const TextFile& file, std::string_view word, std::size_t count, cons
 
 }  // namespace
 
-// Point and texture numbers of a face may only name what stands above it.
+// Point and texture numbers of a face may only refer to lines above it.
 SurfaceMesh read_obj(const std::string& path) {
-  // Normals, materials, smoothing and whatever is no surface is not for us.
+  // Normals, materials, smoothing and everything that is not a surface is ignored.
   static const std::set<std::string_view> ignored{"vn",       "o",        "s",          "mtllib",   "usemtl", "usemap",
                                                   "maplib",   "bevel",    "lod",        "mg",       "l",      "p",
                                                   "c_interp", "d_interp", "shadow_obj", "trace_obj"};
@@ -37,7 +37,7 @@ SurfaceMesh read_obj(const std::string& path) {
     const std::vector<std::string_view>& words = file.words();
     const std::string_view keyword = words.front();
     if (keyword == "v") {
-      // x y z, then a weight or a colour that is not for us.
+      // x y z, then a weight or a colour, which is ignored.
       if (words.size() < 4 || words.size() > 8) {
         file.fail(std::to_string(words.size() - 1) + " coordinates, expected 3");
       }
@@ -85,7 +85,7 @@ SurfaceMesh read_obj(const std::string& path) {
         mesh.uv.push_back(std::move(uv));
       }
     } else if (keyword == "g") {
-      // A name given twice is one; more would be no list of names, and each takes memory for every face.
+      // A name given twice counts once; very many are no list of names, and each takes memory for every face.
       const std::set<std::string_view> different(words.begin() + 1, words.end());
       if (different.size() > most_groups) {
         file.fail(std::to_string(different.size()) + " groups for one face, expected at most " +

@@ -27,7 +27,7 @@ struct NumberType {
   std::size_t size;  ///< [bytes]
 };
 
-/// What a property is to us; of an element, each is there once at most.
+/// What a property means to the reader; an element has each at most once.
 enum class Role { none, x, y, z, u, v, corners, texture };
 
 /// A number, or with a count type a list of numbers, that every item of an element has.
@@ -76,12 +76,12 @@ Role role_of(std::string_view element, std::string_view property, bool is_list) 
   return role == roles.end() ? Role::none : role->second;
 }
 
-/// Whether what is counted has what we need of it, and whether there is room for it in the file.
+/// Whether what is counted has the properties that are needed, and whether the file has room for it.
 void check_elements(const TextFile& file, const Header& header) {
   for (const Element& element : header.elements) {
     std::size_t bytes = 0;
     for (const Property& property : element.properties) {
-      // As text a digit and a blank; an empty list has its count alone.
+      // As text a digit and a blank; an empty list has only its count.
       bytes += header.format == Format::ascii ? 2 : property.count_type.value_or(property.type).size;
     }
     if (element.count > 0 && bytes == 0) {

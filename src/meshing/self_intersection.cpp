@@ -15,7 +15,7 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-/// What Eigen's traversal of two box trees asks, by its names.
+/// What Eigen's traversal of two trees of boxes calls; the names are Eigen's.
 struct PairCounter {
   const std::vector<std::array<int, 3>>& triangles;
   const std::vector<Eigen::Vector3d>& points;
@@ -25,7 +25,7 @@ struct PairCounter {
   std::array<int, 2> first{-1, -1};
 
   // NOLINTBEGIN(readability-identifier-naming)
-  /// Every descent asks this of its pair: without any left, the traversal soon ends.
+  /// Every descent asks this of its pair: when no pairs are left, the traversal soon ends.
   bool intersectVolumeVolume(const Box& a, const Box& b) { return pairs_left-- > 0 && a.intersects(b); }
   bool intersectVolumeObject(const Box& a, int b) {
     return intersectVolumeVolume(a, boxes[static_cast<std::size_t>(b)]);

@@ -16,8 +16,8 @@ inline namespace meshing {
 
 namespace {
 
-// The cut, laid flat: as shares of the torso's width, and the sleeves' width as a share of the height. With the figures
-// of fit() they are found by trial: they make the edges most alike.
+// The cut, laid flat: shares of the torso's width, and the sleeves' width as a share of the height. These, and the
+// figures of fit(), were found by trial: they make the edges most alike.
 constexpr double sleeve_length = 0.42;
 constexpr double sleeve_width = 0.30;
 constexpr double shoulder_length = 0.32;  // of each, so that the neck has the rest

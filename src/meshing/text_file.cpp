@@ -19,7 +19,7 @@ TextFile::TextFile(const std::string& path, Syntax syntax)
   if (!stream_ || failure) {
     throw Error(path + ": cannot be opened for reading");
   }
-  // Some editors put a mark of the encoding in front of a text.
+  // Some editors put a byte order mark in front of a text.
   std::string mark(3, '\0');
   if (!stream_.read(mark.data(), 3) || mark != "\xEF\xBB\xBF") {
     stream_.clear();

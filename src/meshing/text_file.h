@@ -13,7 +13,7 @@ inline namespace meshing {
 /// that an error can name it. Words are separated by blanks.
 class TextFile {
  public:
-  /// What a format makes of some characters.
+  /// The meaning of some characters in a format.
   struct Syntax {
     bool comments = false;       ///< `#` starts a comment
     bool continuations = false;  ///< a backslash at the end of a line joins the next one to it
@@ -28,7 +28,7 @@ class TextFile {
   const std::vector<std::string_view>& words() const { return words_; }
   /// Next word, on whichever line it stands. @throws Error at the end of the file; `expected` names what was due.
   std::string_view next_word(const char* expected);
-  /// Leaves out the unread words of the present line.
+  /// Skips the unread words of the present line.
   void skip_line() { used_ = words_.size(); }
   /// How many words of the present line next_word has not given yet.
   std::size_t words_left() const { return words_.size() - used_; }
@@ -37,7 +37,7 @@ class TextFile {
   double number(std::string_view word, const char* expected) const;
   /// An integer. @throws Error naming file, line, word and `expected`.
   int integer(std::string_view word, const char* expected) const;
-  /// A number of items, each of which takes at least `bytes` of the file: so that a count that is wrong is found before
+  /// A number of items, each of which takes at least `bytes` of the file, so that a wrong count is found before
   /// anything is allocated for it. @throws Error naming file, line, word and `expected`.
   int count(std::string_view word, const char* expected, std::size_t bytes) const;
   /// @throws Error "FILE:LINE: message".

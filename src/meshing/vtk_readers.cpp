@@ -37,7 +37,7 @@ inline namespace meshing {
 
 namespace {
 
-/// Collects what VTK's readers complain of, which they print and then go on.
+/// Collects the complaints of VTK's readers, which would print them and then go on.
 class MessageCatcher : public vtkOutputWindow {
  public:
   static MessageCatcher* New();
@@ -58,7 +58,7 @@ std::string sentence(std::string text) {
   text.erase(0, object == std::string::npos ? 0 : object + 3);
   text.erase(0, text.find_first_not_of("\r\n "));
   text.erase(std::min(text.size(), text.find_first_of("\r\n")));
-  // Said of a reader by the program that runs it, with addresses in memory.
+  // Messages about a reader by the program that runs it, with addresses in memory.
   return text.find("returned failure for request") == std::string::npos ? text : "its reader fails";
 }
 
@@ -88,8 +88,8 @@ CellCounts announced_cells(const std::string& path) {
       std::string word;
       words >> word >> word >> word >> version;
     } else if (sections.count(keyword) != 0 && words >> section.cells >> section.corners) {
-      // Since version 5 the first number is that of offsets, one more than there are cells; before it, the second one
-      // counts the numbers of corners too.
+      // Since version 5 the first number is the number of offsets, one more than there are cells; before it, the second
+      // one includes the numbers of corners.
       constexpr int with_offsets = 5;
       sum.cells += version >= with_offsets ? std::max<vtkIdType>(section.cells - 1, 0) : section.cells;
       sum.corners += version >= with_offsets ? section.corners : section.corners - section.cells;
@@ -106,7 +106,7 @@ std::vector<vtkCellArray*> cell_arrays(vtkDataSet* data) {
   return grid != nullptr ? std::vector<vtkCellArray*>{grid->GetCells()} : std::vector<vtkCellArray*>{};
 }
 
-/// VTK's readers go by counts and offsets that the file gives, even beyond the end of what it holds.
+/// VTK's readers trust the counts and offsets that the file gives, even beyond the end of its data.
 /// @throws Error unless the corners of each cell lie within the list of corners, and cells and corners of a legacy file
 /// are as many as it announces
 void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
@@ -207,7 +207,7 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
   return mesh;
 }
 
-/// A binary STL file is 80 bytes of text, the number of facets, and 50 bytes each. VTK takes what is there.
+/// A binary STL file is 80 bytes of text, the number of facets, and 50 bytes each. VTK reads as many as there are.
 void check_stl_size(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   const std::string content{std::istreambuf_iterator<char>(stream), {}};

@@ -5,11 +5,12 @@
 namespace pellicle {
 inline namespace meshing {
 
-/// Numbers the points anew: point i becomes `target[i]`, or goes if that is negative. Of several points with one new
-/// number the first gives the position. Faces, groups and point_id follow.
+/// Renumbers the points: point i becomes `target[i]`, or is removed if that is negative. If several points get the same
+/// new number the first gives the position. Faces, groups and point_id follow.
 void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target);
 
-/// Makes one point of all that have exactly the same position, the one with the lowest number. @returns how many went.
+/// Merges all points that have exactly the same position into the one with the lowest number. @returns how many were
+/// removed.
 int weld(SurfaceMesh& mesh);
 
 }  // namespace meshing

@@ -45,7 +45,7 @@ class RowType {
 };
 
 /// The messages between the owners of a layout's items and the ranks that have them as ghosts: one PetscSF, for values
-/// of every type. Values lie in the order of the local numbers.
+/// of any type. Values lie in the order of the local numbers.
 class GhostExchange {
  public:
   /// Collective.
@@ -53,8 +53,8 @@ class GhostExchange {
 
   PetscInt owned() const { return owned_; }
 
-  /// Copies the owners' values to the ghosts; between the two calls the values may not be touched. Others may be on
-  /// their way at the same time. Collective.
+  /// Copies the owners' values to the ghosts; between the two calls the values may not be changed. Several exchanges
+  /// may be under way at the same time. Collective.
   /// @param type of one item's value, which occupies `bytes`
   void begin_copy(MPI_Datatype type, std::size_t bytes, void* values) const;
   void end_copy(MPI_Datatype type, std::size_t bytes, void* values) const;
@@ -106,7 +106,7 @@ class GhostCopy<std::vector<bool>> {
 
 inline void update_ghosts(const Layout&) {}
 
-/// Copies the owners' values to the ghosts, in any number of fields at once. Collective.
+/// Copies the owners' values to the ghosts, for any number of fields at once. Collective.
 /// @param fields vectors of any plain type with a value for each local item, or a Field (parallel/field.h)
 template <class First, class... Others>
 void update_ghosts(const Layout& layout, First& first, Others&... others) {
@@ -115,8 +115,8 @@ void update_ghosts(const Layout& layout, First& first, Others&... others) {
   copy.finish();
 }
 
-/// Sets the owners' flags that are set at any ghost of the item; the ghosts keep theirs. Collective.
-/// @param flags of each local item: a type that consists of bool alone
+/// Sets the owner's flag of an item where any of its ghosts has the flag set; the ghosts keep theirs. Collective.
+/// @param flags of each local item: a type that consists of bools only
 template <class Flags>
 void gather_flags(const Layout& layout, std::vector<Flags>& flags) {
   static_assert(std::is_trivially_copyable_v<Flags> && sizeof(bool) == 1, "flags are combined byte by byte");

@@ -13,7 +13,7 @@ inline namespace parallel {
 /// same layout and components; otherwise it is move-only.
 class Field {
  public:
-  /// A view of all local values, ghosts last, (components x local), which cannot change their number.
+  /// A view of all local values, ghosts last, (components x local); it cannot change their number.
   using Values = Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax>;
   using ConstValues = Eigen::Map<const Eigen::MatrixXd, Eigen::AlignedMax>;
 

@@ -8,8 +8,8 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// Several layouts numbered through as one. A rank has the owned items of all parts, one part after the other, and then
-/// their ghosts in the same order: what is up to date in the parts is so in the whole.
+/// Several layouts joined under one numbering. A rank has the owned items of all parts, one part after the other, and
+/// then their ghosts in the same order: values that are up to date in the parts are so in the whole.
 class JoinedLayout {
  public:
   /// Collective. @param parts at least one, of the same communicator
@@ -27,7 +27,7 @@ class JoinedLayout {
   /// First of the owned items of a part.
   PetscInt first_owned(std::size_t part) const { return owned_[part].first; }
 
-  /// Copies values of a part, ghosts too, into those of the whole. Not collective.
+  /// Copies values of a part, ghosts included, into those of the whole. Not collective.
   void put(std::size_t part, const Field& of_part, Field& whole) const;
   /// The other way.
   void take(std::size_t part, const Field& whole, Field& of_part) const;

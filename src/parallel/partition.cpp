@@ -13,7 +13,8 @@ inline namespace parallel {
 
 namespace {
 
-/// What a graph's cells and neighbourhoods weigh, and the share of it that each part is to have; empty: all alike.
+/// Weights of a graph's cells and neighbourhoods, and the share of the whole that each part is to have; empty: all
+/// equal.
 struct Weights {
   std::vector<idx_t> cells;
   std::vector<idx_t> neighbours;
@@ -41,7 +42,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
   options[METIS_OPTION_SEED] = 0;
   weights.cells.resize(static_cast<std::size_t>(cells), 1);
   for (idx_t& weight : weights.cells) {
-    weight *= 20;  // METIS takes whole ones, and finds 3 cells and none as even as 2 and 1.
+    weight *= 20;  // METIS wants integers, and takes 3 cells and none for as even as 2 and 1.
   }
   const int status =
       method(&cells, &constraints, graph.offsets.data(), graph.neighbours.data(), weights.cells.data(), nullptr,
@@ -53,7 +54,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
   return part;
 }
 
-/// Joins each cell that is still alone with its neighbours that are, 5 at most. @returns the group of each cell
+/// Joins each cell that is still alone with at most 5 neighbours that are. @returns the group of each cell
 std::vector<int> small_groups(const CellGraph& graph, int& count) {
   constexpr int most = 5;
   std::vector<int> group(static_cast<std::size_t>(graph.cells()), -1);
@@ -125,8 +126,8 @@ CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group,
   return coarse;
 }
 
-/// Regions of so many patches each, in a third of the time that bisecting the graph itself takes: METIS coarsens it
-/// anew for each bisection, here that of small groups of cells.
+/// Regions of so many patches each, in a third of the time that bisecting the graph itself takes: METIS coarsens the
+/// graph anew for each bisection, here only that of small groups of cells.
 std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>& patches) {
   int count = 0;
   const std::vector<int> group = small_groups(graph, count);

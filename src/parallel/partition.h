@@ -17,8 +17,8 @@ struct CellGraph {
 /// fewer cells than parts. Serial.
 std::vector<int> partition_with_metis(CellGraph graph, int parts);
 
-/// The same for patches of some ten cells, by bisection, first in regions of some patches: for so many parts that takes
-/// a quarter of the time and cuts a twentieth more edges.
+/// The same for patches of about ten cells, by bisection, first into regions of several patches: for so many parts this
+/// takes a quarter of the time and cuts a twentieth more edges.
 std::vector<int> split_in_patches(CellGraph graph, int patches);
 
 }  // namespace parallel

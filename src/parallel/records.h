@@ -10,7 +10,8 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// Records of the same number of bytes, one an item: what travels with particles and cells without being looked at.
+/// Records of the same number of bytes, one for each item: data that travel with particles and cells without being
+/// interpreted.
 class Records {
  public:
   Records() = default;
@@ -64,7 +65,7 @@ class Records {
     }
     return chosen;
   }
-  /// Adds records of as many bytes behind these.
+  /// Adds records of the same size behind these.
   void append(const Records& others) {
     count_ += others.count_;
     data_.insert(data_.end(), others.data_.begin(), others.data_.end());

@@ -9,8 +9,8 @@
 namespace pellicle {
 inline namespace parallel {
 
-/// Sends items to ranks of their own choice, and answers back. What arrives lies in the order of the ranks that sent
-/// it, and of one rank in the order in which that has it.
+/// Sends items to ranks of the caller's choice, and answers back. What arrives is in the order of the sending ranks,
+/// and within a rank in that rank's own order.
 class Route {
  public:
   /// Collective.

@@ -11,7 +11,7 @@ inline namespace prism {
 
 /// Damping in a step as a potential, c (x - x_v).C (x - x_v) / 2, where c (x - x_v) is the velocity and
 /// C = mass_damping M + stiffness_damping K (balloon paper, eq. 18). K is the elements' stiffness, at positions fixed
-/// in the step, without what would give one of them negative eigenvalues. Nothing here communicates.
+/// in the step, without the part that would give one of them negative eigenvalues. Nothing here communicates.
 class DampingPotential : public Potential {
  public:
   /// Elements and masses must outlive it. @param mass of the owned vertices [kg]

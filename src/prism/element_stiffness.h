@@ -19,7 +19,7 @@ class ElementStiffness {
   virtual void update(const Field& positions, const std::vector<double>& thickness_ratio,
                       const std::vector<double>& pressure) = 0;
 
-  /// Adds factor K w to `result`, both (3 x local); what ghosts get is a part of the whole only.
+  /// Adds factor K w to `result`, both (3 x local); ghosts get only a part of their sum.
   virtual void add_product(double factor, const double* w, double* result) const = 0;
 
   /// Adds factor times the blocks of K, nine for each local element: corners (0, 0), (0, 1), ..., (2, 2) [N/m].

@@ -57,11 +57,11 @@ GradientElement gradient_element(const Material& material, ThicknessRule rule, c
   const Eigen::Matrix2d green = element.gradient.leftCols<2>().transpose() * element.gradient.leftCols<2>();
   const double c = ratio * ratio;
   const EnergyDensity psi = energy_density(material, green.trace(), green.determinant(), c);
-  // S across the wall is 2 dpsi/dc, which the constant volume balances where it is kept.
+  // S across the wall is 2 dpsi/dc; if the volume is kept constant, that balances it.
   const double p = rule == ThicknessRule::incompressible ? 2 * psi.gradient[2] * c : 0;
   element.shear = shear_moduli(psi, p, green, c);
 
-  // In the plane U(a) says all: dU = V/2 S : dC.
+  // In the plane U(a) suffices: dU = V/2 S : dC.
   const Eigen::Matrix3d inverse = cauchy_green_of_metric(rest).inverse();
   const Eigen::Vector3d s = 2 / rest.volume * inverse.transpose() * energy.gradient;
   element.stress << s[0], half_root * s[2], 0, half_root * s[2], s[1], 0, 0, 0, 2 * psi.gradient[2] - p / c;

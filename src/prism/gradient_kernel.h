@@ -7,9 +7,9 @@
 namespace pellicle {
 inline namespace prism {
 
-// The prism element as the balloon paper has it (eq. 2 to 11): its deformation gradient is stored, stress and the
-// action of the tangent are made of it. In exact arithmetic with the director varied the same as `metric_energy`, which
-// needs less. Axes of the undeformed element: those of `inverse_edges`, and its normal.
+// The prism element as the balloon paper has it (eq. 2 to 11): its deformation gradient is stored, and stress and the
+// action of the tangent follow from it. With the director varied it is in exact arithmetic the same as `metric_energy`,
+// which needs less. Axes of the undeformed element: those of `inverse_edges`, and its normal.
 
 /// How the tangent treats the director.
 enum class Director {

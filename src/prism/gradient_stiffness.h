@@ -10,8 +10,8 @@
 namespace pellicle {
 inline namespace prism {
 
-/// The stiffness from the stored deformation gradient, element by element: the balloon paper's way (eq. 11), to compare
-/// with.
+/// The stiffness from the stored deformation gradient, element by element: the balloon paper's way (eq. 11), for
+/// comparison.
 class GradientStiffness : public ElementStiffness {
  public:
   /// Elements must outlive it.

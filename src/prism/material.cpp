@@ -88,7 +88,7 @@ EvenPower even_power(double b, double z, double log_plus, double log_minus) {
 void add_ogden(const Material& material, double t, double d, double c, EnergyDensity& psi) {
   const double rest = 4 * d / (t * t);  // 1 - y
   const double y = 1 - rest;
-  // Below, the closed form would lose digits: h'' about 1e-16/z^3 of them. The series needs some 14 terms at most.
+  // Below this the closed form would lose digits: h'' about 1e-16/z^3 of them. The series needs some 14 terms at most.
   const bool nearly_equal = y < 0.04;
   const double z = nearly_equal ? 0 : std::sqrt(y);
   const double log_plus = nearly_equal ? 0 : std::log1p(z);

@@ -26,7 +26,7 @@ struct Material {
   std::vector<double> ogden_mu;     ///< [Pa]
   std::vector<double> ogden_alpha;  ///< exponents, as many
   bool wrinkles = false;            ///< metric_energy is relaxed: by tension field, see there
-  double tension = 0;               ///< of one that wrinkles: stress of the undeformed wall, see there [Pa]
+  double tension = 0;               ///< if it wrinkles: stress of the undeformed wall, see metric_energy [Pa]
 };
 
 inline const std::vector<std::string>& names_of(Material::Law) {
@@ -34,7 +34,7 @@ inline const std::vector<std::string>& names_of(Material::Law) {
   return names;
 }
 
-/// What a material is at small strain.
+/// The moduli of a material at small strain.
 struct SmallStrainModuli {
   double shear = 0;   ///< mu [Pa]
   double lambda = 0;  ///< Lame's first parameter [Pa]

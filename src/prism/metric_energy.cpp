@@ -75,7 +75,7 @@ InPlaneState in_plane_state(const Material& material, ThicknessRule rule, double
   return {in_plane_density(energy_density(material, t, d, c), rule, d), c};
 }
 
-/// f(x, y) = psi(x + y, x y) of the squared principal stretches x >= y, with derivatives.
+/// f(x, y) = psi(x + y, x y) of the squared principal stretches x >= y, with its derivatives.
 struct PrincipalDensity {
   double x, y, xx, xy, yy;
 };

@@ -14,7 +14,7 @@ inline namespace prism {
 
 /// How the wall's thickness changes while the element deforms.
 enum class ThicknessRule {
-  fixed,           ///< c given (also the paper's way, "global": c is no unknown of the solve)
+  fixed,           ///< c is given (also the paper's way, "global": c is no unknown of the solve)
   incompressible,  ///< the element keeps its volume: c = 1/det of the in-plane block
   plane_stress     ///< the stress across the wall vanishes: dpsi/dc = 0
 };
@@ -50,33 +50,34 @@ struct MetricEnergy {
   double thickness_ratio = 1;  ///< h/h0 = sqrt(c)
 };
 
-/// Of a material that wrinkles it is the relaxed energy of tension-field theory, for a wall so thin that it bears no
+/// For a material that wrinkles it is the relaxed energy of tension-field theory, for a wall so thin that it bears no
 /// compression (Pipkin, The relaxed energy density for isotropic elastic membranes, IMA J. Appl. Math. 36, 1986;
-/// Steigmann, Tension-field theory, Proc. R. Soc. Lond. A 429, 1990). With the principal stretches l1 >= l2, and w(l1)
-/// the width l2 at which there is no stress across the tension: where l2 >= w it is what it was (taut); where l1 > 1
-/// and l2 < w that at (l1, w), uniaxial tension (wrinkled); where l1 <= 1 and l2 < w 0 (slack), its derivatives too.
-/// The thickness is that of the wall in its wrinkles. Not for a thickness that is given and not 1. Material::tension T
-/// adds T (tr C - 2)/2, a second Piola-Kirchhoff stress T in all directions, which leaves nothing without stiffness.
+/// Steigmann, Tension-field theory, Proc. R. Soc. Lond. A 429, 1990). Let l1 >= l2 be the principal stretches, and
+/// w(l1) the l2 at which there is no stress across the tension. If l2 >= w (taut) the energy stays as it is; if l1 > 1
+/// and l2 < w (wrinkled) it is the energy at (l1, w), uniaxial tension; if l1 <= 1 and l2 < w (slack) it is 0, and so
+/// are its derivatives. The thickness is that of the wall in its wrinkles. Not available for a given thickness other
+/// than 1. Material::tension T adds T (tr C - 2)/2, a second Piola-Kirchhoff stress T in all directions, so that no
+/// state is without stiffness.
 ///
-/// Infinite energy and nothing finite else where the element has collapsed (no area) or, for plane_stress, no thickness
-/// balances it.
+/// The energy is infinite and nothing else finite where the element has collapsed (no area) or, for plane_stress, no
+/// thickness gives zero stress across the wall.
 /// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
                            const Eigen::Vector3d& a, double given_ratio);
 
-/// Operations of metric_energy, as energy_density_flops counts them; those that seek the thickness of plane_stress are
-/// left out.
+/// Operations of metric_energy, counted as in energy_density_flops; those of the search for the thickness of
+/// plane_stress are left out.
 int metric_energy_flops(const Material& material, ThicknessRule rule);
 
-/// What an element matrix is made of: gradient and Hessian by a, exact or their positive part.
+/// What an element matrix is made from: gradient and Hessian by a, exact or their positive part.
 struct MetricTangent {
   Eigen::Vector3d gradient;  ///< [J/m^2]
   Eigen::Matrix3d hessian;   ///< [J/m^4], symmetric
 };
 
-/// The part of the tangent that keeps every element positive semi-definite: for the geometric stiffness the gradient
+/// The part of the tangent that keeps every element positive semi-definite: the geometric stiffness uses the gradient
 /// with compressive principal stresses (second Piola-Kirchhoff) left out, and the Hessian, as stiffness in orthonormal
-/// undeformed axes, without negative eigenvalues. The exact ones where there is nothing to leave out.
+/// undeformed axes, is used without negative eigenvalues. Where there is nothing to leave out it is the exact tangent.
 MetricTangent positive_part(const MetricEnergy& energy, const RestMetric& rest);
 
 }  // namespace prism

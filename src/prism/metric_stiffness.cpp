@@ -94,7 +94,7 @@ void multiply_plain(const StiffnessBatch* batches, std::size_t count, double fac
 }
 #endif
 
-/// The fastest that this processor can run.
+/// The fastest variant that this processor can run.
 Multiply fastest_multiply() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
@@ -152,7 +152,8 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
                              const std::vector<double>& pressure) {
   const auto& triangles = elements_->membrane().triangles;
   static const PetscLogEvent event = log_event("PrismStiffness");
-  // Scaled entries, and the tests of positive_part; what it does where there is something to leave out is not counted.
+  // Scaled entries, and the tests of positive_part; the work that it does where there is something to leave out is not
+  // counted.
   const double by_element = 3 + 2 * 6 + 1 + (left_out_ > 0 ? 7 + 17 : 0);
   const LogScope scope(event, elements_->energy_flops() + by_element * static_cast<double>(triangles.size()));
   for (std::size_t e = 0; e < triangles.size(); ++e) {

@@ -9,7 +9,7 @@
 namespace pellicle {
 inline namespace prism {
 
-/// What the stiffness of eight elements is made of, side by side: a processor handles as many at once as it can.
+/// What the stiffness of eight elements is made from, side by side: a processor handles as many at once as it can.
 struct alignas(64) StiffnessBatch {
   static constexpr std::size_t lanes = 8;
 

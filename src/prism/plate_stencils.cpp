@@ -19,18 +19,19 @@ inline namespace prism {
 
 namespace {
 
-/// Squared singular values of a fit below this share of the largest: neighbours that do not tell the curvature.
+/// Squared singular values of a fit below this share of the largest count as zero: the neighbours do not determine the
+/// curvature.
 constexpr double negligible = 1e-4;
-/// Weight of a point beyond the neighbours, which is to tell only what they do not. In a net of squares that are cut by
-/// both diagonals moments then balance between the squares' corners and middles.
+/// Weight of a point beyond the neighbours, which is to add only what the neighbours do not determine. In a net of
+/// squares that are cut by both diagonals, moments then balance between the squares' corners and middles.
 constexpr double weight_beyond = 0.1;
 /// Neighbours with which a vertex needs no further points.
 constexpr std::size_t enough = 5;
-/// What is fitted has at most five terms: bounded matrices are multiplied without Eigen's blocked products, whose
-/// compilation takes a minute.
+/// What is fitted has at most five terms: small matrices of fixed bounds are multiplied without Eigen's blocked
+/// products, which take a minute to compile.
 using FittedTerms = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Eigen::Dynamic, 5>;
 using NormalMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5>;
-/// Cosine up to which a plane stands across the wall.
+/// Cosine up to which a plane counts as perpendicular to the wall.
 constexpr double across = 0.1;
 
 /// The rank that owns an item. @param firsts first item of each rank
@@ -50,7 +51,7 @@ PlateStencils::PlateStencils(const Membrane& membrane, const std::vector<Eigen::
   const Eigen::Matrix3Xd undeformed = rest.values();
   for (std::size_t k = 0; k < all.size(); ++k) {
     const auto vertex = static_cast<std::size_t>(number(all[k].centre));
-    // Of a vertex beyond the membrane's it is inside the wall that it matters to this rank.
+    // A vertex beyond the membrane's matters to this rank inside the wall only.
     const bool is_near = vertex < projectors.size();
     const bool has_one =
         add(all[k], is_near ? projectors[vertex] : Eigen::Matrix3d::Identity(), is_near && clamped[vertex], undeformed);
@@ -61,7 +62,7 @@ PlateStencils::PlateStencils(const Membrane& membrane, const std::vector<Eigen::
   }
 }
 
-/// In `reach_`.
+/// Number of a vertex in `reach_`.
 PetscInt PlateStencils::number(PetscInt global) const {
   const bool is_owned = global >= reach_.first && global < reach_.first + reach_.owned;
   return is_owned ? global - reach_.first : ghosts_.at(global);
@@ -301,7 +302,7 @@ void PlateStencils::add_corners(const PlateStencil& stencil, const std::vector<W
   for (const Wedge& wedge : wedges) {
     const Eigen::Vector3d to_next = rest.col(number(wedge.next)) - here;
     const Eigen::Vector3d to_previous = rest.col(number(wedge.previous)) - here;
-    // The triangle's plane is turned into the tangent plane on the shortest way.
+    // The triangle's plane is turned into the tangent plane by the smallest rotation.
     const Eigen::Matrix3d turn = rotation_between(to_next.cross(to_previous), stencil.normal);
     Eigen::Matrix2d edges;
     edges << axes_.transpose() * (turn * to_next), axes_.transpose() * (turn * to_previous);
@@ -310,7 +311,7 @@ void PlateStencils::add_corners(const PlateStencil& stencil, const std::vector<W
   corner_offsets_.push_back(corners_.size());
 }
 
-/// Finds weights and undeformed curvature. @returns whether the neighbours tell it
+/// Finds weights and undeformed curvature. @returns whether the neighbours determine it
 bool PlateStencils::fit(PlateStencil& stencil, const Eigen::Matrix3Xd& rest) {
   const bool is_mirrored = !stencil.mirror.isZero(0);
   const Eigen::Vector3d along = is_mirrored ? stencil.mirror : stencil.normal.unitOrthogonal();
@@ -320,7 +321,8 @@ bool PlateStencils::fit(PlateStencil& stencil, const Eigen::Matrix3Xd& rest) {
   for (Eigen::Index p = 0; p < count; ++p) {
     arms.col(p) = rest.col(points_[stencil.first + 1 + static_cast<std::size_t>(p)]) - rest.col(stencil.centre);
   }
-  // Coordinates in which the neighbours are as far all round: the fit does not depend on how long the triangles are.
+  // Coordinates in which the neighbours are equally far all round, so that the fit does not depend on how long the
+  // triangles are.
   Eigen::Matrix2Xd r = axes_.transpose() * arms;
   Eigen::Matrix2d moments = r.lazyProduct(r.transpose()) / static_cast<double>(count);
   if (is_mirrored) {

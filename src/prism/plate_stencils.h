@@ -21,11 +21,11 @@ using PlateCurvature = Eigen::Vector3d;
 /// quadratic surface is met exactly on any mesh. With the deformed positions and normal n the same sum is the second
 /// fundamental form in undeformed coordinates.
 ///
-/// Fewer than five neighbours do not tell the curvature: those that surround a vertex are joined by the points opposite
-/// to it across the sides between them.
+/// Fewer than five neighbours do not determine the curvature: if such neighbours surround a vertex, the points opposite
+/// to it across the sides between them are added.
 ///
-/// The normal is that of N = sum x_p x x_q over the sides (p, q) of a polygon: that of the neighbours, or where they do
-/// not surround the vertex that of vertex and neighbours.
+/// The normal is that of N = sum x_p x x_q over the sides (p, q) of a polygon: the neighbours, or where these do not
+/// surround the vertex the vertex and the neighbours.
 struct PlateStencil {
   PetscInt centre = 0;            ///< vertex
   std::size_t first = 0;          ///< of its points: the vertex, then its neighbours, in order round it
@@ -33,8 +33,8 @@ struct PlateStencil {
   std::size_t last = 0;           ///< one past the points beyond the neighbours, which come after them
   bool is_closed = true;          ///< neighbours surround it
   bool has_fixed_normal = false;  ///< the undeformed one: at a clamped edge, and where two planes of symmetry meet
-  /// Normal of a plane of symmetry in which an edge of the mesh lies, zero if none: the surface goes on beyond as its
-  /// mirror image.
+  /// Normal of a plane of symmetry in which an edge of the mesh lies, zero if there is none: the surface continues
+  /// beyond as its mirror image.
   Eigen::Vector3d mirror = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< undeformed
   PlateCurvature rest = PlateCurvature::Zero();       ///< of the undeformed surface [1/m]
@@ -49,9 +49,9 @@ struct PlateCorner {
       inverse;  ///< of the undeformed edges to the next vertex and the one before, in the stencil's axes [1/m]
 };
 
-/// The stencils of a wall, on the vertices that have one: those that triangles surround, if their points tell the
-/// curvature (are not all on a conic through the vertex), and at the wall's edge those that are clamped or in a plane
-/// of symmetry across the wall. Other edges are free of moments.
+/// The stencils of a wall, at the vertices that have one: those that triangles surround, if their points determine the
+/// curvature (do not all lie on a conic through the vertex), and at the wall's edge those that are clamped or in a
+/// plane of symmetry perpendicular to the wall. Other edges are free of moments.
 class PlateStencils {
  public:
   /// Collective. The membrane must outlive it.
@@ -60,13 +60,14 @@ class PlateStencils {
   PlateStencils(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors,
                 const std::vector<bool>& clamped);
 
-  /// The vertices of the membrane, and as further ghosts those that stencils with this rank's vertices have beyond.
+  /// The vertices of the membrane, and as additional ghosts those further vertices that stencils with this rank's
+  /// vertices have.
   const Layout& reach() const { return reach_; }
   /// Whether any rank has such further ghosts.
   bool goes_beyond() const { return goes_beyond_; }
-  /// Those of owned vertices, then those of others that have an owned vertex among their points.
+  /// The stencils of owned vertices, then those of others that have an owned vertex among their points.
   const std::vector<PlateStencil>& stencils() const { return stencils_; }
-  /// Of them, of owned vertices.
+  /// How many of them are of owned vertices.
   std::size_t owned() const { return owned_; }
   /// Points of all stencils: vertices of reach().
   const std::vector<PetscInt>& points() const { return points_; }

@@ -17,11 +17,11 @@ class PrismElements {
   /// Membrane and wall must outlive it.
   PrismElements(const Membrane& membrane, const Wall& wall);
 
-  /// What fire has made of the local elements, from here on: of undeformed lengths `length` times those of the wall,
-  /// and `stiffness` times the energy that they would have so. Without stiffness an element is gone: it has no energy
-  /// and its vertices may be anywhere. None: all are as the wall has them.
+  /// Sets what fire has made of the local elements, from here on: undeformed lengths are `length` times those of the
+  /// wall, and the energy is `stiffness` times that of such an element. An element without stiffness is gone: it has no
+  /// energy and its vertices may be anywhere. If both are empty all elements are as in the wall.
   void set_burnt(std::vector<double> stiffness, const std::vector<double>& length);
-  /// Of a local element, see set_burnt.
+  /// Stiffness of a local element, see set_burnt.
   double stiffness(std::size_t element) const { return stiffness_.empty() ? 1 : stiffness_[element]; }
   const RestMetric& rest(std::size_t element) const { return rest_.empty() ? wall_->rest[element] : rest_[element]; }
 

@@ -19,7 +19,7 @@ inline const std::vector<std::string>& names_of(NewtonEnd) {
   return names;
 }
 
-/// When the tangent is factorised: automatic: where iterations are slow.
+/// When the tangent is factorised. automatic: where iterations are slow.
 enum class PrismFactor { automatic, always, never };
 inline const std::vector<std::string>& names_of(PrismFactor) {
   static const std::vector<std::string> names{"auto", "always", "never"};
@@ -35,7 +35,7 @@ inline const std::vector<std::string>& names_of(ElementTangent) {
 
 /// The implicit step of a balloon (balloon paper, sections 4 and 6); solver options of PETSc have the prefix `prism_`.
 struct PrismOptions {
-  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  /// Prefix of PETSc's options for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "prism_";
   Choice<NewtonEnd> newton = NewtonEnd::converged;
   int max_iterations = 0;   ///< Newton iterations (snes_max_it); 0: see most_iterations
@@ -52,7 +52,7 @@ struct PrismOptions {
   double mass_damping = 20;       ///< C = mass_damping M + stiffness_damping K [1/s]
   double stiffness_damping = 0;   ///< [s]
 
-  /// Newton iterations of a step at most: `max_iterations`, or what follows from `newton`; fixed: the paper's 3.
+  /// Most Newton iterations of a step: `max_iterations`, or what follows from `newton`; fixed: the paper's 3.
   int most_iterations() const { return max_iterations > 0 ? max_iterations : newton == NewtonEnd::fixed ? 3 : 50; }
 };
 

@@ -13,7 +13,7 @@ inline namespace prism {
 
 namespace {
 
-/// Least part of its thickness that an element keeps in one correction.
+/// Smallest share of its thickness that an element keeps in one correction.
 constexpr double least_part = 0.1;
 
 void sum_over_ranks(MPI_Comm comm, std::vector<double>& values) {

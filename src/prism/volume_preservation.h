@@ -56,13 +56,13 @@ class VolumePreservation {
   VolumePreservation(const Membrane& membrane, const Wall& wall, const std::vector<Eigen::Matrix3d>& projectors,
                      const VolumeOptions& options);
 
-  /// Corrects positions and thickness until the error is within the tolerance; a correction leaves an element at least
-  /// a tenth of its thickness. Collective.
+  /// Corrects positions and thickness until the error is within the tolerance; in one correction an element keeps at
+  /// least a tenth of its thickness. Collective.
   /// @param positions [m], ghosts up to date before and after
   /// @param thickness_ratio h/h0 of the local elements
   /// @returns `iterations`: corrections; `error`: largest |C| of a piece relative to its undeformed volume. Not
-  /// converged when a correction made the error larger: both are then given back as they were. When all corrections are
-  /// used and the error is still above the tolerance, it is left so.
+  /// converged when a correction made the error larger: then both are restored to what they were. If all corrections
+  /// are used and the error is still above the tolerance, the result is kept.
   StageResult advance(Field& positions, std::vector<double>& thickness_ratio) const;
 
  private:

@@ -103,7 +103,7 @@ Material region_material(const Material& wall, const std::string& key,
   return material;
 }
 
-/// Undeformed thickness of the local elements, regions aside.
+/// Undeformed thickness of the local elements, without regard to regions.
 std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& options,
                                    const std::vector<double>& texture) {
   std::vector<double> thickness(membrane.triangles.size(), options.thickness);
@@ -187,12 +187,12 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
   return chosen;
 }
 
-/// Gives a region's elements what is different in them. Collective.
+/// Applies to a region's elements what is different in them. Collective.
 /// @param number of the region's material
 void apply_region(Wall& wall, const Membrane& membrane, const std::string& name, const RegionOptions& options,
                   int number, const std::vector<std::string>& names) {
   const std::vector<bool> chosen = select(membrane, "regions." + name + ".", options);
-  // The lowest element of two regions, which does not depend on the ranks.
+  // The lowest element that is in two regions; it does not depend on the number of ranks.
   struct {
     int element = std::numeric_limits<int>::max();
     int material = 0;

@@ -25,8 +25,8 @@ struct Wall {
   }
 };
 
-/// The wall that the options describe. Materials: the wall's, then one a region. Every law goes with every rule:
-/// without lambda, too, each has a thickness that is free of stress (neo-Hookean, Ogden: the undeformed one).
+/// The wall that the options describe. Materials: the wall's, then one for each region. Every law works with every
+/// rule: even without lambda each has a thickness that is free of stress (neo-Hookean, Ogden: the undeformed one).
 /// Collective.
 /// @param texture in [0, 1] of each local element, where `wall.thickness_texture` gives the thickness; else empty
 /// @throws Error that names the key, and the element by its persistent id: a thickness that is not positive, an unknown

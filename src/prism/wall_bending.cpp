@@ -70,7 +70,7 @@ void add_moments(const Rows& turns, const Rows& twists, const Rows& tilts, doubl
   }
 }
 
-/// A metric whose stretches are kept from zero.
+/// A metric whose stretches are kept away from zero.
 Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
   constexpr double least = least_stretch * least_stretch;
   if (a.trace() > 2 * least && a.determinant() > least * a.trace()) {
@@ -120,7 +120,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
   }
   update_ghosts(membrane.particles, is_used);
 
-  // What owners know of a vertex: the upper half of the stiffness, s, the reference.
+  // What owners know of a vertex and ghosts need: the upper half of the stiffness, s, the reference.
   Field known(stencils_.reach(), 8);
   for (std::size_t s = 0; s < stencils_.owned(); ++s) {
     const PetscInt centre = stencils[s].centre;
@@ -170,7 +170,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
   return result;
 }
 
-/// Positions of the vertices of the stencils' reach. Collective.
+/// Positions of the vertices in the stencils' reach. Collective.
 const double* WallBending::reach(const Field& x) const {
   if (!stencils_.goes_beyond()) {
     return x.data();
@@ -210,7 +210,7 @@ WallBending::State WallBending::state(const PlateStencil& stencil, const Plate& 
   return state;
 }
 
-/// dN = sum_p dx_p x turning_p, the mirror image aside.
+/// dN = sum_p dx_p x turning_p, without the mirror image.
 void WallBending::find_turning(const PlateStencil& stencil, const double* x, Eigen::Matrix3Xd& turning) const {
   const std::size_t polygon = stencil.first + (stencil.is_closed ? 1 : 0);
   turning.setZero();

@@ -18,9 +18,9 @@ inline namespace prism {
 /// with the moduli of small strain, nu = 1/2 where elements keep their volume. k is the change b - b0 of the second
 /// fundamental form at vertex i (PlateStencil) since the undeformed shape, in present lengths: k = a^-1/2 (b - b0)
 /// a^-1/2 with the present metric a, both in undeformed coordinates. So a flat wall that is stretched and then bent
-/// resists as a plate of its new lengths and thickness does, and an undeformed wall of any shape is at rest. Of a wall
-/// that shrinks to s times its lengths b0 becomes s b0, the curvature of the smaller shape. The triangles' areas are
-/// divided among those of their vertices that have a stencil; a vertex on a triangle that has died has none.
+/// resists as a plate of its new lengths and thickness does, and an undeformed wall of any shape is at rest. In a wall
+/// that shrinks to s times its lengths b0 becomes s b0, the curvature of the smaller shape. A triangle's area is
+/// divided among those of its vertices that have a stencil; a vertex on a triangle that has died has none.
 ///
 /// h, a and the areas are those at the start of the step, so that energy, gradient and Hessian belong together exactly
 /// while it is solved.
@@ -35,7 +35,7 @@ class WallBending : public Potential {
   void begin_step(const Field& start, const std::vector<double>& thickness_ratio) {
     plates_ = plates(start, thickness_ratio);
   }
-  /// This rank's share of the energy of a step that starts at x [J]. Collective.
+  /// This rank's share of the energy in a step that starts at x [J]. Collective.
   double energy(const Field& x, const std::vector<double>& thickness_ratio) const {
     return sum_of(plates(x, thickness_ratio), x);
   }
@@ -47,13 +47,13 @@ class WallBending : public Potential {
   /// The positive part leaves out what bending moments add as the normals turn.
   void update_hessian(const Field& x, Curvature curvature) override;
   void add_hessian(const HessianBlocks& blocks) const override;
-  /// Leaves out so much of what the moments add.
+  /// Sets how much of what the moments add is left out.
   void set_positive_share(double share) override { positive_share_ = share; }
 
   const PlateStencils& stencils() const { return stencils_; }
 
  private:
-  /// What a stencil has of its vertex, from the start of the step.
+  /// Data of a stencil for its vertex, from the start of the step.
   struct Plate {
     Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  ///< of b, times the area [N m^3]
     PlateCurvature target = PlateCurvature::Zero();       ///< b0 [1/m]

@@ -10,7 +10,7 @@ inline namespace prism {
 
 namespace {
 
-/// What the constants of a material need to have an effect: a law that takes them, as the wall's or a region's.
+/// What the constants of a material need to have an effect: a law that uses them, as the wall's or a region's.
 struct LawConditions {
   std::function<bool(Material::Law law)> is_used;
   bool is_region;
@@ -190,7 +190,7 @@ void describe(OptionTable& table, WallOptions& options) {
           "share of the shear modulus by which the undeformed wall is stressed in all directions, so that it has some "
           "stiffness where it is slack, too; much less than the strains")
       .source("docs/balloons.md");
-  // A region takes what it is not given from the wall, also constants of a law that is the region's alone.
+  // What a region is not given it takes from the wall, also constants of a law that only the region has.
   const auto is_used = [&options](Material::Law law) {
     const Material::Law of_wall = options.material.law;
     return law == of_wall || std::any_of(options.regions.begin(), options.regions.end(), [&](const auto& region) {

@@ -37,8 +37,8 @@ struct MaterialOptions {
   std::optional<double> poisson_ratio{};  ///< nu
 };
 
-/// A part of the wall that differs: one of the named objects `regions`. What several selectors choose adds up; what is
-/// not given is the wall's.
+/// A part of the wall that differs: one of the named objects `regions`. Several selectors add up; what is not given is
+/// as in the wall.
 struct RegionOptions {
   std::string group;                                 ///< of the mesh: elements with all three vertices in it
   std::vector<double> box;                           ///< two opposite points of a box round the centroids [m], or empty
@@ -56,7 +56,7 @@ inline const std::vector<std::string>& names_of(WallThickness) {
   return names;
 }
 
-/// none: it bears compression, and wrinkles as its elements do; tension_field: relaxed, see metric_energy.
+/// none: the wall bears compression, and wrinkles as its elements allow; tension_field: relaxed, see metric_energy.
 enum class Wrinkling { none, tension_field };
 inline const std::vector<std::string>& names_of(Wrinkling) {
   static const std::vector<std::string> names{"none", "tension_field"};
@@ -64,7 +64,7 @@ inline const std::vector<std::string>& names_of(Wrinkling) {
 }
 
 /// How the wall resists bending (`wall.bending`). by_wrinkling: plate, but none with tension_field, whose wrinkles have
-/// no width of their own.
+/// no definite width.
 enum class BendingModel { by_wrinkling, plate, none };
 inline const std::vector<std::string>& names_of(BendingModel) {
   static const std::vector<std::string> names{"by_wrinkling", "plate", "none"};
@@ -81,7 +81,7 @@ struct WallOptions {
   std::string thickness_field;                          ///< field of the mesh's faces that gives it instead [m]
   double density = 1000;                                ///< undeformed [kg/m^3]
   std::optional<double> strength;                       ///< stress at which it cracks [Pa]; none: see ablation.strength
-  /// At which the moduli hold, which are proportional to the temperature; unless given they do not depend on it [K].
+  /// Temperature at which the moduli hold, which are proportional to it; unless given they do not depend on it [K].
   std::optional<double> reference_temperature;
   Choice<Wrinkling> wrinkling = Wrinkling::none;
   double slack_tension = 1e-5;  ///< of tension_field: Material::tension as a share of the shear modulus

@@ -10,7 +10,7 @@ inline namespace prism {
 
 namespace {
 
-/// @param blended the same, if it is exact and knows its positive part
+/// @param blended the same object, if it is exact and can go over to its positive part
 std::unique_ptr<ElementStiffness> make_stiffness(const PrismElements& elements, const PrismOptions& options,
                                                  MetricStiffness*& blended) {
   if (options.tangent == ElementTangent::exact) {

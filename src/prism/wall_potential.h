@@ -15,23 +15,24 @@ inline namespace prism {
 /// The pairs of corners of the local elements, nine for each, as ElementStiffness::add_blocks has them.
 std::vector<VertexPair> pairs_of_elements(const Membrane& membrane);
 
-/// The elastic energy of the wall. Its exact Hessian has the stiffness of the pressure on the elements, too, which the
+/// The elastic energy of the wall. Its exact Hessian includes the stiffness of the pressure on the elements, which the
 /// same kernels add. The positive one is that of MetricStiffness, without the pressure's. Nothing here communicates.
 class WallPotential : public Potential {
  public:
   /// Elements must outlive it.
   WallPotential(const PrismElements& elements, const PrismOptions& options);
 
-  /// From here on the thickness starts from these ratios (PrismElements::energy).
+  /// From here on the search for the thickness starts from these ratios (PrismElements::energy).
   void set_thickness(const std::vector<double>& ratio) { thickness_ratio_ = ratio; }
-  /// @param pressure of the local elements: whose load stiffness counts [Pa], or empty
+  /// @param pressure of the local elements, whose load stiffness counts [Pa], or empty
   /// @param rims sides of local elements without a neighbour under the same pressure (3 times the element plus the
-  /// corner where it begins)
+  /// corner where the side begins)
   void set_load(std::vector<double> pressure, std::vector<PetscInt> rims = {});
 
   /// Whether the exact Hessian can go over to the positive one step by step.
   bool blends() const { return blended_ != nullptr; }
-  /// Leaves out so much of each element's compression and of the pressure's stiffness. If it does not `blend`, 0 only.
+  /// Sets how much of each element's compression and of the pressure's stiffness is left out; only 0 if it does not
+  /// `blend`.
   void set_positive_share(double share) override;
 
   double value(const Field& x) const override { return elements_.energy(x, thickness_ratio_); }

@@ -150,7 +150,7 @@ void Gram::multiply(Vec in, Vec out) {
     const double mass_a = (*inverse_mass_)[static_cast<std::size_t>(a)];
     const double mass_b = (*inverse_mass_)[static_cast<std::size_t>(b)];
     const auto own = gradient_->col(static_cast<Eigen::Index>(s));
-    // The sums hold the spring's own share; the diagonal replaces it with the shifted one.
+    // The sums include the spring's own share; the diagonal replaces it with the shifted one.
     const double without_shift = (mass_a + mass_b) * own.squaredNorm();
     values[s] = own.dot(mass_a * particle_sum_.col(a) - mass_b * particle_sum_.col(b)) +
                 (diagonal_[s] - without_shift) * lambda[s];

@@ -44,8 +44,9 @@ class Gram {
   Gram(const Gram&) = delete;
   Gram& operator=(const Gram&) = delete;
 
-  /// New values: J W J^T + shift times the largest diagonal entry. A spring that is dead, without length or without a
-  /// particle that may move has an empty row; it gets that largest entry on its diagonal: its multiplier is 0.
+  /// Sets new values: J W J^T + shift times the largest diagonal entry. A spring that is dead, without length or
+  /// without a particle that may move has an empty row; it gets that largest entry on its diagonal, so that its
+  /// multiplier is 0.
   /// Collective.
   /// @param shift_inverse_mass if given, the shift is relative to the largest entry that a spring between two particles
   /// of this inverse mass can have, so that one light particle does not soften all springs
@@ -54,12 +55,12 @@ class Gram {
   void update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& inverse_mass, double shift,
               std::optional<double> shift_inverse_mass = std::nullopt);
 
-  /// Force-like sum J^T lambda on the local particles, complete on the owned ones. Collective.
+  /// The sum J^T lambda, which is like a force, on the local particles, complete on the owned ones. Collective.
   /// @param lambda of the owned springs
   /// @param result (3 x local)
   void apply_transpose(const Eigen::Matrix3Xd& gradient, Vec lambda, Eigen::Matrix3Xd& result);
 
-  /// Of the owned springs, with the shift.
+  /// Diagonal of the owned springs, with the shift.
   const std::vector<double>& diagonal() const { return diagonal_; }
 
   Mat operator_matrix() const { return mat_type_ == GramFormat::aij ? rows_->matrix() : Mat(other_); }

@@ -34,8 +34,8 @@ class GramBlock {
   Mat matrix() const { return matrix_; }
 
  private:
-  /// One stored entry: its column's spring, and twice the particle that both springs share, plus one where the springs
-  /// have it at different ends, so that their gradients by it have different signs.
+  /// One stored entry: its column's spring, and twice the particle that both springs share, plus one if it is a
+  /// different end of each, so that their gradients by it have different signs.
   struct Entry {
     PetscInt spring;
     PetscInt signed_particle;

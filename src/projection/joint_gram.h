@@ -25,17 +25,18 @@ class JointGram {
   JointGram(const JointGram&) = delete;
   JointGram& operator=(const JointGram&) = delete;
 
-  /// New values. A spring that is dead, without length or without a particle that may move does nothing. Collective.
+  /// Sets new values. A spring that is dead, without length or without a particle that may move does nothing.
+  /// Collective.
   /// @param gradient by colour, of the local springs; they must stay unchanged while it is used
   /// @param inverse_mass of the local particles, likewise
   /// @param shift relative to the largest diagonal entry that a spring between particles of `shift_inverse_mass` has
   void update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, const std::vector<double>& inverse_mass,
               double shift, double shift_inverse_mass);
 
-  /// Forgets the lambda that was found last, so that a step depends on its start alone. Collective.
+  /// Forgets the last solution lambda, so that a step depends on its start alone. Collective.
   void begin_step() { check(VecSet(lambda_, 0)); }
 
-  /// Solves for lambda from the one that was found last in the step. Collective.
+  /// Solves for lambda, starting from the last solution in the step. Collective.
   /// @param right_hand_side of the owned springs, colour after colour
   StageResult solve(const std::vector<double>& right_hand_side);
 

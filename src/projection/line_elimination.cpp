@@ -15,7 +15,8 @@ inline namespace projection {
 
 namespace {
 
-/// Without a shift a straight line between two pins is singular: a pivot of this share of the diagonal stands for none.
+/// Without a shift a straight line between two pins is singular: a pivot below this share of the diagonal counts as
+/// zero.
 constexpr double negligible = 1e-12;
 
 }  // namespace

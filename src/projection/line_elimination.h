@@ -17,8 +17,8 @@ inline namespace projection {
 
 /// J W J^T along lines of springs: one tridiagonal matrix a line, with a factorisation L D L^T.
 ///
-/// Several lines are worked on abreast: unknown `k * lanes + lane` is spring k of a line. Lines of about the same
-/// length lie side by side; the shorter ones are filled up with idle unknowns, which have a one on the diagonal.
+/// Several lines are processed side by side: unknown `k * lanes + lane` is spring k of a line. Lines of similar length
+/// are grouped; the shorter ones are filled up with idle unknowns, which have a one on the diagonal.
 class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
@@ -36,7 +36,7 @@ class LineMatrices {
               const std::vector<double>& inverse_mass);
   /// Unknown of the first (end 0) or the last spring of a line.
   std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
-  /// Finds what the next two functions give.
+  /// Computes the results of the next two functions.
   void invert_at_ends();
   /// Entry of A^-1 for a line's first or last spring with itself, and for both.
   double inverse_at_end(std::size_t line, std::size_t end) const;
@@ -60,15 +60,15 @@ class LineMatrices {
   std::vector<Link> links_;
   std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
   std::vector<double> inverse_first_;             ///< inverse pivots of an elimination from the lines' last springs
-  // The last has one row of lanes more, of zeros, so that no loop needs to look whether a line ends.
+  // The last has an additional row of zeros, so that no loop needs to check whether a line ends.
   std::vector<double> diagonal_;
   std::vector<double> inverse_pivot_;
   std::vector<double> coupling_;  ///< with the unknown before
   std::vector<double> factor_;    ///< of L: coupling by the pivot before
 };
 
-/// J W J^T along the lines of one family, joined where ranks cut them: each rank solves along its lines, all solve the
-/// tridiagonal systems of the separators, then each along its lines again.
+/// J W J^T along the lines of one family, joined where ranks cut them: each rank solves along its lines, then all solve
+/// the tridiagonal systems of the separators, then each solves along its lines again.
 class JoinedLines {
  public:
   /// Collective. The set must outlive the lines.

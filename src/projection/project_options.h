@@ -49,7 +49,7 @@ std::array<Colour, 4> colours_of(const Choice<ColourOrder>& order);
 
 /// Successive fast projection (burning paper, section 7).
 struct ProjectOptions {
-  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  /// Prefix of PETSc's options for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "project_";
   Choice<ProjectMethod> method = ProjectMethod::successive;
   int max_steps = 7;        ///< full projection steps, each of the four colours in turn
@@ -69,7 +69,7 @@ struct ProjectOptions {
 };
 
 void describe(OptionTable& table, ProjectOptions& options);
-/// The strain limit alone, which elastic sheets have, too.
+/// The option of the strain limit alone, which elastic sheets have, too.
 void describe_strain_limit(OptionTable& table, ProjectOptions& options);
 
 }  // namespace projection

@@ -14,11 +14,10 @@ inline namespace projection {
 
 namespace {
 
-/// How often a Newton update is halved until the potential falls: beyond that it is rounding that keeps it from
-/// falling.
+/// How often a Newton update is halved until the potential falls: if it still does not, that is rounding.
 constexpr int most_halvings = 20;
 
-/// Relative rounding of the potential, a sum of squares: a rise by less is none.
+/// Relative rounding of the potential, a sum of squares: a smaller rise does not count.
 constexpr double rounding = 1e-13;
 
 using Block = Eigen::Matrix<PetscScalar, 3, 3, Eigen::RowMajor>;
@@ -49,7 +48,8 @@ void describe(OptionTable& table, SpringOptions& options) {
 SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
     : sheet_(&sheet), options_(options), unconstrained_(sheet.particles, 3), before_update_(sheet.particles, 3) {
   const Layout& particles = sheet.particles;
-  // Ghost springs too: they fill the rows of the particles that they end at here, so that no values travel.
+  // Ghost springs too: they contribute to the rows of the particles at their ends here, so that no values need to be
+  // sent.
   std::vector<std::pair<PetscInt, PetscInt>> blocks;
   for (const SpringSet& set : sheet.springs) {
     for (const auto& [a, b] : set.ends) {
@@ -145,7 +145,7 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
   for (PetscInt i = 0; i < particles.owned; ++i) {
     const double inertia = input.mass[static_cast<std::size_t>(i)] / (input.h * input.h);
     residual.col(i) = -inertia * (positions.vector(i) - unconstrained_.vector(i));
-    // A particle that has left has neither inertia nor springs: any stiffness holds it.
+    // A removed particle has neither inertia nor springs: any stiffness holds it.
     add_block(i, i, (inertia > 0 ? inertia : combined_stiffness_) * Block::Identity());
   }
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
@@ -154,7 +154,7 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
       const auto [a, b] = set.ends[s];
       const Eigen::Vector3d arm = positions.vector(a) - positions.vector(b);
       const double d = input.living.springs[colour][s] ? arm.norm() : 0;
-      // A spring that is dead or without a direction is idle, but its blocks belong to the pattern.
+      // A spring that is dead or without a direction contributes nothing, but its blocks belong to the pattern.
       const Eigen::Vector3d n = d > 0 ? Eigen::Vector3d(arm / d) : Eigen::Vector3d(Eigen::Vector3d::Zero());
       const double across = d > 0 ? std::max(0.0, 1 - combined_length_[colour][s] / d) : 0;
       const Eigen::Vector3d force_on_a = -combined_stiffness_ * (d - combined_length_[colour][s]) * n;
@@ -164,7 +164,8 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
         if (row >= particles.owned) {
           continue;
         }
-        // A pinned particle keeps its row of inertia alone, and leaves the others' rows: its update is zero.
+        // A pinned particle keeps only the inertia in its row, and is taken out of the others' rows: its update is
+        // zero.
         const bool row_pinned = input.pinned[static_cast<std::size_t>(row)];
         const bool column_pinned = input.pinned[static_cast<std::size_t>(column)];
         add_block(row, row, row_pinned ? no_tangent : tangent);
@@ -196,7 +197,7 @@ StageResult SpringBaseline::advance(Field& positions, const SpringInput& input) 
       return result;
     }
     check(VecNorm(update_, NORM_INFINITY, &result.error));
-    // An update this small cannot be judged by the potential, whose rounding it may be.
+    // An update this small cannot be judged by the potential: the change may be rounding.
     const bool last = result.error <= options_.newton_tolerance * mean_length_;
     PetscScalar* update_values = nullptr;
     check(VecGetArray(update_, &update_values));

@@ -16,7 +16,7 @@ class OptionTable;
 inline namespace projection {
 
 struct SpringOptions {
-  /// Of the options that PETSc has for these solvers; in a run of several objects `objects_NAME_` stands before it.
+  /// Prefix of PETSc's options for these solvers; in a run of several objects `objects_NAME_` stands before it.
   std::string solver_prefix = "spring_";
   double stiffness = 100;          ///< k of every spring [N/m]
   double damping = 0;              ///< c/k of the dashpot beside every spring [s]
@@ -26,14 +26,14 @@ struct SpringOptions {
 
 void describe(OptionTable& table, SpringOptions& options);
 
-/// What one step of the mass-spring sheet reads besides the positions that it moves.
+/// What one step of the mass-spring sheet needs besides the positions that it moves.
 struct SpringInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< l of the local springs of each colour [m]
-  const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
-  const std::vector<bool>& pinned;                          ///< local particles that the springs must not move
-  const Living& living;                                     ///< what has not burnt, ghosts up to date
-  const Field& start;                                       ///< positions at the beginning of the step [m]
-  double h = 0;                                             ///< [s]
+  const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
+  const std::vector<bool>& pinned;  ///< local particles that the springs must not move
+  const Living& living;             ///< what has not burnt, ghosts up to date
+  const Field& start;               ///< positions at the beginning of the step [m]
+  double h = 0;                     ///< [s]
 };
 
 /// The mass-spring sheet that successive fast projection is compared with (burning paper, section 8, Fig. 7 b, d):
@@ -44,15 +44,15 @@ struct SpringInput {
 ///     y = argmin P(y),  P = sum_i m_i |y_i - x~_i|^2 / (2 h^2)
 ///                         + sum_s k (d_s(y) - l_s)^2 / 2 + c (d_s(y) - d_s(x))^2 / (2 h),
 ///
-/// x the positions at the beginning of the step, d the length of a spring, c its dashpot; the velocities follow from
-/// the displacement (eq. 13). Newton's method from x~ with the step halved until P falls, so that the springs cannot
-/// gain energy from a large step; the tangent of a spring, whose negative part is left out when it is compressed, is K
-/// [n n^T + max(0, 1 - L/d) (I - n n^T)] with direction n, K = k + c/h and L = (k l + c d(x)/h) / K. Dead springs do
-/// nothing, and particles that have left stay where they are.
+/// where x are the positions at the beginning of the step, d the length of a spring and c its dashpot; the velocities
+/// follow from the displacement (eq. 13). Newton's method starts from x~, and the step is halved until P falls, so that
+/// the springs cannot gain energy from a large step. The tangent of a spring is K [n n^T + max(0, 1 - L/d) (I - n n^T)]
+/// with direction n, K = k + c/h and L = (k l + c d(x)/h) / K; its negative part under compression is left out. Dead
+/// springs do nothing, and removed particles stay where they are.
 ///
-/// One 3x3-blocked matrix whose pattern is made once; a rank assembles the rows of its own particles alone. KSP prefix
-/// `spring_`: conjugate gradients with 3x3 block Jacobi unless told otherwise; `-spring_mat_type aij` for the
-/// preconditioners that want it (gamg, hypre).
+/// One matrix of 3x3 blocks whose pattern is made once; a rank assembles the rows of its own particles only. KSP prefix
+/// `spring_`: conjugate gradients with 3x3 block Jacobi by default; `-spring_mat_type aij` for preconditioners that
+/// need it (gamg, hypre).
 class SpringBaseline {
  public:
   /// Collective. The sheet must outlive this object.

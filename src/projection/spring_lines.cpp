@@ -104,7 +104,7 @@ class LineFinder {
     return false;
   }
 
-  /// Spring in which an owned spring's line goes on at an end, on whichever rank, or none.
+  /// Spring in which the line of an owned spring continues at an end, on whichever rank, or none.
   PetscInt following(PetscInt spring, std::size_t end) const {
     const PetscInt own = partner_[at(spring)][end];
     return own != none ? own : foreign_[at(spring)][end];
@@ -148,7 +148,7 @@ class LineFinder {
     }
   }
 
-  /// Global number of the spring in which each local one's line goes on at either end. Collective.
+  /// Global number of the spring in which the line of each local one continues at either end. Collective.
   std::vector<std::array<PetscInt, 2>> partners_of_all() const {
     std::vector<std::array<PetscInt, 2>> partners(at(set_.local()), {none, none});
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
@@ -161,7 +161,7 @@ class LineFinder {
     return partners;
   }
 
-  /// A line goes on on another rank where both ranks think so.
+  /// A line continues on another rank only if both ranks have found that.
   void agree_on_foreign_partners() {
     const auto partners = partners_of_all();
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
@@ -186,7 +186,7 @@ class LineFinder {
   bool is_regular(PetscInt particle) const {
     return springs_at(particle).size() == 3 || springs_at(particle).size() == 4;
   }
-  /// Whether none of them are sides of one quad. At the border quads are missing, and beyond the ghosts they are
+  /// Whether none of the pairs are sides of one quad. At the border quads are missing, and beyond the ghosts they are
   /// unknown, so that springs may look opposite that are not.
   bool look_opposite(PetscInt particle, const Pairs& pairs) const {
     return std::none_of(pairs.begin(), pairs.end(),
@@ -220,7 +220,8 @@ class LineFinder {
     }
   }
 
-  /// Joins springs where this rank does not know which are opposite as other ranks do; where none does, as is possible.
+  /// Joins springs where this rank does not know which are opposite: as other ranks do, or if none knows, in any
+  /// possible way.
   void pair_as_others_do(PetscInt particle, const std::vector<std::array<PetscInt, 2>>& partners) {
     const Range springs = springs_at(particle);
     const auto is_joined = [&](PetscInt spring) {
@@ -287,7 +288,7 @@ class LineFinder {
     }
   }
 
-  /// Lines that cross get different families where that is possible, on this rank.
+  /// Gives lines that cross different families where that is possible, on this rank.
   void choose_families() {
     component_of_line_.resize(lines_.size());
     std::vector<bool> is_chosen(lines_.size(), false);
@@ -322,8 +323,8 @@ class LineFinder {
     }
   }
 
-  /// Exchanges the families of what is connected on one rank, so that lines that go on on another rank are of one
-  /// family on both, where that is possible: the pairs of parts with most votes come first.
+  /// Exchanges the families of what is connected on one rank, so that lines that continue on another rank are of the
+  /// same family on both, where that is possible: the pairs of parts with most votes come first.
   void agree_on_families() {
     struct Vote {
       PetscInt one, other;  // global numbers of two parts
@@ -352,7 +353,7 @@ class LineFinder {
     votes = of_all_ranks(set_.layout.comm, votes);
     std::stable_sort(votes.begin(), votes.end(),
                      [](const Vote& a, const Vote& b) { return std::abs(a.alike) > std::abs(b.alike); });
-    // Parts that have agreed are a tree, whose edges say whether families are exchanged.
+    // Parts that have agreed form a tree, whose edges say whether families are exchanged.
     std::map<PetscInt, std::pair<PetscInt, bool>> parent;
     const auto root_of = [&parent](PetscInt part) {
       bool is_exchanged = false;
@@ -379,7 +380,7 @@ class LineFinder {
     }
   }
 
-  /// Of the eliminated springs at a particle, one pair may stay.
+  /// Of the eliminated springs at a particle, only one pair may stay eliminated.
   void keep_crossing_springs(PetscInt particle) {
     PetscInt first = none;
     for (const PetscInt spring : springs_at(particle)) {
@@ -394,8 +395,8 @@ class LineFinder {
     }
   }
 
-  /// Of two eliminated springs of different ranks that share a particle and are not in one line, the lower rank's may
-  /// stay.
+  /// If two eliminated springs of different ranks share a particle and are not in one line, only the lower rank's may
+  /// stay eliminated.
   void keep_springs_that_meet_other_ranks() {
     update_ghost_flags(is_eliminated_);
     const std::vector<bool> eliminated = is_eliminated_;
@@ -411,9 +412,9 @@ class LineFinder {
     update_ghost_flags(is_eliminated_);
   }
 
-  /// Of two springs of different ranks and one family in one line, the higher rank's is a separator, but for one of
-  /// lines that are closed. All ranks solve for all separators: where these are too many there are none. Of those that
-  /// are none the eliminated ones are kept.
+  /// If two springs of different ranks and of one family follow each other in a line, the higher rank's is a separator;
+  /// in a closed line one of these is not. All ranks solve for all separators: where these are too many there are none,
+  /// and the eliminated springs at such places are kept instead.
   void choose_separators() {
     is_separator_.assign(at(set_.owned()), false);
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
@@ -541,11 +542,12 @@ class LineFinder {
 
   const SpringSet& set_;
   SpringIncidence incidence_;
-  std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line goes on at either end
-  std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise ghosts
+  std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line continues at either end
+  std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise for ghosts
   std::vector<std::vector<PetscInt>> lines_;
   std::vector<PetscInt> line_of_;
-  std::vector<PetscInt> component_of_line_;  ///< number of what crosses it, and so on, on this rank
+  std::vector<PetscInt> component_of_line_;  ///< number of the connected part, on this rank, that a line belongs to
+                                             ///< with all that cross it
   PetscInt components_ = 0;
   std::vector<PetscInt> cuts_;       ///< springs at which closed lines are cut
   std::vector<bool> is_eliminated_;  ///< with ghosts, once ranks have agreed

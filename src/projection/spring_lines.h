@@ -31,8 +31,8 @@ struct LineEnd {
   PetscInt number;   ///< of the separator
 };
 
-/// Lines of one family, as far as they are this rank's. Where a line goes on on another rank a spring on one side is a
-/// separator, and a line of its own. Separators are numbered over all ranks along the lines.
+/// Lines of one family, as far as they are this rank's. Where a line continues on another rank, a spring on one side is
+/// a separator, and a line of its own. Separators are numbered over all ranks along the lines.
 struct LineFamily {
   std::vector<std::vector<PetscInt>> lines;  ///< local spring numbers along each
   std::vector<PetscInt> separators;          ///< of this rank
@@ -43,9 +43,9 @@ struct LineFamily {
   PetscInt separators_of_all = 0;            ///< number of separators of all ranks
 };
 
-/// The owned springs of one colour, ordered to lines. The springs of a colour are the edges of a quad net (burning
-/// paper, section 7.1): at a regular particle four of them meet, and a line goes on in the opposite one. Lines come in
-/// two families that cross each other, on all ranks the same where that is possible.
+/// The owned springs of one colour, arranged in lines. The springs of a colour are the edges of a quad net (burning
+/// paper, section 7.1): at a regular particle four of them meet, and a line continues in the opposite one. Lines come
+/// in two families that cross each other, the same on all ranks where that is possible.
 ///
 /// Every owned spring is in one line. Two consecutive springs of a line share a particle; apart from such pairs, and
 /// separators with what is beside them in a line, no two eliminated springs share one, on any rank: J W J^T of the

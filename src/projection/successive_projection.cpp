@@ -22,11 +22,11 @@ double global_sum(MPI_Comm comm, double value) {
 // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
 constexpr double inverse_mass_at_edges = 2;
 
-// Of springs beyond the strain limit.
+// Of springs that are beyond the strain limit.
 constexpr double aim = 0.8;           ///< share of the limit to which they are brought back
 constexpr double limit_shift = 1e-5;  ///< of their systems, in place of the options' if that is larger
 
-/// What of a constraint error is beyond a strain. @param target l [m]
+/// By how much a constraint error is beyond a strain. @param target l [m]
 double excess(double error, double target, double strain) {
   const auto at = [&](double ratio) { return target * (ratio * ratio - 1); };
   return error - std::clamp(error, at(1 - std::min(strain, 1.0)), at(1 + strain));
@@ -137,7 +137,7 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
   const std::size_t count = input.mass.size();
   gram_inverse_mass_.assign(count, 1);
   if (options_.masses == GramMasses::actual) {
-    // Scaled by the mean mass of what has not left, so that the numbers stay near one.
+    // Scaled by the mean mass of the particles that are left, so that the numbers stay near one.
     const auto end = input.mass.begin() + sheet_.particles.owned;
     std::array<double, 2> sums{std::accumulate(input.mass.begin(), end, 0.0),
                                static_cast<double>(sheet_.particles.owned - std::count(input.mass.begin(), end, 0.0))};
@@ -316,7 +316,7 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   if (result.error < options_.threshold) {
     after_step();  // A sheet that keeps its lengths may still have run into a body.
   }
-  // Negated, so that an error that is not a number is worked on, and fails, too.
+  // Negated, so that an error that is not a number is treated, and fails, too.
   for (int step = 1; step <= options_.max_steps && !(result.error < options_.threshold); ++step) {
     if (joint_ != nullptr) {
       if (!add_solve(result, project_jointly(x, input))) {

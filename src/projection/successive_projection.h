@@ -30,20 +30,20 @@ struct ProjectionError {
 ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
                                   const std::array<std::vector<double>, 4>& target_length, const Living& living);
 
-/// What a projection reads besides the positions that it moves.
+/// What a projection needs besides the positions that it moves.
 struct ProjectionInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour, > 0 [m]
-  const std::vector<double>& mass;                          ///< of the local particles, 0 where one has left [kg]
-  const std::vector<bool>& pinned;                          ///< local particles that the projection must not move
-  const Living& living;                                     ///< what has not burnt, ghosts up to date
+  const std::vector<double>& mass;              ///< of the local particles, 0 where one has been removed [kg]
+  const std::vector<bool>& pinned;              ///< local particles that the projection must not move
+  const Living& living;                         ///< what has not burnt, ghosts up to date
   std::function<void(Field&)> after_step = {};  ///< applied to the positions after each full step (contact), or empty
   /// Receives how much shorter each owned spring's own constraint made it, by colour; negative where longer [m]:
   /// (w_a + w_b) |grad C| lambda, with the inverse masses w that move its ends, summed over the projection steps.
   std::array<std::vector<double>, 4>* pull = nullptr;
 };
 
-/// Makes of the lengths by which a projection has made springs shorter (ProjectionInput::pull) the forces that would
-/// have done so in a step: F = pull / (h^2 (1/m_a + 1/m_b)), with 1/m = 0 for a pinned end. Not collective.
+/// Converts the lengths by which a projection has made springs shorter (ProjectionInput::pull) into the forces that
+/// would have done so in a step: F = pull / (h^2 (1/m_a + 1/m_b)), with 1/m = 0 for a pinned end. Not collective.
 /// @param pull of the owned springs by colour [m], becomes force [N]
 void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, const ProjectionInput& input, double h);
 
@@ -54,10 +54,10 @@ void to_forces(std::array<std::vector<double>, 4>& pull, const Sheet& sheet, con
 /// With the joint method each step is one Newton step of all colours together (JointGram), which begins with the
 /// multipliers of the last one.
 ///
-/// With a strain limit the springs of the net (blue and green) that are then strained by more than most of it are
-/// brought back, in as many further steps as the options allow: Newton's method for J delta = C(d) - C(l (1 +- 0.8
-/// limit)) of these springs and J delta = 0 of the others of their colour, at true masses as before and without
-/// weights, regularised as little as a solve bears. When some spring stays beyond the limit the step has failed.
+/// With a strain limit, springs of the net (blue and green) that are then strained by more than most of it are brought
+/// back, in as many further steps as the options allow: Newton's method for J delta = C(d) - C(l (1 +- 0.8 limit)) of
+/// these springs and J delta = 0 of the others of their colour, with true masses and without weights, and with as
+/// little regularisation as a solve can do with. When some spring stays beyond the limit the step has failed.
 class SuccessiveProjection {
  public:
   /// @param spring_weight factor of each local spring's weight by colour (eq. 19), or empty for 1. Collective.

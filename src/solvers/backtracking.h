@@ -6,12 +6,12 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// The longest of the shares 1, 1/2, 1/4, ... of a step that lowers a merit as much as a ten-thousandth of its slope
-/// would (Armijo); nothing if no share of 20 halvings does. As collective as the merit.
+/// The longest of the shares 1, 1/2, 1/4, ... of a step that lowers a merit function by a ten-thousandth of what its
+/// slope promises (Armijo); nothing if no share of 20 halvings does. Collective if the merit is.
 /// @param merit of a share of the step, or nothing where it may not go
 /// @param before the merit without the step
 /// @param slope by which the merit falls at the start of the step; 0 asks for a decrease only
-/// @param rounding of the merit: a rise by so much is none
+/// @param rounding of the merit: a rise by no more than this does not count
 std::optional<double> backtrack(const std::function<std::optional<double>(double share)>& merit, double before,
                                 double slope, double rounding);
 

@@ -8,10 +8,10 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// [T', -G S; -S G^T, 0] [x; z] = [r; q]: some of the columns of a LowRankSystem border it, G, with scales S; T' is its
-/// T with what its other columns add. Solved by block elimination. In place of T' stands the system's own A, with
-/// rho g g^T of the bordering columns and r changed accordingly, for S G^T x = -q: the solution is the same, and A
-/// stays positive definite where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
+/// [T', -G S; -S G^T, 0] [x; z] = [r; q]: some of the columns of a LowRankSystem, G, border it, with scales S; T' is
+/// its T with what its other columns add. Solved by block elimination. T' is replaced by the system's own A, with
+/// rho g g^T of the bordering columns, and r is changed accordingly: for S G^T x = -q the solution is the same, and A
+/// stays positive definite even where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
 ///
 /// A vector of such a system has the rows of T, and the border's at the end of rank 0's.
 class BorderedSystem {
@@ -21,13 +21,14 @@ class BorderedSystem {
   BorderedSystem(const BorderedSystem&) = delete;  // The matrix points to this object.
   BorderedSystem& operator=(const BorderedSystem&) = delete;
 
-  /// The system's matrix, which can be multiplied with.
+  /// The system's matrix, as a product with vectors.
   Mat matrix() const { return matrix_; }
 
   /// Rows of the border on this rank: all of them on rank 0.
   PetscInt border_rows() const { return rank_ == 0 ? size() : 0; }
 
-  /// A solution along which the matrix A has a negative curvature is none, as conjugate gradients would have found.
+  /// A solution along which the matrix A has negative curvature is rejected, as conjugate gradients would have done.
+  /// Collective.
   /// Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 

@@ -10,8 +10,8 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// Of a Hessian what acts on the difference of two vertices alone, n n^T + across I, as of a spring: n lies along the
-/// line through both. Its part along that line does no work when both turn together.
+/// The part of a Hessian that acts on the difference of two vertices alone, n n^T + across I, as of a spring: n lies
+/// along the line through both. Its part along that line does no work when both turn together.
 struct DifferenceTerm {
   PetscInt a = 0;  ///< local vertex
   PetscInt b = 0;
@@ -19,9 +19,9 @@ struct DifferenceTerm {
   double across = 0;                                    ///< [N/m]
 };
 
-/// Of a symmetric Hessian what couples vertices in all directions alike, a number e for each pair of vertices: rows of
-/// the owned vertices, each of its diagonal and the columns after it. It may couple them along normals besides, a share
-/// of each number: blocks are e (I + along n_i n_j^T) then.
+/// The part of a symmetric Hessian that couples vertices in all directions alike: a number e for each pair of vertices,
+/// in rows of the owned vertices, each with its diagonal and the columns after it. In addition it may couple them along
+/// normals, by a share of each number: blocks are then e (I + along n_i n_j^T).
 struct NumberRows {
   std::vector<PetscInt> offsets{0};  ///< first entry of each row, (owned + 1)
   std::vector<PetscInt> columns;     ///< local vertices, ascending in a row
@@ -39,7 +39,7 @@ struct NumberRows {
   }
 };
 
-/// Takes a Hessian term by term: cheaper than block by block, as most blocks have much less in them than nine numbers.
+/// Receives a Hessian term by term: cheaper than block by block, as most blocks need far fewer than nine numbers.
 class HessianTerms {
  public:
   /// @param owned vertices of this rank
@@ -48,7 +48,7 @@ class HessianTerms {
 
   /// A block (3 x 3) of an owned vertex's row. @param row, column local vertices
   virtual void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) = 0;
-  /// Terms of which one vertex at least is owned. Block by block unless overridden.
+  /// Terms of which at least one vertex is owned. Block by block unless overridden.
   virtual void add_differences(const std::vector<DifferenceTerm>& terms);
   /// Likewise.
   virtual void add_numbers(const NumberRows& rows);
@@ -57,14 +57,14 @@ class HessianTerms {
   PetscInt owned() const { return owned_; }
   /// Adds the blocks of a term.
   void add_blocks(const DifferenceTerm& term);
-  /// Adds the blocks of an owned vertex with that of an entry of its row, and of that with it.
+  /// Adds the two blocks of an owned vertex and the vertex of an entry of its row.
   void add_blocks(const NumberRows& rows, PetscInt row, std::size_t entry);
 
  private:
   PetscInt owned_;
 };
 
-/// Hands a Hessian on block by block, to a function of an owned row, a column and a block.
+/// Passes a Hessian on block by block, to a function of an owned row, a column and a block.
 template <class Take>
 class TakenBlocks : public HessianTerms {
  public:

@@ -58,7 +58,7 @@ std::string chosen_solver(const std::string& prefix) {
   return words.empty() ? "-" + prefix + "..." : words;
 }
 
-/// Whether PETSc's error says that the options ask for what cannot be: every rank meets it alike.
+/// Whether PETSc's error says that the options ask for something impossible: then every rank gets it alike.
 bool is_about_options(PetscErrorCode code) {
   switch (code) {
     case PETSC_ERR_SUP:
@@ -82,7 +82,7 @@ bool is_about_options(PetscErrorCode code) {
   }
 }
 
-/// @throws Error that names the options of `prefix`, if they ask for what cannot be
+/// @throws Error that names the options of `prefix`, if they ask for something impossible
 void throw_if_about_options(const std::string& prefix, const PetscFailure& failure) {
   if (is_about_options(failure.code())) {
     throw Error(chosen_solver(prefix) + ": " + failure.what());
@@ -111,8 +111,8 @@ void require_known(const std::string& prefix, const std::string& option, const c
   }
 }
 
-/// Refuses a factorisation that no package, or not the chosen one, has for the matrix. Before PETSc reads the options:
-/// its words name neither.
+/// Refuses a factorisation that no package, or not the chosen one, has for the matrix. Called before PETSc reads the
+/// options, because its message names neither.
 void require_factor(const std::string& prefix, Mat matrix) {
   const std::string type = option_value("-" + prefix + "pc_type").value_or("");
   if (type != PCLU && type != PCCHOLESKY) {
@@ -155,7 +155,7 @@ void require_factor(const std::string& prefix, Mat matrix) {
               expected);
 }
 
-/// The preconditioner that the blocks of block Jacobi shall have, on a KSP whose blocks are not made yet.
+/// The preconditioner for the blocks of block Jacobi, on a KSP whose blocks are not made yet.
 constexpr const char* block_type_key = "pellicle_block_type";
 
 /// Gives a factorisation that PETSc has for one rank only to the blocks of block Jacobi, when `solve` has them.
@@ -168,7 +168,7 @@ void make_parallel(KSP ksp, PC pc, PCType type) {
   check(PCSetType(pc, PCBJACOBI));
 }
 
-/// Sets the type that `make_parallel` left, then the user's options for the blocks.
+/// Sets the type that `make_parallel` has noted, then the user's options for the blocks.
 void set_block_type(KSP ksp) {
   PetscContainer block_type = nullptr;
   check(PetscObjectQuery(reinterpret_cast<PetscObject>(ksp), block_type_key,
@@ -198,7 +198,7 @@ std::string prefix_of(KSP ksp) {
   return prefix != nullptr ? prefix : "";
 }
 
-/// Gives MUMPS room where it factorises, unless the user says how much.
+/// Gives MUMPS additional memory where it factorises, unless the user says how much.
 void give_mumps_room(KSP ksp) {
   PC pc = nullptr;
   PetscBool factorises = PETSC_FALSE;
@@ -218,7 +218,8 @@ void give_mumps_room(KSP ksp) {
   }
 }
 
-/// Refuses what PETSc would refuse in the first solve only, and what ends in a crash or in no preconditioner at all.
+/// Refuses what PETSc would refuse in the first solve only, and what would end in a crash or without any
+/// preconditioner.
 /// @param type of the preconditioner @param matrix from which it is made
 void require_available(PCType type, Mat system, Mat matrix, const std::string& prefix) {
   MatType matrix_type = nullptr;
@@ -256,7 +257,7 @@ void require_available(PCType type, Mat system, Mat matrix, const std::string& p
   }
 }
 
-/// Of a solve that did not converge, what PETSc's name for the reason means where the name does not say it.
+/// For a solve that did not converge, the meaning of PETSc's name for the reason, if the name does not say it.
 std::string words_of(KSPConvergedReason reason, KSP ksp) {
   PC pc = nullptr;
   PCType type = nullptr;
@@ -337,7 +338,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   const bool matrix_free = is(matrix_type, MATSHELL);
   PetscBool has_blocks = PETSC_FALSE;  // of its diagonal
   check(MatHasOperation(preconditioning, MATOP_INVERT_BLOCK_DIAGONAL, &has_blocks));
-  // A shell with blocks is a tangent, for which rigid patches are a level.
+  // A shell with blocks is a tangent; for a tangent rigid patches can be a level.
   const auto has_matrix_free = [&](PCType type) {
     return is_own_type(type) ? offers_preconditioner(preconditioning, type)
                              : is(type, PCNONE) || is(type, PCJACOBI) ||
@@ -375,7 +376,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   if (use_amat == PETSC_FALSE && !is(type, PCMG) && !is(type, PCGAMG) && !is(type, PCML)) {
     check(PCSetUseAmat(pc, PETSC_FALSE));  // Multigrid sets it, and leaves it to a type chosen in its place.
   }
-  if (is(type, PCASM)) {  // The restricted kind, PETSc's default, is not symmetric as conjugate gradients need it.
+  if (is(type, PCASM)) {  // PETSc's default, the restricted kind, is not symmetric, as conjugate gradients need it.
     if (!option_value("-" + prefix + "pc_asm_type")) {
       check(PCASMSetType(pc, PC_ASM_BASIC));
     }
@@ -439,7 +440,7 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   }
   const KSPConvergedReason reason = result.ended;
   result.iterations = static_cast<int>(iterations);
-  // The latter two end the search in a trust region; they are no solutions.
+  // The latter two end the search in a trust region; they are not solutions.
   result.converged = reason > 0 && reason != KSP_CONVERGED_CG_NEG_CURVE && reason != KSP_CONVERGED_CG_CONSTRAINED;
   if (!result.converged) {
     result.refuse(failure_of(reason), "the linear solver " + prefix_of(ksp) + " did not converge (" +

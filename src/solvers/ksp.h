@@ -13,7 +13,7 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// What a solver is before the user's options are read.
+/// Settings of a solver before the user's options are read.
 struct KspDefaults {
   KSPType type = KSPCG;
   PCType preconditioner = PCBJACOBI;  ///< its blocks are ICC(0) where the matrix is known to be symmetric
@@ -24,10 +24,10 @@ struct KspDefaults {
   std::vector<std::string> fields{};  ///< names of the unknowns of a vertex, a particle or a spring, for the DM
 };
 
-/// Of what MUMPS has worked out that it needs, the share that it gets in addition [%]: on several ranks it needs more,
-/// by how much depends on who is first, and by default (20) small systems now and then fail.
+/// Additional share that MUMPS gets of the memory that it estimates [%]: on several ranks it needs more, how much
+/// depends on the order of messages, and with the default (20) small systems now and then fail.
 constexpr PetscInt mumps_room = 100;
-constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of it
+constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of this setting
 
 /// A solver for `matrix`, with the defaults and then the options of `prefix` (such as "heat_") set. A preconditioner
 /// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
@@ -36,20 +36,21 @@ constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of it
 /// allow
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);
 
-/// Tells PETSc that a matrix is symmetric positive definite whatever values it gets; that it is symmetric, where
-/// PETSc's type knows no more.
+/// Tells PETSc that a matrix is symmetric positive definite whatever values it gets, or, where PETSc's type cannot know
+/// that, that it is symmetric.
 void set_definite(Mat matrix);
 
-/// Reads the options `-<prefix>mat_...` of a matrix, whose type is given. Collective. @throws Error on `mat_type`,
-/// which no option of PETSc's can change here
+/// Reads the options `-<prefix>mat_...` of a matrix whose type is given. Collective. @throws Error on `mat_type`, which
+/// no option of PETSc can change here
 void set_matrix_options(Mat matrix, const std::string& prefix);
 
 /// Runs calls of PETSc's that set up or run the solvers of `prefix`. @throws Error that names their options when PETSc
 /// cannot do as they say
 void run_solver(const std::string& prefix, const std::function<void()>& calls);
 
-/// What became of a symmetric system that should be positive definite. no: for another reason than the two that follow,
-/// a preconditioner that is not positive definite or could not be made, and a matrix that is not positive definite.
+/// How a solve of a symmetric system that should be positive definite ended. no: it failed for another reason than the
+/// two that follow, a preconditioner that is not positive definite or could not be made, and a matrix that is not
+/// positive definite.
 enum class Solved { yes, no, bad_preconditioner, concave };
 
 /// How a linear solve went.
@@ -57,7 +58,7 @@ struct LinearResult : StageResult {
   KSPConvergedReason ended = KSP_CONVERGED_ITERATING;  ///< PETSc's name for it
   Solved solved = Solved::yes;
 
-  /// Takes back that it converged.
+  /// Marks it as not converged.
   void refuse(Solved why, std::string words) {
     converged = false;
     solved = why;

@@ -10,9 +10,10 @@ inline namespace solvers {
 /// [T', l; S g^T, 0] [x; z] = [r; q]: a load z, by which the residual of a system changes with l, is one more unknown,
 /// and one more row says how far to go along g: the path of equilibria beyond a limit point, where T' is singular
 /// (Riks, An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Struct. 15, 1979).
-/// g is the last column of a LowRankSystem, T' its T with what the columns before add. Solved by block elimination. In
-/// place of T' stands the system's own A, with rho g g^T of that column and r changed accordingly: the solution is the
-/// same, and A stays positive definite where T' is so only on the x with g^T x = 0. rho is the column's coefficient.
+/// g is the last column of a LowRankSystem, T' its T with what the columns before add. Solved by block elimination. T'
+/// is replaced by the system's own A, with rho g g^T of that column, and r is changed accordingly: the solution is the
+/// same, and A stays positive definite even where T' is so only on the x with g^T x = 0. rho is the column's
+/// coefficient.
 ///
 /// A vector of such a system has the rows of T, and one more at the end of rank 0's.
 class LoadBorder {
@@ -22,7 +23,7 @@ class LoadBorder {
   LoadBorder(const LoadBorder&) = delete;  // The matrix points to this object.
   LoadBorder& operator=(const LoadBorder&) = delete;
 
-  /// The system's matrix, which can be multiplied with.
+  /// The system's matrix, as a product with vectors.
   Mat matrix() const { return matrix_; }
   /// Rows of the border on this rank: one on rank 0.
   PetscInt border_rows() const { return rank_ == 0 ? 1 : 0; }
@@ -30,7 +31,7 @@ class LoadBorder {
   /// @param load l of the owned rows @param scale S
   void update(const Eigen::VectorXd& load, double scale);
 
-  /// Where l has no part along which the row could go there is no solution. Collective.
+  /// If l has no part along which the row could go there is no solution. Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
   /// The border's entry of a vector, on every rank. Collective.

@@ -11,8 +11,8 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// A x = b with A = T + G C G^T: T sparse or matrix-free, the rest a LowRank. T is what the preconditioner is made
-/// from. A solver without iterations (preonly) gets T alone, and the columns by Woodbury.
+/// A x = b with A = T + G C G^T: T is sparse or matrix-free, the rest a LowRank. The preconditioner is made from T. A
+/// solver without iterations (preonly) solves with T alone, and the columns are added by Woodbury's formula.
 class LowRankSystem {
  public:
   /// Makes the solver, as make_ksp does. Collective.
@@ -30,18 +30,18 @@ class LowRankSystem {
   Eigen::Index rows() const { return rows_; }
   const LowRank& low_rank() const { return low_rank_; }
 
-  /// Takes what is added to values of T that have just changed. Not collective. @param low_rank with as many columns
+  /// Sets what is added to T, whose values have just changed. Not collective. @param low_rank with as many columns
   void update(LowRank low_rank);
 
-  /// From here on solves by another solver of `matrix()`; null: by its own.
+  /// From here on uses another solver of `matrix()`; null: its own.
   void use(KSP solver) { other_solver_ = solver; }
   /// Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
-  /// g_c.v of every column, a row each, for some vectors, a column each. Collective.
+  /// g_c.v of every column (the rows of the result) and every vector (its columns). Collective.
   Eigen::MatrixXd column_products(const std::vector<Vec>& vectors) const;
 
-  /// Whether the preconditioner may be made from another matrix than T; the solver that works with T alone may not.
+  /// Whether the preconditioner may be made from a matrix other than T; a solver that works with T alone may not.
   bool allows_other_preconditioning() const { return !solves_sparse_alone_; }
   void precondition_from(Mat matrix);
 

@@ -12,8 +12,8 @@ inline namespace solvers {
 
 using DmHandle = Handle<DM, DMDestroy>;
 
-/// What the rows of a system are called: they go round the names, x, y, z, x, y, z, ...; of the last rows of rank 0
-/// those of a border have a name of their own.
+/// Names of the rows of a system: they repeat, x, y, z, x, y, z, ...; the last rows of rank 0, if they are those of a
+/// border, have a name of their own.
 struct NamedFields {
   std::vector<std::string> components;
   std::string border;

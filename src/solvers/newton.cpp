@@ -11,7 +11,7 @@ inline namespace solvers {
 
 namespace {
 
-/// Refuses nonlinear solvers and Jacobians that would pass the problem's own by, or most of what makes a step safe.
+/// Refuses nonlinear solvers and Jacobians that would bypass those of the problem, or most of what makes a step safe.
 void require_known(const std::string& prefix, const std::string& own_tangent) {
   char type[64] = SNESNEWTONLS;
   check(PetscOptionsGetString(nullptr, prefix.c_str(), "-snes_type", type, sizeof type, nullptr));

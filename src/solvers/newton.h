@@ -15,13 +15,14 @@ inline namespace solvers {
 
 using SnesHandle = Handle<SNES, SNESDestroy>;
 
-/// What SNES sets for one linear solve of Newton's method: Eisenstat and Walker's tolerance, a lagged preconditioner.
+/// What SNES sets for one linear solve of Newton's method: the tolerance of Eisenstat and Walker, a lagged
+/// preconditioner.
 struct NewtonRequest {
   double rtol = 0;
   PetscBool reuses_preconditioner = PETSC_FALSE;
 };
 
-/// Newton's step as the line search finds it. The search may overwrite `trial`.
+/// Newton's step as the line search gets it. The search may overwrite `trial`.
 struct NewtonStep {
   Vec position;  ///< x
   Vec residual;  ///< f(x)
@@ -34,16 +35,16 @@ struct NewtonProblem {
   std::function<void(Vec position, Vec residual)> residual;
   /// Sets the Jacobian, in whatever form `solve` wants it.
   std::function<void(Vec position)> update_jacobian;
-  /// J y = f at the position of the last Jacobian. A failure is the last result's reason.
+  /// J y = f at the position of the last Jacobian. If it fails, the last result has the reason.
   std::function<LinearResult(Vec residual, Vec descent, const NewtonRequest& request)> solve;
-  /// Share of the step to go; nothing: none would do. Empty function: the whole step always.
+  /// Share of the step to take; nothing if no share is acceptable. Empty function: always the whole step.
   std::function<std::optional<double>(const NewtonStep& step)> search;
   /// What NewtonDefaults::rtol is relative to where the residual was last asked for, a norm of the forces that are to
   /// be in balance. Empty: the norm of the residual at the start.
   std::function<double()> scale;
 };
 
-/// What Newton's method is before the user's options are read.
+/// Settings of Newton's method before the user's options are read.
 struct NewtonDefaults {
   double atol = 0;
   double rtol = 1e-8;
@@ -65,16 +66,18 @@ struct NewtonResult {
 };
 
 /// Newton's method by SNES, whose linear solver is the problem's own: SNES sees a KSP of prefix `<prefix>newton_` that
-/// hands everything on.
+/// passes everything on.
 class Newton {
  public:
   /// Collective. @param system matrix of the Jacobian, for SNES alone @param prefix such as "prism_"
-  /// @throws Error on nonlinear solvers and Jacobians that would pass the problem's own by, or that PETSc does not know
+  /// @throws Error on nonlinear solvers and Jacobians that would bypass those of the problem, or that PETSc does not
+  /// know
   Newton(Mat system, const std::string& prefix, NewtonProblem problem, const NewtonDefaults& defaults);
   Newton(const Newton&) = delete;  // PETSc's callbacks point to this object.
   Newton& operator=(const Newton&) = delete;
 
-  /// Moves `position` to where the method ends, a solution or not. Collective. @throws Error that names the options
+  /// Moves `position` to where the method ends, whether that is a solution or not. Collective. @throws Error that names
+  /// the options
   /// when PETSc cannot do as they say
   NewtonResult solve(Vec position);
 

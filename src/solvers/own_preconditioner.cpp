@@ -17,7 +17,7 @@ std::set<std::string>& own_types() {
   return types;
 }
 
-/// Under which a matrix keeps what it offers. Short, so that asking for it allocates nothing.
+/// Name under which a matrix keeps its preconditioner. Short, so that asking for it allocates nothing.
 std::string key_of(const std::string& type) { return "own_pc_" + type; }
 
 const OwnPreconditioner* offered_by(Mat matrix, const std::string& type) {

@@ -8,10 +8,10 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// A potential of the vertices of one part of a JoinedLayout, as one of those of the whole.
+/// A potential of the vertices of one part of a JoinedLayout, as a potential of the whole.
 class PartPotential : public Potential {
  public:
-  /// All must outlive it. Collective. @param vertices of the part
+  /// All arguments must outlive it. Collective. @param vertices of the part
   PartPotential(Potential& potential, const JoinedLayout& joined, std::size_t part, const Layout& vertices);
 
   double value(const Field& x) const override { return potential_.value(taken(x)); }

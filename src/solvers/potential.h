@@ -41,8 +41,8 @@ class HessianBlocks {
 /// A part of the energy that a step makes stationary, by the positions x of the vertices of a layout: what a tangent
 /// and Newton's method need to know of an elastic wall, inertia, loads, contact.
 ///
-/// Positions are fields with ghosts up to date. Every rank does its share of a sum over all ranks, and has the whole of
-/// what concerns the vertices that it owns. All functions may be collective, as far as nothing else is said.
+/// Positions are fields with ghosts up to date. Every rank has its share of a sum over all ranks, and the complete
+/// values for the vertices that it owns. All functions may be collective, unless stated otherwise.
 class Potential {
  public:
   virtual ~Potential() = default;
@@ -58,28 +58,28 @@ class Potential {
     return value(x);
   }
 
-  /// The blocks that a Hessian may have: with (i, j) also (j, i), on the ranks that own the rows. A pair may be there
-  /// several times, and is then a sum.
+  /// The blocks that a Hessian may have: with (i, j) also (j, i), on the ranks that own the rows. A pair may occur
+  /// several times; its blocks are then added.
   virtual std::vector<VertexPair> pattern() const = 0;
-  /// Grows whenever the pattern becomes another one, by as much on every rank. Not collective.
+  /// Grows whenever the pattern changes, by as much on every rank. Not collective.
   virtual PetscInt pattern_version() const { return 0; }
 
-  /// Takes over the Hessian at x, for what follows.
+  /// Takes the Hessian at x, for the calls that follow.
   virtual void update_hessian(const Field& x, Curvature curvature) = 0;
-  /// From the next update on the exact Hessian has this share of the way to the positive one behind it, 0 to 1, if the
+  /// From the next update on the exact Hessian is moved towards the positive one by this share, 0 to 1, if the
   /// potential can do that; others stay exact. Not collective.
   virtual void set_positive_share(double /*share*/) {}
   /// Adds its blocks. Not collective.
   virtual void add_hessian(const HessianBlocks& blocks) const = 0;
 
-  /// Told where a step of length h [s] starts, and where Newton's method would begin, which it may move, ghosts too.
-  /// Collective.
+  /// Called where a step of length h [s] starts, with the positions at which Newton's method would begin; these may be
+  /// changed, ghosts included. Collective.
   virtual void start_from(const Field& /*start*/, Field& /*x*/, double /*h*/) {}
-  /// Told where Newton's method has ended. @returns whether the energy has become another one, on any rank, so that it
+  /// Called where Newton's method has ended. @returns whether the energy has changed, on any rank, so that the method
   /// has to go on from there. Collective.
   virtual bool renew(const Field& /*x*/) { return false; }
-  /// Told where Newton's method is, before the pattern and the Hessian there are asked for. May change the pattern, but
-  /// not the energy. Collective.
+  /// Called at each position of Newton's method, before the pattern and the Hessian there are asked for. May change the
+  /// pattern, but not the energy. Collective.
   virtual void move_on(const Field& /*x*/) {}
   /// Whether `limit` ever shortens a step. Not collective.
   virtual bool limits() const { return false; }
@@ -88,20 +88,20 @@ class Potential {
   /// @returns whether it has on any rank. Collective.
   virtual bool limit(const Field& /*x*/, StepLimit /*how*/, Eigen::Ref<Eigen::Matrix3Xd> /*step*/) { return false; }
 
-  /// Whether a matrix-free tangent is to multiply with its terms or with `add_product` in place of the blocks. Not
-  /// collective.
+  /// Whether a matrix-free tangent is to multiply with this potential's terms or with `add_product` instead of the
+  /// blocks. Not collective.
   virtual bool multiplies() const { return false; }
-  /// Whether, if it multiplies, `visit` gives its Hessian in place of blocks and products; it couples local vertices
-  /// alone then. Not collective.
+  /// Whether, if it multiplies, its Hessian is given by `visit` instead of by blocks and products; then it couples
+  /// local vertices only. Not collective.
   virtual bool has_terms() const { return false; }
-  /// Adds H w to `result`, both (3 x local); what ghosts get is a part of the whole only. Not collective.
+  /// Adds H w to `result`, both (3 x local); ghosts get only a part of their sum. Not collective.
   virtual void add_product(const double* /*w*/, double* /*result*/) const {}
-  /// Hands its Hessian over. Not collective.
+  /// Passes its Hessian on. Not collective.
   virtual void visit(HessianTerms& /*terms*/) const {}
 };
 
-/// Shortens a step of Newton's method from x as the potentials ask for, vertex by vertex if the sum still falls along
-/// what is left, else all of it alike. Collective.
+/// Shortens a step of Newton's method from x as the potentials require, vertex by vertex if the sum still falls along
+/// the shortened step, otherwise all vertices by the same share. Collective.
 /// @param step (3 x owned), to be added [m] @param gradient of the sum (3 x owned) [N]
 void limit_step(MPI_Comm comm, const std::vector<Potential*>& potentials, const Field& x,
                 const Eigen::Ref<const Eigen::Matrix3Xd>& gradient, Eigen::Ref<Eigen::Matrix3Xd> step);

@@ -9,7 +9,7 @@ inline namespace solvers {
 
 namespace {
 
-/// Iterations that cost about as much as a new preconditioner.
+/// Number of iterations that costs about as much as a new preconditioner.
 constexpr PetscInt worth_renewing = 50;
 
 }  // namespace

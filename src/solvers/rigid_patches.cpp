@@ -43,7 +43,7 @@ CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>
 
 Eigen::Vector4d with_arm(const Eigen::Vector3d& arm) { return {1, arm.x(), arm.y(), arm.z()}; }
 
-/// Adds what numbers that couple vertices in all directions alike are for shifts and turns, of which a turn w moves a
+/// Adds what numbers that couple vertices in all directions alike contribute for shifts and turns; a turn w moves a
 /// vertex by w x arm.
 /// @param moments sum of the numbers times (1, arm) of both vertices
 template <class Block>
@@ -75,8 +75,9 @@ void check_options(KSP solver, TangentMatrix type) {
   }
 }
 
-/// Factorises with CHOLMOD, whose blocks suit patches; on several ranks on each the whole while that is small, and
-/// beyond by algebraic multigrid, which shares the work: ML's, symmetric Gauss-Seidel by default.
+/// Factorises with CHOLMOD, whose blocks suit patches. On several ranks each factorises the whole matrix while that is
+/// small; larger ones are solved by algebraic multigrid, which shares the work: ML's, symmetric Gauss-Seidel by
+/// default.
 void set_coarse_solver(KSP solver, PetscInt patches) {
   constexpr PetscInt small = 2000;
   PC pc = nullptr;
@@ -115,7 +116,7 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
   PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
   check(PCMGSetType(pc, PC_MG_ADDITIVE));
-  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be the same.
+  // PETSc would tell restriction and interpolation apart by their numbers of rows, which may be equal.
   MatHandle restriction;
   VecHandle scale;  // of restricted states, of which there are none
   check(MatCreateTranspose(patches->interpolation_, restriction.create()));
@@ -211,7 +212,7 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
   check(PetscLogFlops(15.0 * tangent_.vertices().owned));
 }
 
-/// Tells the patches of the vertices that are in reach of this rank's, and makes room for their motions.
+/// Finds the patches of the vertices in reach of this rank's, and makes room for their motions.
 void RigidPatches::number_reach() {
   const Layout& reach = tangent_.reach();
   patch_.resize(static_cast<std::size_t>(reach.local()));
@@ -228,8 +229,8 @@ RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
   return projectors_[static_cast<std::size_t>(vertex)] * motion;
 }
 
-/// Of each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
-/// may move so: turns of a vertex round itself are none, and what is held does not move.
+/// For each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
+/// may move so: turning a vertex about itself is no motion, and what is held does not move.
 void RigidPatches::find_motions(const Field& x) {
   const auto patches = rows_.size();
   centre_.setZero(3, own_patches());
@@ -283,9 +284,9 @@ void RigidPatches::find_motions(const Field& x) {
   }
 }
 
-/// Adds up interpolation^T tangent interpolation, first of shifts and turns in place of the bases, which then come in.
-/// What is symmetric is computed once, on ranks that own both sides: of a patch with itself blocks after the diagonal
-/// and half of that, to which the transposed are added.
+/// Adds up interpolation^T tangent interpolation, first for shifts and turns, and then transforms to the bases.
+/// Symmetric parts are computed once, on ranks that own both sides: for a patch with itself blocks after the diagonal
+/// and half of the diagonal, to which the transposed are added.
 class RigidPatches::Sum : public HessianTerms {
  public:
   explicit Sum(RigidPatches& patches) : HessianTerms(patches.tangent_.vertices().owned), all_(patches) {}
@@ -430,7 +431,7 @@ class RigidPatches::Sum : public HessianTerms {
     return result;
   }
 
-  /// Half of what a term on a difference has at one of its ends alone.
+  /// Half of what a term on a difference contributes at one of its ends alone.
   void add_square(PetscInt p, const Eigen::Vector3d& arm, const DifferenceTerm& term) {
     const Movement forces = forces_of(term.direction, arm);
     all_.coarse_block(p, p) += 0.5 * forces * forces.transpose();
@@ -453,7 +454,7 @@ class RigidPatches::Sum : public HessianTerms {
     }
   }
 
-  /// The product of what forces on vertex i are for its patch with a row of patch q.
+  /// The product of the effect of forces on vertex i on its patch with a row of patch q.
   void add_product(PetscInt i, PetscInt q, const Movement& own, const Movement& other) {
     const PetscInt p = patch(i);
     if (p <= q) {

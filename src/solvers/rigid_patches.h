@@ -17,10 +17,11 @@ inline namespace solvers {
 
 /// The coarse level of a two-level preconditioner (PCMG) for the tangent of a wall or a sheet.
 ///
-/// METIS gathers the vertices of each rank in patches, and each patch moves as a rigid body, from its present shape.
-/// The wall resists such motions only where patches meet, which is why point-wise preconditioners hardly see them; with
-/// the coarse level the number of iterations depends on the size of the patches and not on that of the mesh. The levels
-/// are added: the 3x3 blocks of the diagonal and, exactly, the coarse level.
+/// METIS groups the vertices of each rank into patches, and each patch moves as a rigid body, from its present shape.
+/// The wall resists such motions only where patches meet, which is why point-wise preconditioners hardly reduce them;
+/// with the coarse level the number of iterations depends on the size of the patches and not on that of the mesh. The
+/// preconditioner is the sum of two levels: the inverse 3x3 blocks of the diagonal, and the coarse level, solved
+/// exactly.
 class RigidPatches {
  public:
   /// Gives the solver's PCMG its levels, before the user's options for them (`mg_levels_`, `mg_coarse_`) are read.
@@ -38,15 +39,15 @@ class RigidPatches {
   RigidPatches(const RigidPatches&) = delete;  // PETSc's interpolation points to this object.
   RigidPatches& operator=(const RigidPatches&) = delete;
 
-  /// Whether solves with the present coarse level have taken so many more iterations than the shortest of them that a
-  /// new one would have been cheaper, or there is none yet. To be asked once after each solve.
+  /// Whether the iterations of solves with the present coarse level, beyond those of the shortest solve, have cost more
+  /// than a new one would have, or there is none yet. To be asked once after each solve.
   bool due() { return lag_.due(solver_); }
 
   /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
   /// @param x positions at which the tangent was updated [m]
   void renew(const Field& x);
 
-  /// To be called when the tangent has another pattern, before it has values: the coarse level is due.
+  /// To be called when the tangent has a new pattern, before it has values: the coarse level is to be made again.
   void forget_pattern();
 
  private:

@@ -12,7 +12,8 @@ inline namespace solvers {
 
 namespace {
 
-/// What a residual is compared with at least, over the part's force scale: a balloon at rest has no forces.
+/// Least force, as a share of the part's force scale, that a residual is compared with: a balloon at rest has no
+/// forces.
 constexpr double negligible_force = 1e-6;
 
 std::vector<Layout> vertices_of(const std::vector<StepPart*>& parts) {
@@ -45,7 +46,7 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
       triangles_.push_back(triangle);
     }
     for (Potential* potential : part.potentials()) {
-      if (parts_.size() == 1) {  // Its numbers are those of the whole.
+      if (parts_.size() == 1) {  // With one part its numbers are those of the whole.
         potentials_.push_back(potential);
       } else {
         adapted_.push_back(std::make_unique<PartPotential>(*potential, joined_, p, part.vertices()));
@@ -58,7 +59,7 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
   tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, projectors_, type, prefix);
 }
 
-/// Numbers of all parts, one part after the other.
+/// The parts' own unknowns, one part after the other.
 template <class Of>
 Eigen::VectorXd StepObjective::of_parts(const Of& of) const {
   std::vector<double> all;

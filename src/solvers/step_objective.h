@@ -17,8 +17,8 @@ inline namespace solvers {
 /// What an implicit step makes stationary, its gradient and its second derivative: the sum of the parts of objects, and
 /// of what is between them, such as contact.
 ///
-/// The unknowns are the positions of the owned vertices of all parts, as JoinedLayout has them, then on rank 0 the
-/// parts' own ones.
+/// The unknowns are the positions of the owned vertices of all parts, as in JoinedLayout, then on rank 0 the parts' own
+/// unknowns.
 class StepObjective {
  public:
   /// Collective. All must outlive it.
@@ -33,8 +33,8 @@ class StepObjective {
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
   const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
 
-  /// From here on it is that of the step of length h [s] that all parts have begun. @returns whether all vertices that
-  /// are held are where the step has to take them; else it is too long. Collective.
+  /// To be called when all parts have begun a step of length h [s]. @returns whether all held vertices are where the
+  /// step has to take them; if not, the step is too long. Collective.
   bool begin_step(double h);
   /// Collective.
   void move_to(Vec unknowns);
@@ -44,24 +44,24 @@ class StepObjective {
   /// Where the step started, ghosts up to date.
   const Field& start() const { return start_; }
 
-  /// At x [J]. Collective.
+  /// The energy at x [J]. Collective.
   double value();
   /// Gradient at x, and the rows of the parts' own unknowns. Collective.
   void compute_residual(Vec residual);
-  /// What the last residual is to be small against [N]: the largest norm of a kind of a part's forces, as the part has
-  /// it that is furthest from balance, and by how much less is asked of it than `rtol` (StepPart::tolerance).
+  /// The force that the last residual is compared with [N]: the largest norm of a kind of force of the part that is
+  /// furthest from balance, times the ratio by which less is asked of that part than `rtol` (StepPart::tolerance).
   /// Collective.
   double residual_scale(double rtol) const;
-  /// Of the volumes that are prescribed, see StepPart. Not collective.
+  /// Figures of the volumes that are prescribed, see StepPart. Not collective.
   Eigen::VectorXd excess_volume() const;
   Eigen::VectorXd multiplier() const;
   Eigen::VectorXd pressure_scales() const;
   std::vector<int> prescribed() const;
   /// See StepPart::inverted. Collective.
   double inverted(const Field& from, const Field& to) const;
-  /// See limit_step; changes the descent x - y of Newton's step from x, of the unknowns. Collective.
+  /// See limit_step; changes the descent x - y of Newton's step from x, in all unknowns. Collective.
   void limit(Vec residual, Vec descent) const;
-  /// See Potential::renew, of all of them. Collective.
+  /// See Potential::renew, for all potentials. Collective.
   bool renew();
   /// See Tangent::move_on.
   bool move_on() { return tangent_->move_on(position_); }
@@ -69,8 +69,8 @@ class StepObjective {
   const Tangent& tangent() const { return *tangent_; }
   /// Columns of the low-rank part of the second derivative.
   int columns() const;
-  /// Gives columns of several parts what joins them, once they are all there.
-  /// @param first column of each part @param left of what is not positive, 0 to 1
+  /// Adds to columns of several parts what joins them, once all of them exist.
+  /// @param first column of each part @param left share that is left out of what is not positive, 0 to 1
   using Joint = std::function<void(LowRank& all, const std::vector<Eigen::Index>& first, double left)>;
   void set_joint(Joint joint) { joint_ = std::move(joint); }
   /// Sets the second derivative at x. Collective.

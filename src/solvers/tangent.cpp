@@ -18,11 +18,11 @@ inline namespace solvers {
 
 namespace {
 
-/// Of the mean of the diagonal: what a positive tangent has besides. Makes it definite where the potentials alone leave
-/// motions free, and changes no other.
+/// Share of the diagonal's mean that a positive tangent has in addition. It makes the tangent definite where the
+/// potentials alone leave motions free, and changes no other motion.
 constexpr double definite_share = 1e-6;
 
-/// Adds the blocks of pairs to places, those of which are not -1.
+/// Adds the blocks of pairs to places; pairs of place -1 are left out.
 class PlacedBlocks : public HessianBlocks {
  public:
   PlacedBlocks(const std::vector<PetscInt>& places, std::vector<Eigen::Matrix3d>& blocks)
@@ -39,7 +39,7 @@ class PlacedBlocks : public HessianBlocks {
   std::vector<Eigen::Matrix3d>& blocks_;
 };
 
-/// Hands the blocks of owned rows on, with their vertices.
+/// Passes on the blocks of owned rows, with their vertices.
 class VisitedBlocks : public HessianBlocks {
  public:
   VisitedBlocks(const std::vector<std::array<PetscInt, 2>>& pairs, HessianTerms& terms)
@@ -56,7 +56,7 @@ class VisitedBlocks : public HessianBlocks {
   HessianTerms& terms_;
 };
 
-/// Adds up the blocks of the owned vertices with themselves.
+/// Adds up the diagonal blocks of the owned vertices.
 class Diagonal : public HessianTerms {
  public:
   explicit Diagonal(std::vector<Eigen::Matrix3d>& blocks)
@@ -136,7 +136,7 @@ bool Tangent::move_on(const Field& x) {
   return renew_pattern();
 }
 
-/// Takes in the vertices beyond the local ones that owned ones are coupled with, and their projectors.
+/// Includes the vertices beyond the local ones that owned ones are coupled with, and their projectors.
 void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns) {
   reach_ = vertices_;
   numbers_ = LocalNumbers(reach_);
@@ -349,7 +349,7 @@ void Tangent::assemble(Curvature curvature) {
       }
     }
   }
-  // Here and not once for all: MatConvert makes the part of other ranks' columns anew, without the option.
+  // Set each time, because MatConvert makes the part of other ranks' columns anew, without the option.
   check(MatSetOption(matrix_, MAT_ROW_ORIENTED, PETSC_FALSE));
   for (std::size_t i = 0; i < vertices; ++i) {
     const PetscInt row = vertices_.first + static_cast<PetscInt>(i);
@@ -383,7 +383,7 @@ void Tangent::visit_part(const Part& part, HessianTerms& terms) const {
   }
 }
 
-/// Of the potentials, in the directions that are free.
+/// Product of the potentials' Hessian, in the directions that are free.
 void Tangent::make_diagonal() {
   if (has_diagonal_) {
     return;

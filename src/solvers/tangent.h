@@ -18,10 +18,10 @@ inline const std::vector<std::string>& names_of(TangentMatrix) {
   return names;
 }
 
-/// The matrix of Newton's method for a sum of potentials with the Hessian H: P H P + s (1 - P) with projectors P on the
-/// directions in which the vertices may move (and s the mean of the diagonal, so that held directions do not spoil the
-/// spectrum). Assembled (baij, aij, sbaij; block size 3) or matrix-free (shell); a shell still holds the blocks of
-/// potentials that do not multiply for themselves.
+/// The matrix of Newton's method for a sum of potentials with the Hessian H: P H P + s (1 - P), with projectors P on
+/// the directions in which the vertices may move; s is the mean of the diagonal, so that held directions do not spoil
+/// the spectrum. Assembled (baij, aij, sbaij; block size 3) or matrix-free (shell); a shell still stores the blocks of
+/// potentials that do not multiply themselves.
 class Tangent {
  public:
   /// Makes pattern and matrix. Collective. @param vertices and potentials must outlive it
@@ -32,25 +32,25 @@ class Tangent {
   Tangent& operator=(const Tangent&) = delete;
 
   /// If the sum of the potentials' pattern versions has changed, makes the rows anew: `matrix` stays the same object,
-  /// without values, but preconditioners and copies made from it are of no more use. Collective.
+  /// without values, but preconditioners and copies made from it become useless. Collective.
   /// @returns whether it has
   bool renew_pattern();
-  /// Tells the potentials where Newton's method is (Potential::move_on), and renews the pattern. Collective.
+  /// Calls Potential::move_on of the potentials at the position of Newton's method, and renews the pattern. Collective.
   bool move_on(const Field& x);
 
-  /// Renews the pattern and sets the values. Of the curvature `positive` they are positive definite: besides the
-  /// potentials' part there is a millionth of the diagonal's mean on the diagonal. Collective.
+  /// Renews the pattern and sets the values. With the curvature `positive` the matrix is positive definite: in addition
+  /// to the potentials' part a millionth of the diagonal's mean is on the diagonal. Collective.
   void update(const Field& x, Curvature curvature);
 
   Mat matrix() const { return matrix_; }
 
   const Layout& vertices() const { return vertices_; }
   TangentMatrix type() const { return type_; }
-  /// The vertices, and as further ghosts those that owned ones are coupled with beyond; as the pattern is now.
+  /// The vertices, and as additional ghosts those that owned ones are coupled with beyond; for the present pattern.
   const Layout& reach() const { return reach_; }
-  /// Hands over the owned vertices' rows, as they were last updated, with vertices of `reach()`. A block may come
-  /// several times, and is then a sum; of sbaij half of them come. What holds directions in which vertices may not move
-  /// is left out or not. Not collective.
+  /// Passes on the owned vertices' rows, as last updated, with vertices of `reach()`. A block may come several times;
+  /// then it is to be summed. For sbaij half of the blocks come. What holds directions in which vertices may not move
+  /// may be left out or not. Not collective.
   void visit(HessianTerms& terms) const;
 
  private:

@@ -29,7 +29,7 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   check(PCShellSetApply(pc, apply_callback));
 }
 
-/// Every rank's values, one rank's after another's. Collective. @param width values of each that is counted
+/// The values of all ranks, rank after rank. Collective. @param width number of values for each that is counted
 void TangentFactor::gather(const double* own, std::vector<double>& whole, int width,
                            const std::vector<int>& counts) const {
   std::vector<int> sizes;

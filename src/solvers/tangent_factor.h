@@ -13,15 +13,16 @@
 namespace pellicle {
 inline namespace solvers {
 
-/// A = T + G C G^T of a LowRankSystem, factorised: T = L D L^T by MUMPS, the columns by Woodbury. As a preconditioner
-/// it is A's inverse, whether T alone is positive definite or not, so that conjugate gradients need an iteration or two
-/// on any mesh. D has T's inertia, from which that of A follows (Haynsworth, Determination of the inertia of a
-/// partitioned Hermitian matrix, Linear Algebra Appl. 1, 1968): of the bordered matrix M = [T, G; G^T, -C^-1]
+/// A = T + G C G^T of a LowRankSystem, factorised: T = L D L^T by MUMPS, the columns by Woodbury's formula. As a
+/// preconditioner it is A's inverse, whether T alone is positive definite or not, so that conjugate gradients need an
+/// iteration or two on any mesh. D has T's inertia (numbers of positive and negative eigenvalues), from which that of A
+/// follows (Haynsworth, Determination of the inertia of a partitioned Hermitian matrix, Linear Algebra Appl. 1, 1968):
+/// for the bordered matrix M = [T, G; G^T, -C^-1]
 ///
 ///     In(M) = In(T) + In(-C^-1 - G^T T^-1 G) = In(-C^-1) + In(A).
 ///
-/// Every rank gathers the whole of T and factorises it by itself: what MUMPS does across ranks depends on which message
-/// comes first, and would end in other digits in each run.
+/// Every rank gathers the whole of T and factorises it by itself: the result of MUMPS across ranks depends on which
+/// message arrives first, and would differ in its last digits from run to run.
 class TangentFactor {
  public:
   /// Collective. @param tangent of which T is the matrix, not a shell. Both must outlive the factor.
@@ -34,10 +35,10 @@ class TangentFactor {
   /// singular
   std::optional<int> renew();
 
-  /// To be called when the tangent has another pattern.
+  /// To be called when the tangent has a new pattern.
   void forget_pattern() { factor_ = {}; }
 
-  /// Conjugate gradients on A, with its inverse when it was last renewed.
+  /// Conjugate gradients on A, preconditioned with the inverse that A had at the last renewal.
   KSP solver() const { return solver_; }
 
  private:

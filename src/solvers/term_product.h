@@ -11,8 +11,9 @@ inline namespace solvers {
 /// products along normals are summed up.
 class TermProduct : public HessianTerms {
  public:
-  /// @param owned, local numbers of vertices @param factor (4 x local), of which the last row is overwritten
-  /// @param product (4 x local), to which products are added; of the vertices that are not owned they are parts only
+  /// @param owned, local numbers of vertices @param factor (4 x local), whose last row is overwritten
+  /// @param product (4 x local), to which products are added; for vertices that are not owned they are only parts of
+  /// the sum
   TermProduct(PetscInt owned, PetscInt local, double* factor, double* product)
       : HessianTerms(owned), local_(local), factor_(factor), product_(product) {}
 

@@ -114,7 +114,7 @@ std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one
     double difference = a.size() == b.size() ? 0 : 1;
     double largest = 0;
     for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
-      // Also where one is not a number and the other is.
+      // Also if only one of the two is not a number.
       const double distance = a[k] == b[k] || (std::isnan(a[k]) && std::isnan(b[k])) ? 0 : std::abs(a[k] - b[k]);
       difference = distance <= difference ? difference : distance;
       largest = std::max({largest, std::abs(a[k]), std::abs(b[k])});

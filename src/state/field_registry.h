@@ -15,28 +15,28 @@
 namespace pellicle {
 inline namespace state {
 
-/// Where a field lives: on each particle, cell (element of a membrane) or spring, or once on the object: the same on
-/// every rank, or a sum of which every rank has a part.
+/// Where a field lives: on each particle, cell (element of a membrane) or spring, or once on the object: either with
+/// the same value on every rank, or as a sum of which every rank has a part.
 enum class Item { particle, cell, spring, object, sum };
 
-/// Whether frames show a field: as it is, or as the mean of a particle and what lies round it in the other layer.
+/// Whether frames show a field: not, as it is, or as the mean of a particle and its surroundings in the other layer.
 enum class Drawn { no, yes, of_both_layers };
 
-/// What a field is and what it takes part in. All fields are put back when a step fails and compared.
+/// What a field is, and what is done with it. All fields are restored when a step fails, and are compared.
 struct FieldDeclaration {
   std::string name;
   std::string unit;  ///< SI; empty for a pure number
   Item item = Item::particle;
   Drawn drawn = Drawn::no;
-  /// It follows from other fields whenever items have moved or have been read: it is neither moved nor kept in a
-  /// checkpoint.
+  /// It follows from other fields whenever items have moved or have been read: it is neither moved nor kept in
+  /// checkpoints.
   bool follows = false;
-  /// It is an amount that an item has as a whole, such as a mass: of an item that is divided each part has its share.
+  /// It is an amount of an item as a whole, such as a mass: when an item is divided each part gets its share.
   bool is_amount = false;
 };
 
-/// All that changes of an object from step to step, each field declared once. Rollback, compaction, checkpoints, frames
-/// and comparison go through the declarations: whatever is declared here takes part in them.
+/// All that changes in an object from step to step, each field declared once. Rollback, compaction, checkpoints, frames
+/// and comparison use the declarations: whatever is declared here takes part in them.
 ///
 /// Doubles with ghosts on particles are Fields; other values on local items are vectors, item after item; what an
 /// object has once is a number or a vector. Addresses stay when the registry is moved.
@@ -59,8 +59,9 @@ class FieldRegistry {
   FieldRegistry(const Layout& particles, Extent cells) : particles_(&particles), cells_(cells) {}
   FieldRegistry(FieldRegistry&&) = default;
   FieldRegistry(const FieldRegistry&) = delete;
-  /// Copies all values, ghosts included, of fields on the same items; declares what the other has and this one has not.
-  /// Collective where it does. @throws std::logic_error when the other lacks a field, or has it of another size
+  /// Copies all values, ghosts included, of fields on the same items; declares fields that the other has and this one
+  /// lacks. Collective if it declares any. @throws std::logic_error when the other lacks a field, or has it in another
+  /// size
   FieldRegistry& operator=(const FieldRegistry& other);
 
   /// Declares a field and makes room for it: zeros, or false. Collective for a Field.
@@ -77,29 +78,29 @@ class FieldRegistry {
   void declare(FieldDeclaration declaration, Values& values, int components = 1) {
     entries_.push_back({std::move(declaration), components, &values});
   }
-  /// Holds what is not of one field alone; its parts must be declared.
+  /// Holds something that is not of one field alone; its parts must be declared.
   template <class Value, class... Arguments>
   Value& own(Arguments&&... arguments) {
     auto value = std::make_shared<Value>(std::forward<Arguments>(arguments)...);
     owned_.push_back(value);
     return *value;
   }
-  /// Takes over from the registry of the same object on other items: declares what that has and this one has not, and
-  /// copies what the object has once. Collective.
+  /// Takes over from the registry of the same object on other items: declares fields that the other has and this one
+  /// lacks, and copies what the object has once. Collective.
   void take_over(const FieldRegistry& other);
 
   const std::vector<Entry>& entries() const { return entries_; }
   /// The field of this name, or null.
   const Entry* find(const std::string& name) const;
 
-  // What moves with an item, or is kept: one record an item, of all its fields that do not follow from others.
+  // What moves with an item, or is kept: one record for each item, of all its fields that do not follow from others.
 
   /// Bytes of the record of a particle or cell.
   std::size_t record_size(Item item) const;
   /// Writes the record of a local item. @param record (record_size)
-  /// @param share of the item that it is the record of: of amounts it has as much
+  /// @param share of the item that the record is for: amounts are multiplied by it
   void pack(Item item, PetscInt local, std::byte* record, double share = 1) const;
-  /// Reads it.
+  /// Reads such a record.
   void unpack(Item item, PetscInt local, const std::byte* record);
 
  private:
@@ -123,7 +124,7 @@ template <class Values>
 constexpr bool is_on_items = std::is_same_v<Values, Field> || std::is_same_v<Values, std::vector<double>> ||
                              std::is_same_v<Values, std::vector<PetscInt>> || std::is_same_v<Values, std::vector<bool>>;
 
-/// What a number of these values is where it is kept: a flag is a byte.
+/// Type in which a number of these values is stored: a flag is a byte.
 template <class Values>
 using Kept = std::conditional_t<std::is_same_v<Values, std::vector<bool>>, unsigned char,
                                 std::conditional_t<std::is_same_v<Values, std::vector<PetscInt>>, PetscInt, double>>;
@@ -157,9 +158,9 @@ void for_each_on_items(const FieldRegistry& fields, Item item, const Visit& visi
 /// All numbers of a field, ghosts included, as doubles. Not collective.
 std::vector<double> numbers_of(const FieldRegistry::Entry& entry);
 
-/// The largest difference of two numbers of a field, by the largest number of the field in either; a field of whole
-/// numbers or flags has 1 as soon as one differs. 0 for equal ones, and for none.
-/// @throws std::logic_error if the registries have other fields. Not collective.
+/// The largest difference of two numbers of a field, divided by the largest number of the field in either registry; 1
+/// for a field of integers or flags as soon as one differs. 0 for equal ones, and for none.
+/// @throws std::logic_error if the registries have different fields. Not collective.
 std::vector<std::pair<std::string, double>> differences(const FieldRegistry& one, const FieldRegistry& other);
 
 }  // namespace state

@@ -121,7 +121,7 @@ std::size_t place_of(const std::array<const char*, count>& names, const std::str
   return static_cast<std::size_t>(place - names.begin());
 }
 
-/// Declares what the text says and the registry has not: fields that a program has added. Collective.
+/// Declares the fields that the text names and the registry lacks: fields that a program has added. Collective.
 void declare_missing(FieldRegistry& fields, const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {

@@ -18,11 +18,12 @@ inline namespace state {
 void write_fields(Hdf5File& file, const std::string& group, const FieldRegistry& fields,
                   const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
 
-/// Reads the fields of a registry and those that a program has added to it before it was written, ghosts included, but
-/// for those that follow from others; sums are dealt to as many ranks as have written them, otherwise rank 0 has all.
+/// Reads the fields of a registry, and those that a program had added to it before it was written, ghosts included,
+/// except those that follow from others; sums are dealt out if as many ranks have written them, otherwise rank 0 gets
+/// all. Collective.
 /// Collective.
 /// @param particle_ids, cell_ids persistent, of the local items
-/// @throws Error, on all ranks, when a field has no table of its kind, or an item no row
+/// @throws Error, on all ranks, when a field has no table of its kind, or an item has no row
 void read_fields(const Hdf5File& file, const std::string& group, FieldRegistry& fields,
                  const std::vector<PetscInt>& particle_ids, const std::vector<PetscInt>& cell_ids);
 

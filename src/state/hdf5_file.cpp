@@ -56,7 +56,7 @@ hid_t type_of<unsigned char>() {
   return H5T_NATIVE_UCHAR;
 }
 
-/// Check sums of parts, and how long each is, become that of the whole. Collective.
+/// Combines the check sums of parts, given the length of each, into that of the whole. Collective.
 unsigned long combined(MPI_Comm comm, unsigned long own, long long bytes) {
   struct Part {
     unsigned long sum;
@@ -93,7 +93,7 @@ hid_t memory_space(long long own, int columns) {
   return space;
 }
 
-/// How a table lies in the file: whole numbers, which repeat and count, compressed, unless they are few.
+/// How a table is stored: integers, which repeat or count up, are compressed, unless they are few.
 hid_t table_layout(hid_t type, const std::array<hsize_t, 2>& size) {
   constexpr hsize_t rows_of_a_chunk = 16384;
   const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);

@@ -11,19 +11,19 @@ inline namespace state {
 
 /// A file of HDF5 that all ranks write, or read, together: tables of numbers, the rows of rank 0 first, then those of
 /// rank 1, and so on. A rank may have no rows. Each table keeps its check sum (CRC-32) as the attribute `crc32`.
-/// Parallel HDF5 over MPI-IO, whose handles stay in here: VTK links another HDF5.
+/// Parallel HDF5 over MPI-IO, whose handles stay in here because VTK links another HDF5.
 class Hdf5File {
  public:
   enum class Mode { create, read };
 
   /// Collective. @throws Error, on all ranks, when the file cannot be made or is no such file
   Hdf5File(MPI_Comm comm, std::string path, Mode mode);
-  /// Closes the file, if it has not been closed, whatever becomes of what was written. Collective.
+  /// Closes the file, if it has not been closed, whether or not everything was written. Collective.
   ~Hdf5File();
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
-  /// Closes the file and sees that it is on the disk. Collective. @throws Error, on all ranks, when it cannot be
+  /// Closes the file and makes sure that it is on the disk. Collective. @throws Error, on all ranks, when it cannot be
   /// written
   void close();
 

@@ -12,7 +12,7 @@ inline namespace state {
 
 namespace {
 
-/// The rank of each id, when the range of all ids is cut into equal parts. Collective.
+/// The rank of each id, if the range of all ids is divided into equal parts. Collective.
 std::vector<int> ranks_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -25,8 +25,8 @@ std::vector<int> ranks_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
   return result;
 }
 
-/// The last rank whose first id is not beyond each of these. Collective.
-/// @param ids of this rank's rows, which rise over all ranks
+/// The last rank whose first id is not larger than each of these ids. Collective.
+/// @param ids of this rank's rows, which ascend over all ranks
 std::vector<int> holders(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted) {
   const PetscInt none = std::numeric_limits<PetscInt>::max();
   std::vector<PetscInt> firsts = of_all_ranks(comm, std::vector<PetscInt>{ids.empty() ? none : ids.front()});

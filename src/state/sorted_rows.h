@@ -9,16 +9,16 @@
 namespace pellicle {
 inline namespace state {
 
-/// The way of rows to the order of their ids: the rows of the least ids come to rank 0, and so on. Ranks may have none,
-/// before and after.
+/// Sends rows to where they belong in the order of their ids: the rows of the least ids go to rank 0, and so on. Ranks
+/// may have none, before and after.
 class SortedRows {
  public:
   /// Collective. @param ids of this rank's rows, unique over all ranks, not negative
   SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids);
 
-  /// The rows that this rank has in that order. Collective.
+  /// The rows of this rank in that order. Collective.
   Records sorted(const Records& rows) const { return route_.send(rows).of_items(order_); }
-  /// The same with values of a plain type, `columns` a row.
+  /// The same with values of a plain type, `columns` for each row.
   template <class Value>
   std::vector<Value> sorted(const std::vector<Value>& values, int columns = 1) const {
     return sorted(Records::of(values, count_, static_cast<std::size_t>(columns))).template as<Value>();
@@ -30,14 +30,14 @@ class SortedRows {
   std::vector<PetscInt> order_;  ///< of what arrives
 };
 
-/// The way to the rows of the ids that this rank wants; others may want them, too.
+/// Fetches the rows of the ids that this rank wants; other ranks may want the same ones.
 class RowsOfIds {
  public:
-  /// Collective. @param ids of the rows of this rank; they rise over all ranks
+  /// Collective. @param ids of the rows of this rank; they ascend over all ranks
   /// @throws Error, on all ranks, when there is no row of an id
   RowsOfIds(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<PetscInt>& wanted);
 
-  /// What belongs to the wanted ids. Collective.
+  /// The values of the wanted ids. Collective.
   /// @param values of the rows of this rank, `columns` a row
   template <class Value>
   std::vector<Value> of(const std::vector<Value>& values, int columns = 1) const {

@@ -19,14 +19,14 @@ inline namespace surface {
 
 namespace {
 
-/// A rank, and the number that an item has among those which the rank owns. Ghosts lie in this order.
+/// A rank, and the number of an item among those that the rank owns. Ghosts are in this order.
 struct Owner {
   int rank = 0;
   PetscInt number = 0;
   bool operator<(const Owner& other) const { return std::pair{rank, number} < std::pair{other.rank, other.number}; }
 };
 
-/// The numbers 0, 1, ... of items in the order of what `key` says of them.
+/// The numbers 0, 1, ... of items, ordered by their `key`.
 template <class Key>
 std::vector<PetscInt> ordered_by(PetscInt count, const Key& key) {
   std::vector<PetscInt> items(static_cast<std::size_t>(count));
@@ -44,7 +44,7 @@ std::vector<Value> picked(const std::vector<Value>& values, const std::vector<Pe
   return result;
 }
 
-/// The cells joined by common sides. @param corners of the cells, as many for each
+/// The graph of the cells, joined by common sides. @param corners of the cells, the same number for each
 CellGraph cell_graph(const std::vector<PetscInt>& corners, PetscInt count) {
   const std::vector<PetscInt> opposite = opposite_sides(corners, static_cast<std::size_t>(count));
   CellGraph graph;
@@ -90,8 +90,8 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
   return part;
 }
 
-/// Which rank is to get each cell of this rank. Rank 0 sees the graph of the cells, in the order of their ids, and
-/// nothing else of them. Collective.
+/// Which rank is to get each cell of this rank. Rank 0 gets the graph of the cells, in the order of their ids, and
+/// nothing else about them. Collective.
 std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -122,7 +122,7 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
   return to_root.send_back(part);
 }
 
-/// Cells with all that is known of them, row by row.
+/// Cells with all that is known about them, row by row.
 struct CellTable {
   Records points;
   Records corners;  ///< ids
@@ -143,7 +143,7 @@ struct CellTable {
   }
 };
 
-/// The rank that knows of a vertex who has it.
+/// The rank that keeps track of who has a vertex.
 int home_of(PetscInt id, int ranks) { return static_cast<int>(id % ranks); }
 
 /// Where own cells must go as the next layer round the cells of other ranks. Collective.
@@ -210,7 +210,7 @@ std::unordered_map<PetscInt, PetscInt> places(const std::vector<PetscInt>& ids) 
   return place;
 }
 
-/// An order of the cells and one of their vertices in which what is near on the surface is near.
+/// Orders the cells, and the vertices, so that those near each other on the surface are near each other in the order.
 /// @param corners ids of the vertices of the cells, `count` each
 /// @param vertices ids of all of them; they are put in the new order
 /// @returns the cells in the new order
@@ -245,7 +245,7 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   return order;
 }
 
-/// What the home of a vertex tells those who hold it.
+/// What the rank that keeps track of a vertex tells those that hold it.
 struct VertexRow {
   MeshRows::Point point;
   int owner;
@@ -303,7 +303,7 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
   return to_home.send_back(picked(owner, chosen));
 }
 
-/// The numbers that owners have given to vertices of this rank's. Collective.
+/// The numbers that the owners have given to vertices that this rank holds. Collective.
 /// @param ids and owners of vertices that other ranks own
 /// @param own ids of those that this rank owns, in the order of their numbers
 std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<int>& owners,
@@ -388,7 +388,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   }
   const PetscInt owned_cells = cells.points.count();
 
-  // The layers round them: each goes from the cells' owners to those who hold the layer before.
+  // The layers round them: each is sent by the cells' owners to the ranks that hold the layer before.
   const std::vector<PetscInt> own_corners = cells.corners.as<PetscInt>();
   std::vector<Owner> ghost_owner;
   CellTable ghosts = cells.each([](const Records& records) { return records.of_items({}); });
@@ -484,8 +484,8 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
   for (std::size_t cell = 0; cell < held; ++cell) {
     least[cell] = data(static_cast<PetscInt>(cell)).id;
   }
-  // Least ids spread, the lowest first, so that a cell takes one once; then a ghost takes its owner's, until all
-  // agree.
+  // The least ids spread, the lowest first, so that a cell changes only once; then a ghost takes its owner's, until all
+  // ranks agree.
   std::vector<std::size_t> changed(held);
   std::iota(changed.begin(), changed.end(), std::size_t{0});
   while (on_any_rank(comm_, !changed.empty())) {
@@ -589,7 +589,7 @@ PartitionQuality Distribution::quality() const {
   const PetscInt owned = cell_layout_.owned;
   const auto count = static_cast<PetscInt>(rows_.corners);
   PetscInt largest = owned;
-  PetscInt cut = 0;  // edges, which both sides count
+  PetscInt cut = 0;  // edges, which are counted from both sides
   for (PetscInt side = 0; side < count * owned; ++side) {
     cut += opposite_[static_cast<std::size_t>(side)] >= count * owned ? 1 : 0;
   }

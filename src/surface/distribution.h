@@ -15,10 +15,10 @@
 namespace pellicle {
 inline namespace surface {
 
-// What shells and membranes share in spreading a mesh over the ranks. Internal to surface.
+// What shells and membranes share in distributing a mesh over the ranks. Internal to surface.
 
 /// The side that meets each side of polygons with `count` corners each: side `count c + k` joins corners k and k + 1 of
-/// polygon c. -1 where none does. At most two sides may have the same corners.
+/// polygon c. -1 if there is none. At most two sides may have the same corners.
 std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count);
 
 /// In what order a rank numbers the cells that it owns, and their vertices.
@@ -27,11 +27,11 @@ enum class Numbering {
   by_nearness  ///< along fronts (reverse Cuthill-McKee): what is near on the surface is near in memory
 };
 
-/// A mesh spread over the ranks. Points are the cells and vertices that this rank holds, its own and those of the
-/// layers of cells round them: cells first, of each kind the own ones first.
+/// A mesh distributed over the ranks. Its points are the cells and vertices that this rank holds, its own and those of
+/// the layers of cells round them: cells first, and of each kind the own ones first.
 ///
-/// A vertex belongs to the last rank that owns a cell at it. All numbers depend on the cells, their ids and their ranks
-/// alone, and not on where the rows lay.
+/// A vertex belongs to the last rank that owns a cell at it. All numbers depend only on the cells, their ids and their
+/// ranks, and not on where the rows were before.
 class Distribution {
  public:
   /// Points [begin, end).
@@ -41,8 +41,8 @@ class Distribution {
   };
 
   /// Vertices without cells are dropped. Collective.
-  /// @param layers of neighbours' cells, by common vertices
-  /// @throws Error if a cell has a corner that no row tells of
+  /// @param layers of neighbours' cells, where neighbours have a vertex in common
+  /// @throws Error if no row describes a corner of a cell
   Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options);
 
   MPI_Comm comm() const { return comm_; }
@@ -66,9 +66,9 @@ class Distribution {
   const double* field_values(PetscInt cell) const {
     return rows_.field_values.data() + static_cast<std::size_t>(cell) * rows_.fields.size();
   }
-  /// What moved with cells.
+  /// The data that moved with cells.
   Records cell_data(const std::vector<PetscInt>& cells) const { return rows_.cell_data.of_items(cells); }
-  /// What moved with particles: vertices, or cells, whose lattice points are meant.
+  /// The data that moved with particles: vertices, or the lattice points of cells.
   Records particle_data(const std::vector<PetscInt>& points) const;
 
   /// The vertices of a cell, in the mesh's order round it.
@@ -88,10 +88,10 @@ class Distribution {
 
   /// The numbering of the cells.
   const Layout& cell_layout() const { return cell_layout_; }
-  /// Numbers these points, of which the owned ones come first. Collective.
+  /// Numbers these points; the owned ones must come first. Collective.
   Layout layout(const std::vector<PetscInt>& points) const;
-  /// Makes particles of these cells and vertices, of which the owned ones come first: everything but `is_lattice` and
-  /// `cell_count`. Collective.
+  /// Makes particles of these cells and vertices; the owned ones must come first. Sets everything except `is_lattice`
+  /// and `cell_count`. Collective.
   void fill(Surface& set, const std::vector<PetscInt>& points) const;
 
  private:

@@ -14,39 +14,39 @@ inline namespace surface {
 /// A distributed triangle mesh: the middle surface of a balloon, as flat arrays. Its particles are the vertices.
 ///
 /// Local elements: the triangles of this rank, then those of other ranks that have a vertex which this rank owns. So a
-/// rank sums the whole of what acts on its vertices without asking others; all vertices of local elements are local.
+/// rank can sum all that acts on its vertices without asking others; all vertices of local elements are local.
 struct Membrane : Surface {
   Eigen::Matrix2Xd element_uv;  ///< mean of the texture coordinates of the corners of each local element, or no columns
   std::map<std::string, std::vector<double>> element_fields;  ///< SurfaceMesh::face_fields of the local elements
 };
 
-/// Spreads a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
+/// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near
 /// each other on the surface get near numbers on a rank, whatever the order of the file; persistent ids are the file's.
 /// Collective.
 /// @param mesh checked triangles (see triangulated); only rank 0's is read
 Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options);
 
-/// A membrane, and what came with its particles and elements.
+/// A membrane, and the data that came with its particles and elements.
 struct LoadedMembrane {
   Membrane membrane;
   Records particles;  ///< of the local particles, ghosts up to date
   Records elements;   ///< of the local elements, ghosts up to date
 };
 
-/// Builds a membrane from rows that lie on the ranks in any way. Its numbers depend on the triangles, their ids and
-/// their ranks alone. Collective.
+/// Builds a membrane from rows that are distributed over the ranks in any way. Its numbers depend only on the
+/// triangles, their ids and their ranks. Collective.
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options);
 
-/// Gives a membrane what it takes to burn: masses, and its edges. Collective.
+/// Gives a membrane what it needs to burn: masses, and its edges. Collective.
 /// @param element_mass of the local elements [kg]
 void set_burnable(Membrane& membrane, std::vector<double> element_mass);
 
-/// The membrane as rows: elements and vertices where they are owned. Collective.
-/// @param particles what belongs to the owned particles
-/// @param elements what belongs to the owned elements
+/// The membrane as rows: elements and vertices on the ranks that own them. Collective.
+/// @param particles data of the owned particles
+/// @param elements data of the owned elements
 MeshRows rows_of(const Membrane& membrane, const Records& particles, const Records& elements);
 
-/// Rest positions plus the initial noise, in shares of the mean side of the triangles (surface/perturbation.h).
+/// Rest positions plus the initial noise, whose unit is the mean side of the triangles (surface/perturbation.h).
 /// Collective.
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options);

@@ -28,7 +28,7 @@ std::vector<std::string> broadcast(MPI_Comm comm, const std::vector<std::string>
   return received;
 }
 
-/// Rows of this rank's mesh, but for the groups.
+/// The rows of this rank's mesh, without the groups.
 MeshRows own_rows_of(const SurfaceMesh& mesh) {
   MeshRows rows;
   rows.vertices.resize(mesh.points.size());
@@ -104,7 +104,7 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
 void set_groups(MPI_Comm comm, MeshRows& rows, std::vector<std::string> names,
                 const std::vector<std::vector<int>>& groups_of_vertex) {
   rows.groups = std::move(names);
-  // One number goes to the ranks with each vertex, however many groups there are.
+  // Each vertex is sent with one number, however many groups there are.
   std::map<std::vector<int>, PetscInt> number_of_set{{{}, 0}};
   std::vector<int> sent;  // of each set its size, then its groups
   for (const std::vector<int>& set : groups_of_vertex) {

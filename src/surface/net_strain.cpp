@@ -17,7 +17,7 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
   using Key = std::array<PetscInt, 3>;  // ids of the ends, colour
   NetStrain strain;
   Key key{none, none, none};
-  // Of the owned springs, then of all: sums of squares and numbers of each colour; sum and number of those that bear.
+  // Of the owned springs, then of all: sums of squares and numbers of each colour; sum and number of those under load.
   std::array<double, 10> sums{};
   const double* places = x.data();
   for (const Colour colour : all_colours) {

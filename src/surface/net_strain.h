@@ -13,10 +13,11 @@
 namespace pellicle {
 inline namespace surface {
 
-/// The colours of the net of a sheet: the springs along its cells, of both layers; of one the blue ones alone act.
+/// The colours of the net of a sheet: the springs along its cells, in both layers; in a sheet of one layer only the
+/// blue ones act.
 inline constexpr std::array<Colour, 2> net_colours{Colour::green, Colour::blue};
 
-/// Whether springs of a colour are of the net.
+/// Whether springs of a colour belong to the net.
 inline bool is_of_net(Colour colour) {
   return std::find(net_colours.begin(), net_colours.end(), colour) != net_colours.end();
 }
@@ -27,19 +28,19 @@ struct NetStrain {
   Colour colour = Colour::blue;                     ///< of the spring that has it
   std::array<PetscInt, 2> ids{-1, -1};              ///< persistent ids of its ends; -1: no spring of the net lives
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of its middle [m]
-  double mean = 0;                                  ///< of |d/l - 1| over the springs that bear, of all colours
+  double mean = 0;                                  ///< of |d/l - 1| over the springs that carry load, of all colours
   std::array<double, 4> largest_of{};               ///< of each colour; 0 where none lives or acts
   std::array<double, 4> rms_of{};                   ///< likewise
 };
 
-/// Of equal strains the springs of the least ids counts. Collective.
+/// If strains are equal, the spring of the least ids counts. Collective.
 /// @param x positions of the local particles [m]
 /// @param target_length l of the local springs of each colour [m]
-/// @param bears whether the owned springs of each colour count for the mean, if they live and act
+/// @param bears whether each owned spring of each colour counts for the mean, if it lives and acts
 NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                      const Living& living, const std::array<std::vector<bool>, 4>& bears);
 
-/// Likewise, where all that live and act bear.
+/// The same, where all springs that live and act count for the mean.
 inline NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::vector<double>, 4>& target_length,
                             const Living& living) {
   return net_strain(sheet, x, target_length, living, living.springs);

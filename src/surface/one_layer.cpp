@@ -19,7 +19,7 @@ std::vector<double> corner_masses(const Sheet& sheet, const Field& mass) {
       }
     }
   }
-  // Local cells are all that an owned corner belongs to; a ghost misses some.
+  // All elements at an owned corner are local; a ghost misses some.
   sum.update_ghosts();
   std::vector<double> result(sum.data(), sum.data() + sheet.particles.local());
   for (std::size_t i = 0; i < result.size(); ++i) {

@@ -10,8 +10,9 @@ inline namespace surface {
 
 // A sheet of one layer (Sheet::layers): its corners move, and the lattice points are the centres of their cells.
 
-/// What moves of each local particle [kg]: a corner together with its shares of the lattice points round it, each of
-/// which falls to those corners of its cell that have not left; 0 of lattice points. Collective.
+/// The mass that moves with each local particle [kg]: of a corner its own together with its shares of the lattice
+/// points round it; a lattice point is shared by those corners of its cell that have not been removed; 0 for lattice
+/// points. Collective.
 /// @param mass ghosts up to date, (1 x local) [kg]
 std::vector<double> corner_masses(const Sheet& sheet, const Field& mass);
 

@@ -39,7 +39,7 @@ class DisjointSets {
   std::vector<std::size_t> parent_;
 };
 
-/// For each local particle the least persistent id of those that living springs join to it, -1 where none lives.
+/// For each local particle the least persistent id of the particles that living springs join to it, -1 if none lives.
 /// Collective.
 std::vector<PetscInt> connected_parts(const Surface& surface, const Living& living) {
   DisjointSets sets(surface.particles.local());
@@ -53,7 +53,7 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
     }
   }
 
-  // A set's least id is taken from its members, a member's from its set, a ghost's from its owner, until all agree.
+  // A set takes the least id of its members, a member that of its set, a ghost that of its owner, until all agree.
   const std::vector<bool> has_springs = particles_with_springs(surface, living);
   const PetscInt owned = surface.particles.owned;
   const PetscInt local = surface.particles.local();
@@ -85,10 +85,11 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
   return part;
 }
 
-/// What a piece has fallen into: for each piece, and each part by its least persistent id, the number of particles.
+/// The parts into which a piece has fallen: for each piece, and each part by its least persistent id, the number of
+/// particles.
 using PartSizes = std::map<PetscInt, std::map<PetscInt, PetscInt>>;
 
-/// The sizes over all ranks. Collective.
+/// The sizes of the parts over all ranks. Collective.
 PartSizes part_sizes(const Surface& surface, const std::vector<PetscInt>& parts, const std::vector<PetscInt>& pieces) {
   std::unordered_map<PetscInt, std::array<PetscInt, 3>> own;  // by part: piece, part, particles
   for (std::size_t i = 0; i < static_cast<std::size_t>(surface.particles.owned); ++i) {
@@ -117,7 +118,7 @@ std::size_t Pieces::place_of(PetscInt id) const {
 Pieces initial_pieces(const Surface& surface) {
   Pieces pieces;
   pieces.of_particle = connected_parts(surface, Living(surface));
-  // The parts of one piece that has never been.
+  // The surface begins as the parts of one piece, which itself gets no id.
   const PartSizes sizes = part_sizes(surface, pieces.of_particle, std::vector<PetscInt>(pieces.of_particle.size(), 0));
   std::unordered_map<PetscInt, PetscInt> id_of_part{{-1, -1}};
   for (const auto& [whole, parts] : sizes) {

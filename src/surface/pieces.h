@@ -16,7 +16,7 @@ struct Pieces {
   std::vector<double> birth_time;     ///< when each of these separated [s]; 0 for what the surface begins with
   PetscInt next_id = 0;
 
-  /// Place in `present` of the piece of this id, which is there.
+  /// Place in `present` of the piece of this id, which must be there.
   std::size_t place_of(PetscInt id) const;
 };
 
@@ -24,10 +24,10 @@ struct Pieces {
 /// Collective.
 Pieces initial_pieces(const Surface& surface);
 
-/// Finds the pieces anew after springs have died. Of the parts of a piece the one of most particles keeps the id (of
-/// equal ones that with the least persistent id); the others get new ids, in the order of their pieces' ids and of
-/// their least persistent ids, so that ids depend neither on ranks nor on compaction. Collective.
-/// @param time of birth of those that separated [s]
+/// Finds the pieces anew after springs have died. The part of a piece with most particles keeps the id (of equal parts
+/// the one with the least persistent id); the others get new ids, in the order of their pieces' ids and of their least
+/// persistent ids, so that ids depend neither on ranks nor on compaction. Collective.
+/// @param time [s] becomes the time of birth of those that separated
 void update_pieces(Pieces& pieces, const Surface& surface, const Living& living, double time);
 
 /// Mass of each present piece, the same on all ranks [kg]. Collective.

@@ -12,15 +12,15 @@ inline namespace surface {
 /// ids: the vertex number in the file, or first_lattice_id + the cell number in the file; corners that cracks have made
 /// follow on those.
 struct Sheet : Surface {
-  /// 2: the shell; 1: a net whose lattice points lie in the layer of the corners, have no springs that act, and are at
-  /// the mean of their cells' corners (surface/one_layer.h). Its other springs only tell what hangs together and what
-  /// conducts.
+  /// 2: the shell; 1: a net whose lattice points lie in the layer of the corners, at the mean of their cells' corners,
+  /// and have no springs that act (surface/one_layer.h). Its springs other than the blue ones only determine what is
+  /// connected and what conducts heat.
   int layers = 2;
   PetscInt owned_corners = 0;     ///< particles [0, owned_corners) are corners; up to `particles.owned` lattice points
   PetscInt global_corners = 0;    ///< corners of all ranks
   PetscInt first_lattice_id = 0;  ///< persistent id of the lattice point of the file's first cell
 
-  /// Whether the springs of a colour keep lengths.
+  /// Whether the springs of a colour act.
   bool acts(Colour colour) const { return layers == 2 || colour == Colour::blue; }
 };
 

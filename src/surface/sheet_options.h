@@ -26,7 +26,7 @@ struct SheetOptions {
   Choice<Partitioner> partitioner = Partitioner::metis;
   double perturbation = 0;       ///< amplitude of the initial noise, as a share of the mean cell edge
   int seed = 1;                  ///< of the initial noise
-  double imbalance_limit = 1.2;  ///< largest number of cells of a rank over the mean that a compaction leaves as it is
+  double imbalance_limit = 1.2;  ///< number of a rank's cells over the mean above which a compaction redistributes them
 };
 
 void describe(OptionTable& table, SheetOptions& options);

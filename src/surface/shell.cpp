@@ -34,8 +34,7 @@ SheetIds number_lattice(Distribution& mesh) {
   return {first_lattice_id, first_lattice_id + last[1] + 1};
 }
 
-/// Gives the lattice points of the local cells their places and masses, which follow from the corners' places. Not
-/// collective.
+/// Computes places and masses of the lattice points of the local cells from the corners' places. Not collective.
 void place_lattice(Distribution& mesh, const SheetOptions& options) {
   for (PetscInt cell = mesh.cells().begin; cell < mesh.cells().end; ++cell) {
     const std::array<PetscInt, 4> corners = mesh.corners<4>(cell);
@@ -54,7 +53,8 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
   }
 }
 
-/// Gives corners their masses, an eighth of each cell's, half of which its lattice point has. Collective.
+/// Gives corners their masses, an eighth of the mass of each cell; half of a cell's mass belongs to its lattice point.
+/// Collective.
 void add_corner_masses(Distribution& mesh) {
   // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are held.
   std::vector<PetscInt> by_id(static_cast<std::size_t>(mesh.cells().end));

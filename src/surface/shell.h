@@ -8,7 +8,8 @@
 namespace pellicle {
 inline namespace surface {
 
-/// Spreads a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section 3.2).
+/// Distributes a quad mesh over the ranks of `comm` and builds its body-centred-square shell (burning paper, section
+/// 3.2).
 ///
 /// Every rank receives its cells and two layers of its neighbours' cells, so that every spring that ends at a particle
 /// of the rank, or shares a particle with a spring of the rank, is local with both its ends. Collective.
@@ -18,7 +19,7 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
 /// The same from the rows of a mesh. Collective.
 Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options);
 
-/// A sheet, and what came with its particles and cells.
+/// A sheet, and the data that came with its particles and cells.
 struct LoadedSheet {
   Sheet sheet;
   Records particles;  ///< of the local particles, ghosts up to date
@@ -31,23 +32,24 @@ struct SheetIds {
   PetscInt id_end = 0;
 };
 
-/// Builds a sheet from rows that lie on the ranks in any way. Its numbers depend on the cells, their ids and their
-/// ranks alone. Collective.
+/// Builds a sheet from rows that are distributed over the ranks in any way. Its numbers depend only on the cells, their
+/// ids and their ranks. Collective.
 /// @param rows of a sheet: cells have the ids of their lattice points, whose places and masses follow from the corners'
 /// places and the options
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options);
 
-/// The sheet as rows: cells and vertices where they are owned. Corners that no cell of `kept` has are there, too.
+/// The sheet as rows: cells and vertices on the ranks that own them. Corners that no cell of `kept` has are included,
+/// too.
 /// Collective.
-/// @param kept for each owned cell whether it is to be there
-/// @param particles what belongs to the owned particles
-/// @param cells what belongs to the owned cells
+/// @param kept for each owned cell whether it is to be included
+/// @param particles data of the owned particles
+/// @param cells data of the owned cells
 MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells);
 
 /// The mesh from which a sheet was made, as rows. Collective.
 MeshRows rows_of_mesh(const Sheet& sheet);
 
-/// Rest positions plus the initial noise, in shares of the mean cell edge (surface/perturbation.h). Collective.
+/// Rest positions plus the initial noise, whose unit is the mean cell edge (surface/perturbation.h). Collective.
 /// @returns (3 x local) [m]
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options);
 

@@ -10,8 +10,8 @@ inline namespace surface {
 
 namespace {
 
-/// A spring as it is found at a cell, before owned ones are sorted to the front. One at a side of two cells is found at
-/// that of the lesser id.
+/// A spring as it is found at a cell, before owned ones are sorted to the front. A spring at a side of two cells is
+/// found at the cell of the lesser id.
 struct FoundSpring {
   PetscInt cell;
   PetscInt index;  ///< among the springs of this colour at the cell, 0 to 3

@@ -8,12 +8,12 @@
 namespace pellicle {
 inline namespace surface {
 
-// What makes shells, of whole meshes and of what is left of one. Internal to mesh.
+// Makes shells, of whole meshes and of what is left of one. Internal to surface.
 
 /// Neighbours' cells that a rank needs: a green spring's neighbours end one cell beyond the next cell.
 inline constexpr int shell_layers = 2;
 
-/// A shell, and where its particles are in the distribution it was made from.
+/// A shell, and where its particles were in the distribution from which it was made.
 struct AssembledShell {
   Sheet sheet;                   ///< all but first_lattice_id and id_end
   std::vector<PetscInt> points;  ///< cell or vertex of each local particle

@@ -69,7 +69,7 @@ class Fan {
   }
 
   std::size_t groups() const { return mass_.size(); }
-  /// Of the masses of the elements those of a group have.
+  /// Share of a group in the masses of the elements.
   double share(std::size_t group) const { return mass_[group] / std::accumulate(mass_.begin(), mass_.end(), 0.0); }
   /// Calls `visit(cell, place, group)` for each element, with the place of the corner in it.
   template <class Visit>
@@ -85,7 +85,7 @@ class Fan {
   std::vector<double> mass_;        ///< of the elements of each group [kg]
 };
 
-/// The fans that have fallen apart, by their owned corners, whose elements are all local.
+/// The elements round each owned corner at which they have fallen into several groups; all these elements are local.
 std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living) {
   std::map<PetscInt, std::vector<std::pair<PetscInt, std::size_t>>> elements_at;
   const auto sides = static_cast<std::size_t>(surface.sides_per_element());

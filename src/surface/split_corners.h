@@ -8,13 +8,13 @@
 namespace pellicle {
 inline namespace surface {
 
-/// Corners of elements that become several, because cracks have parted what lives round them.
+/// Corners of elements that are split into several, because cracks have separated what lives round them.
 struct SplitCorners {
-  /// A particle that is to be made of a part of an owned corner.
+  /// A particle that is to be made from a part of an owned corner.
   struct Copy {
     PetscInt original = 0;  ///< local particle
     PetscInt id = 0;        ///< persistent
-    double share = 0;       ///< of the masses of the original
+    double share = 0;       ///< of the masses of the original that the copy gets
   };
   PetscInt count = 0;                  ///< copies, on all ranks
   PetscInt id_end = 0;                 ///< Surface::id_end with them
@@ -24,10 +24,10 @@ struct SplitCorners {
 };
 
 /// Finds them. Round a corner at which a side has cracked, elements are joined where they have a side in common that
-/// has not, and of which both drawn triangles live. The joined elements with the lowest id keep the corner and what has
-/// burnt at it; each other group gets a new particle. New ids follow on Surface::id_end, in the order of the corners'
-/// ids and of the groups' lowest elements, so that they do not depend on the ranks. Masses are shared as those of the
-/// elements are. Collective.
+/// has not cracked and of which both drawn triangles live. The joined elements with the lowest id keep the corner and
+/// what has burnt at it; each other group gets a new particle. New ids start at Surface::id_end, in the order of the
+/// corners' ids and of the groups' lowest elements, so that they do not depend on the ranks. Masses are shared in
+/// proportion to those of the elements. Collective.
 SplitCorners find_split_corners(const Surface& surface, const Living& living);
 
 }  // namespace surface

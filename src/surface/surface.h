@@ -12,14 +12,14 @@
 namespace pellicle {
 inline namespace surface {
 
-/// How well the mesh is spread over the ranks.
+/// How well the mesh is distributed over the ranks.
 struct PartitionQuality {
   PetscInt edge_cut = 0;   ///< pairs of neighbouring cells on different ranks
   double imbalance = 1.0;  ///< largest number of cells of a rank over the mean
 };
 
-/// What a sheet of quads and a membrane of triangles have in common, distributed, as flat arrays: what heats, burns and
-/// is cut. Its elements are the quads or the triangles of the mesh.
+/// What a sheet of quads and a membrane of triangles have in common, distributed, as flat arrays: what can heat, burn
+/// and be cut. Its elements are the quads or the triangles of the mesh.
 ///
 /// An element is drawn as `triangles_per_element` triangles, 1 of a triangle and 4 of a quad: triangle 4 c + k of quad
 /// c joins its corners k and k + 1 with its centre, the mean of its corners. The particle of the centre is the quad's
@@ -47,11 +47,11 @@ struct Surface {
   std::vector<int> piece;             ///< of each local element
   std::vector<bool> piece_is_closed;  ///< of each piece: no boundary sides. The same on every rank.
 
-  // What burns; of a membrane given by its wall (set_burnable).
+  // Data for burning; for a membrane given by its wall (set_burnable).
   std::vector<double> initial_mass;  ///< m^init of the local particles [kg]
-  std::vector<double> element_mass;  ///< of the local elements, of which the particles have their shares [kg]
-  /// By Colour. Of a membrane the edges as blue ones, which hold nothing, but heat may flow along them and pieces hang
-  /// together by them: those of its local elements, all as owned ones.
+  std::vector<double> element_mass;  ///< of the local elements, divided among their particles [kg]
+  /// By Colour. A membrane's edges are blue springs; they hold nothing, but heat may flow along them and pieces are
+  /// connected by them. They are those of its local elements, all treated as owned ones.
   std::array<SpringSet, 4> springs;
 
   MPI_Comm comm() const { return particles.comm; }
@@ -62,7 +62,7 @@ struct Surface {
   std::size_t element_of_side(std::size_t side) const { return side / static_cast<std::size_t>(sides_per_element()); }
   /// The drawn triangle at a side.
   std::size_t triangle_at(std::size_t side) const { return has_quads() ? side : element_of_side(side); }
-  /// Corner of a local element, in the mesh's order round it; k may go once beyond the last one.
+  /// Corner of a local element, in the mesh's order round it; the k after the last is the first corner again.
   PetscInt corner(std::size_t element, std::size_t k) const {
     return has_quads() ? cells[element][k % 4] : triangles[element][k % 3];
   }
@@ -84,7 +84,7 @@ struct Surface {
     }
     return sides;
   }
-  /// What each point of a drawn triangle has of its mass and area.
+  /// Shares of the points of a drawn triangle in its mass and area.
   std::array<double, 3> point_shares() const {
     return has_quads() ? std::array{0.25, 0.25, 0.5} : std::array{1.0 / 3, 1.0 / 3, 1.0 / 3};
   }

@@ -13,7 +13,7 @@ inline namespace world {
 
 namespace {
 
-// Of a checkpoint, in the group of the object: what is known of the steps so far.
+// Tables in a checkpoint, in the group of the object: what is known of the steps so far.
 const char* const counts_table = "/step_counts";
 const char* const residuals_table = "/step_residuals";
 
@@ -96,7 +96,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
   const Membrane& membrane = elements.membrane();
   enum Sum { rubber, elastic, count };
   std::array<double, count> sums{};
-  // Of thickness, its ratio and an element's volume ratio: the largest, and minus the least.
+  // Of thickness, its ratio and an element's volume ratio: the largest values, and the negative of the least.
   std::array<std::array<double, 2>, 3> maxima;
   maxima.fill({-HUGE_VAL, -HUGE_VAL});
   sums[rubber] = elements.volume(state.position, state.thickness_ratio);

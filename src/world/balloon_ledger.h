@@ -18,7 +18,7 @@ class BalloonLedger {
   /// @param resumed checkpoint from which the run goes on in its folder
   BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed = nullptr);
 
-  /// Notes in a checkpoint how far the table is, and what is known of the steps so far. Collective.
+  /// Notes in a checkpoint how long the table is, and what is known of the steps so far. Collective.
   /// @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
 
@@ -32,7 +32,8 @@ class BalloonLedger {
     ledger_.add_pieces(time, step, pieces, masses);
   }
 
-  /// Lines about all steps: how many ended out of balance, and how many may have had several equilibria. None if none.
+  /// Lines about all steps: how many ended out of balance, and how many may have had several equilibria. None if there
+  /// were none.
   std::vector<std::string> remarks() const;
 
  private:
@@ -42,7 +43,7 @@ class BalloonLedger {
   double initial_rubber_volume_ = 0;  ///< [m^3]
   int steps_ = 0;
   int steps_above_tolerance_ = 0;
-  int worst_step_ = 0;     ///< of these
+  int worst_step_ = 0;     ///< of the steps that ended out of balance
   int concave_steps_ = 0;  ///< with InflateStep::concave_iterations
   int first_concave_step_ = 0;
   double worst_residual_ = 0;

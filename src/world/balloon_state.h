@@ -11,11 +11,10 @@
 namespace pellicle {
 inline namespace world {
 
-/// All that changes of a balloon from step to step, and of its vertices and elements what they keep when cracks part
-/// it.
+/// All that changes in a balloon from step to step, and what its vertices and elements keep when cracks separate it.
 struct BalloonState : ObjectState {
   /// At rest in the undeformed shape. The membrane must outlive the state. Collective.
-  /// @param burns whether it has BurningFields, for which the membrane must be burnable (set_burnable)
+  /// @param burns whether it has BurningFields; then the membrane must be burnable (set_burnable)
   BalloonState(const Membrane& membrane, int chambers, bool burns = false)
       : ObjectState(membrane.particles, {membrane.elements.owned, membrane.elements.local()}),
         pressure(add<Eigen::VectorXd>({"pressure", "Pa", Item::object}, chambers)) {
@@ -25,11 +24,11 @@ struct BalloonState : ObjectState {
       burning.emplace(*this, membrane);
     }
   }
-  /// Attachments and forces act on its vertices. Not collective. @param count of them
+  /// To be called if attachments and forces act on its vertices. Not collective. @param count of them
   void add_loads(int count) { loads = &add<std::vector<bool>>({"loads", "", Item::particle}, count); }
-  /// Its steps go on with accelerations (TimeIntegrator::is_second_order). Collective.
+  /// To be called if its steps continue with accelerations (TimeIntegrator::is_second_order). Collective.
   void add_acceleration() { acceleration = &add<Field>({"acceleration", "m/s^2", Item::particle}, 3); }
-  /// Its steps go by arc length (TimeIntegrator::arc_length). Collective.
+  /// To be called if its steps follow arc length (TimeIntegrator::arc_length). Collective.
   void add_path() {
     load_time = &add<double>({"load_time", "s", Item::object});
     direction = &add<Field>({"path_direction", "", Item::particle}, 3);
@@ -49,11 +48,11 @@ struct BalloonState : ObjectState {
   Eigen::VectorXd& pressure;  ///< across the wall, of each chamber, the same on every rank
   std::optional<BurningFields> burning;
   std::vector<bool>* loads = nullptr;  ///< whether each acts on each local vertex (PointLoads::chosen)
-  Field* acceleration = nullptr;       ///< of generalized alpha, which is not quite that of this moment [m/s^2]
-  double* load_time = nullptr;         ///< by arc length: at which the loads are [s]
+  Field* acceleration = nullptr;       ///< of generalized alpha, which is not exactly that of this moment [m/s^2]
+  double* load_time = nullptr;         ///< by arc length: time of the loads [s]
   Field* direction = nullptr;          ///< by arc length: of the last step, see StepPotential::write_direction
 
-  /// By which pressures, places of pins and other loads go [s].
+  /// Time at which pressures, places of pins and other loads are taken [s].
   double time_of_loads() const { return load_time != nullptr ? *load_time : time; }
 };
 

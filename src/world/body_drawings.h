@@ -17,8 +17,8 @@ struct BodyDrawing {
   std::string name;  ///< "ball", "heat_flame", of an object "heat_paper_flame"
   Shape shape;
   RigidMotion motion;
-  double from = 0;                                      ///< when it is there [s]
-  double to = std::numeric_limits<double>::infinity();  ///< [s]
+  double from = 0;                                      ///< time at which it appears [s]
+  double to = std::numeric_limits<double>::infinity();  ///< time at which it disappears [s]
 };
 
 /// The bodies of a run, and the balls of heat of all its objects. Collective. @throws Error as make_bodies does

@@ -26,12 +26,12 @@ inline namespace world {
 
 namespace {
 
-// Of a checkpoint, in the group of the object.
+// Names in a checkpoint, in the group of the object.
 std::string sheet_mesh(const ObjectOutput& output) { return output.group("sheet") + "/mesh"; }
 std::string sheet_ids(const ObjectOutput& output) { return sheet_mesh(output) + "/first_lattice_id_and_end"; }
 std::string sheet_state(const ObjectOutput& output) { return output.group("sheet") + "/state"; }
 
-/// Persistent ids of the first local cells, which are those of their lattice particles.
+/// Persistent ids of the first local cells; they are those of their lattice particles.
 std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
   std::vector<PetscInt> ids;
   for (std::size_t cell = 0; cell < count; ++cell) {
@@ -48,16 +48,16 @@ Sheet read_sheet(const Hdf5File& checkpoint, const SheetOptions& options, const 
       .sheet;
 }
 
-/// What frames show of the local particles beside the state's fields.
+/// What frames show of the local particles in addition to the state's fields.
 struct ParticleFields {
   std::vector<double> mass_ratio;            ///< m/m^init
-  std::vector<double> mass_ratio_of_layers;  ///< of a particle and what lies round it in the other layer
+  std::vector<double> mass_ratio_of_layers;  ///< of a particle and its surroundings in the other layer
   std::vector<double> strain;                ///< rms over the living springs of a particle
 };
 
-/// Mass over initial mass of each local particle together with the shares of its cells that the other layer has: of a
-/// corner's cells an eighth from their lattice particles, of a lattice particle's cell an eighth from each corner. What
-/// has left does not count. Collective.
+/// Mass over initial mass of each local particle together with the shares of its cells that belong to the other layer:
+/// for a corner an eighth from the lattice particles of its cells, for a lattice particle an eighth from each corner of
+/// its cell. Removed particles do not count. Collective.
 std::vector<double> mass_ratio_of_layers(const Sheet& sheet, const Field& mass) {
   Field sum(sheet.particles, 2);  // of masses, and of initial masses
   const auto add = [&](PetscInt to, PetscInt from, double initial) {
@@ -205,7 +205,7 @@ StepResult BurnRun::end(const ImplicitResult& balance) {
   return result();
 }
 
-/// Of the last step.
+/// Figures of the last step.
 StepResult BurnRun::result() {
   StepResult result;
   result.converged = last_.converged;
@@ -244,14 +244,14 @@ void BurnRun::accept(double time) {
   if (last_.cracked || (last_.died && options_.ablation.strength)) {
     split();
   }
-  if (burn_->chambers().count() > 0) {  // Of whose walls all cells stay.
+  if (burn_->chambers().count() > 0) {  // the walls of chambers keep all cells
     divide();
   } else if (last_.died && options_.ablation.compact_fraction < 1) {
     compact();
   }
 }
 
-/// Divides the chambers whose walls have come apart.
+/// Divides the chambers whose walls have separated.
 void BurnRun::divide() {
   if (!last_.cracked && !last_.died) {
     return;
@@ -268,7 +268,7 @@ void BurnRun::divide() {
   }
 }
 
-/// Splits the corners at which cracks have parted the sheet.
+/// Splits the corners at which cracks have separated the sheet.
 void BurnRun::split() {
   const SplitCorners corners = find_split_corners(*sheet_, state_->living);
   if (corners.count > 0) {
@@ -298,7 +298,7 @@ void BurnRun::compact() {
   }
 }
 
-/// Goes on with a sheet that was made of the present one, and what came with its items.
+/// Continues with a sheet that was made from the present one, and the data that came with its items.
 void BurnRun::take_over(LoadedSheet loaded) {
   auto sheet = std::make_unique<Sheet>(std::move(loaded.sheet));
   auto state = std::make_unique<State>(*sheet);

@@ -13,14 +13,14 @@
 namespace pellicle {
 inline namespace world {
 
-/// A burning sheet: its chain with state, frames and history. Where cracks part a sheet without gas its corners are
+/// A burning sheet: its chain with state, frames and history. Where cracks separate a sheet without gas its corners are
 /// split after the step; cells that have burnt away are removed from it now and then, see `ablation.compact_fraction`.
 class BurnRun : public TouchingObject {
  public:
   /// Options must outlive it. Collective.
   /// @throws Error on bad textures and other input, or when adaptive steps are asked for
   BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output);
-  /// The object as a checkpoint has it. Collective.
+  /// The object from a checkpoint. Collective.
   BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output);
 
   const Sheet& sheet() const { return *sheet_; }
@@ -61,7 +61,7 @@ class BurnRun : public TouchingObject {
 
   const Options& options_;
   ObjectOutput output_;
-  // The sheet, and what depends on its numbering.
+  // The sheet, and everything that depends on its numbering.
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
@@ -69,7 +69,7 @@ class BurnRun : public TouchingObject {
   std::string ended_;                    ///< see Object::ended
   std::string start_line_;               ///< see settle_start
   BurnStep last_;                        ///< results of the last step
-  std::unique_ptr<State> kept_;          ///< of the present sheet, to put back
+  std::unique_ptr<State> kept_;          ///< of the present sheet, to be restored
   std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder
 };
 

@@ -50,7 +50,7 @@ void Burning::begin(BurningFields& fields) const {
 StageResult Burning::heat(BurningFields& fields, const ObjectState& state, double h) {
   const auto timer = clock_.time("heat");
   const HeatOptions& heat = options_.heat;
-  // Eq. 1: T^ext from the sources, then what the last step's burning released.
+  // Eq. 1: T^ext from the sources, then the heat released by the burning of the last step.
   for (const auto& [name, source] : heat.sources) {
     fields.heat_in += apply_heat_source(
         fields.temperature, source,
@@ -127,7 +127,7 @@ bool Burning::crack(BurningFields& fields, const std::vector<PetscInt>& sides) {
   return ablation_.crack(fields.living, sides);
 }
 
-/// What follows when triangles have died: particles without springs leave, pieces separate.
+/// Consequences of the death of triangles: particles without springs are removed, pieces separate.
 void Burning::take_out(BurningFields& fields, double time) {
   for (const PetscInt i : ablation_.bare_particles(fields.living, fields.mass)) {
     double& mass = fields.mass.data()[i];

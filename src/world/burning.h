@@ -18,9 +18,9 @@
 namespace pellicle {
 inline namespace world {
 
-/// What heats, burns and cuts a surface, be it of a sheet or of a balloon: the stages heat, combustion and ablation of
-/// the burning paper. They read and leave fields with ghosts up to date; the state that these belong to says where the
-/// particles are, and when.
+/// Heats, burns and cuts a surface, be it of a sheet or of a balloon: the stages heat, combustion and ablation of the
+/// burning paper. They read and leave fields with ghosts up to date; time and positions come from the state that these
+/// fields belong to.
 class Burning {
  public:
   /// Reads textures, builds operators. Surface, options and clock must outlive it. Collective.
@@ -28,21 +28,21 @@ class Burning {
   /// contradicting options
   Burning(const Surface& surface, const Options& options, StageClock& clock, Textures& textures);
 
-  /// Temperatures, pieces and heat at time 0. Collective.
+  /// Sets temperatures, pieces and heat at time 0. Collective.
   void begin(BurningFields& fields) const;
 
   // The stages of a step of length h [s]. Collective.
 
   StageResult heat(BurningFields& fields, const ObjectState& state, double h);
   void combustion(BurningFields& fields, double h);
-  /// What has burnt leaves the surface. @returns whether any has, on any rank
+  /// Removes from the surface what has burnt. @returns whether there was anything, on any rank
   bool ablation(BurningFields& fields, const ObjectState& state, double h);
-  /// The surface cracks. @param sides see Ablation::crack @returns whether there is one, on any rank
+  /// Cracks the surface. @param sides see Ablation::crack @returns whether there is one, on any rank
   bool crack(BurningFields& fields, const std::vector<PetscInt>& sides);
-  /// Springs, and triangles of other ranks, that follow from the triangles of the owned elements.
+  /// Updates springs, and triangles of other ranks, from the triangles of the owned elements.
   void follow(BurningFields& fields) { ablation_.follow_triangles(fields.living); }
 
-  /// Whether all heat is accounted for; what the umbrella makes is, what the consistent operator makes is not.
+  /// Whether all heat is accounted for, with the heat that the umbrella makes; the consistent operator may make none.
   /// Collective.
   StageResult heat_ledger(const BurningFields& fields) const;
 

@@ -10,20 +10,20 @@
 namespace pellicle {
 inline namespace world {
 
-/// What changes of a surface that heats, burns and is cut, declared in the registry of its state.
+/// What changes in a surface that heats, burns and is cut, declared in the registry of its state.
 struct BurningFields {
-  /// Everything lives and has its initial mass; temperatures and pieces are yet to be found. The registry must outlive
+  /// Everything lives and has its initial mass; temperatures and pieces are not set yet. The registry must outlive
   /// it. Collective.
   BurningFields(FieldRegistry& registry, const Surface& surface);
 
   Field& temperature;
-  Field& mass;         ///< 0: the particle has left the surface
+  Field& mass;         ///< 0: the particle has been removed from the surface
   Field& mass_change;  ///< of the last step, at most 0
   Pieces& pieces;
   std::vector<double>& burn_time;  ///< when each local element began to burn away; -1: not yet
   Living& living;
   double& mass_burnt;  ///< since the beginning, by the owned particles, with what was left when they left
-  // Since the beginning, by the ranks that had the sides.
+  // Since the beginning, each side counted by the rank that had it.
   double& cracked_sides;
   double& crack_length;  ///< undeformed
   // Heat ledger, of the owned particles: the content is initial + in - out + made.

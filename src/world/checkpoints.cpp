@@ -50,7 +50,7 @@ std::map<int, std::string> checkpoints_in(const std::string& folder) {
   return found;
 }
 
-/// Sees that what is in a folder is on the disk.
+/// Makes sure that what is in a folder is on the disk.
 void sync(const std::string& path) {
   const OpenFile file(path, O_RDONLY);
   if (file.is_open()) {
@@ -182,7 +182,7 @@ void Checkpoints::write(const Chain& chain) {
 }
 
 std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path, Console& console) {
-  std::string candidates;  // the newest first, each with '\0' behind it
+  std::string candidates;  // the newest first, each followed by '\0'
   on_root(comm, [&] {
     std::error_code none;
     if (!fs::exists(path, none)) {
@@ -222,7 +222,7 @@ std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path
 
 namespace {
 
-/// "objects.cloth" of the key "objects.cloth.heat.capacity"; "" of a key of the run, or of one without named objects.
+/// "objects.cloth" for the key "objects.cloth.heat.capacity"; "" for a key of the run, or of an object without a name.
 std::string object_of(const std::string& key) {
   const std::string start = "objects.";
   return key.compare(0, start.size(), start) == 0 ? key.substr(0, key.find('.', start.size())) : "";
@@ -230,7 +230,7 @@ std::string object_of(const std::string& key) {
 
 /// Whether a run may go on with another value.
 bool may_change(const OptionTable& table, const std::string& key) {
-  if (key == "time.scheme" || key == "time.arc_length") {  // Another one goes on from other fields.
+  if (key == "time.scheme" || key == "time.arc_length") {  // With another one a run goes on from other fields.
     return false;
   }
   const std::string group = key.substr(0, key.find('.'));

@@ -14,19 +14,20 @@ inline namespace world {
 
 class Chain;
 
-/// The checkpoints of a run, `checkpoint_000120.h5` in its folder after step 120: all that it takes to go on from there
-/// on any number of ranks. A file is in its place when it is whole; its last line has the check sum of the rest.
+/// The checkpoints of a run, `checkpoint_000120.h5` in its folder after step 120: all that is needed to go on from
+/// there on any number of ranks. A file is put in its place when it is complete; its last line has the check sum of the
+/// rest.
 class Checkpoints {
  public:
   /// Folder and record must outlive it. Collective.
-  /// @param present step of a checkpoint of this run that is in the folder, at which it goes on; those before it stay,
-  /// as many as are kept; -1: there is none
+  /// @param present step of a checkpoint of this run in the folder, from which it goes on; earlier ones stay, up to the
+  /// number to be kept; -1: there is none
   Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present);
 
-  /// Whether one is asked for after this step, of which there is none. Collective.
+  /// Whether a checkpoint is due after this step, and there is none yet. Collective.
   bool due(int step) const;
-  /// Writes one of the state as it is, if there is none of its step; removes those that are too old. Collective.
-  /// @throws Error, on all ranks, when it cannot be written: the ones before it stay
+  /// Writes one of the present state, if there is none of its step; removes those that are too old. Collective.
+  /// @throws Error, on all ranks, when it cannot be written: earlier ones stay
   void write(const Chain& chain);
 
   /// The newest one, with its folder; empty: there is none.
@@ -44,11 +45,11 @@ class Checkpoints {
   double last_time_;          ///< on the wall, of the last one or of the beginning [s]
 };
 
-/// The newest sound checkpoint of a folder, or the one of a file. Damaged ones are told of and passed over. Collective.
+/// The newest intact checkpoint of a folder, or the one of a file. Damaged ones are reported and skipped. Collective.
 /// @throws Error, on all ranks, when there is none
 std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path, Console& console);
 
-/// Refuses options that may not change where a run goes on. Not collective.
+/// Refuses options that may not change when a run goes on. Not collective.
 /// @param before, now written decks
 /// @throws Error that names them
 void require_same_options(const OptionTable& table, const std::string& before, const std::string& now);

@@ -10,7 +10,7 @@
 namespace pellicle {
 inline namespace world {
 
-// What history says of how an object touches itself, be it a sheet or a balloon.
+// The part of the history about how an object, a sheet or a balloon, touches itself.
 
 /// The columns of its history.
 std::vector<History::Column> contact_columns(const ContactOptions& options);
@@ -22,7 +22,7 @@ std::vector<double> contact_values(const ContactOptions& options, const std::opt
                                    const std::optional<ContactFigures>& figures, const Surface& surface,
                                    const ObjectState& state, const std::vector<bool>* living);
 
-/// Whether nothing holds the particles of any rank back, so that all of an object may move alike. Collective.
+/// Whether no particle is held on any rank, so that all particles of an object may move alike. Collective.
 /// @param projectors of each local particle onto where it may go
 bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projectors);
 

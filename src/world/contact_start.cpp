@@ -49,7 +49,7 @@ std::string tangle_words(const Crossings& crossings, const std::vector<StartingS
 
 using Key = std::pair<std::size_t, PetscInt>;  ///< surface, and persistent id of a particle
 
-/// An element as every rank knows it.
+/// An element in the form that every rank gets.
 struct StartingElement {
   std::size_t surface = 0;
   PetscInt number = 0;
@@ -152,7 +152,8 @@ void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vect
   }
 }
 
-/// Apart by contact's own constraints, until the nearest are at nine tenths of where they begin to press. Collective.
+/// Moves surfaces apart by contact's own constraints, until the nearest are at nine tenths of where they begin to
+/// press. Collective.
 void push_apart(const ContactOptions& options, const std::vector<StartingSurface>& surfaces) {
   constexpr int most = 100;
   constexpr double enough = 0.9;

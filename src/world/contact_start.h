@@ -9,19 +9,19 @@
 namespace pellicle {
 inline namespace world {
 
-/// What touches, where a run starts.
+/// What may touch at the start of a run.
 struct StartingObject {
   std::string name;  ///< empty: the run has one object, without a name
   TouchingObject* object;
 };
 
-/// Counts crossings and does as `contact.start` says: no more than that, or refuses surfaces that pass through
-/// themselves or each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly
-/// press. Collective.
-/// @returns what is to be told; empty: nothing crossed
-/// @throws Error naming objects, elements and place, on what is refused and on what stays tangled
+/// Counts crossings and acts as `contact.start` says: only counts, or refuses surfaces that pass through themselves or
+/// each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly press.
+/// Collective.
+/// @returns a message; empty: nothing crossed
+/// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
-/// Of what touches itself alone.
+/// The same for a surface that touches only itself.
 inline std::string settle_start(const ContactOptions& options, TouchingObject& object) {
   return settle_start(options, {{"", &object}});
 }

@@ -23,7 +23,7 @@ inline namespace world {
 
 namespace {
 
-// Of a checkpoint, in the group of the object.
+// Names in a checkpoint, in the group of the object.
 std::string balloon_mesh(const ObjectOutput& output) { return output.group("balloon") + "/mesh"; }
 std::string balloon_state(const ObjectOutput& output) { return output.group("balloon") + "/state"; }
 
@@ -32,7 +32,7 @@ std::unique_ptr<Membrane> burnable(Membrane membrane, const Options& options) {
   return std::make_unique<Membrane>(std::move(membrane));
 }
 
-/// The state of a checkpoint. Collective.
+/// The state from a checkpoint. Collective.
 std::unique_ptr<BalloonState> read_state(const Hdf5File& checkpoint, const Membrane& membrane, const Options& options,
                                          const ObjectOutput& output) {
   const std::string group = balloon_state(output);
@@ -93,7 +93,7 @@ StepResult InflateRun::end(const ImplicitResult& balance) {
   return result();
 }
 
-/// Of the last step.
+/// Figures of the last step.
 StepResult InflateRun::result() {
   StepResult result;
   result.converged = last_.converged;
@@ -145,7 +145,7 @@ void InflateRun::accept(double time) {
   }
 }
 
-/// Divides the chambers whose walls have come apart.
+/// Divides the chambers whose walls have separated.
 void InflateRun::divide() {
   const std::vector<std::string> lines =
       divide_chambers(inflate_->chambers(), state_->burning->pieces.of_particle, *state_, state_->chamber);
@@ -159,7 +159,7 @@ void InflateRun::divide() {
   }
 }
 
-/// Splits the vertices at which cracks have parted the wall.
+/// Splits the vertices at which cracks have separated the wall.
 void InflateRun::split() {
   const auto timer = output_.clock.time("ablation");
   const SplitCorners corners = find_split_corners(*membrane_, state_->burning->living);

@@ -11,13 +11,13 @@
 namespace pellicle {
 inline namespace world {
 
-/// A balloon: its chain with state, frames and history. Where cracks part its wall the vertices are split after the
+/// A balloon: its chain with state, frames and history. Where cracks separate its wall the vertices are split after the
 /// step, unless that opens a chamber which needs a closed wall, and so ends the run.
 class InflateRun : public TouchingObject {
  public:
   /// Options must outlive it. Collective. @throws Error on bad input, see Inflate
   InflateRun(Membrane membrane, const Options& options, const ObjectOutput& output);
-  /// The object as a checkpoint has it. Collective.
+  /// The object from a checkpoint. Collective.
   InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output);
 
   const Membrane& membrane() const { return *membrane_; }
@@ -59,12 +59,12 @@ class InflateRun : public TouchingObject {
 
   const Options& options_;
   ObjectOutput output_;
-  // The wall, and what depends on its numbering.
+  // The wall, and everything that depends on its numbering.
   std::unique_ptr<Membrane> membrane_;
   std::unique_ptr<Inflate> inflate_;
   std::unique_ptr<BalloonState> state_;
-  std::unique_ptr<BalloonState> kept_;     ///< of the present wall, to put back
-  Drawing surface_;                        ///< of the last frame; where nothing burns, of all
+  std::unique_ptr<BalloonState> kept_;     ///< of the present wall, to be restored
+  Drawing surface_;                        ///< of the last frame; where nothing burns, of all frames
   Eigen::VectorXd told_open_;              ///< see newly_open
   std::string ended_;                      ///< see Object::ended
   std::string start_line_;                 ///< see settle_start

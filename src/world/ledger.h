@@ -17,7 +17,7 @@ inline namespace world {
 
 /// The columns of a body's load: force_NAME_x, _y and _z, gap_NAME.
 std::vector<History::Column> body_columns(const std::vector<std::string>& names);
-/// Their values; of the initial state, which has no loads, zeros.
+/// Their values; zeros for the initial state, which has no loads.
 std::vector<double> body_values(std::size_t bodies, const std::vector<BodyLoad>& loads);
 
 /// Values of a row of the history, of any object.
@@ -37,7 +37,7 @@ std::string crack_line(const std::array<double, 2>& cracks);
 /// The history of an object: a row of history.csv for the initial state and for each step, and where something burns
 /// the pieces of each frame in pieces.csv. Every object's row has time, step, time_step, retries; mass_left,
 /// mass_burnt, pieces, heat_content, heat_in, heat_out, heat_made, temperature_max, if it burns; kinetic_energy and
-/// momentum; then what is its own, and the seconds of its stages.
+/// momentum; then the columns of its kind, and the seconds of its stages.
 class Ledger {
  public:
   /// Makes the files in a folder that has been started. Collective. @throws Error when they cannot be written
@@ -45,7 +45,7 @@ class Ledger {
   /// @param resumed checkpoint from which the run goes on in its folder, or null
   Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed);
 
-  /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
+  /// Notes in a checkpoint how long the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
 
   /// Adds a row. Collective. @param own of its own columns

@@ -42,7 +42,7 @@ std::vector<std::pair<std::string, std::string>> texture_files(const Options& op
   return files;
 }
 
-/// In words, that a chamber needs a volume, which an open mesh does not have; empty: none does. Chambers that name
+/// In words, that a chamber needs a volume, which an open mesh does not have; empty if none does. Chambers that name
 /// their pieces are left to `Chambers`.
 std::string fault_of_chambers(const Options& options) {
   const auto names_a_piece = [](const auto& chamber) { return chamber.second.vertex >= 0; };

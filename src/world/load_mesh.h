@@ -19,16 +19,16 @@ inline namespace world {
 /// @throws Error, on all ranks, see make_checked_mesh
 CheckedMesh load_mesh(MPI_Comm comm, const MeshOptions& options);
 
-/// A mesh as rows, and what there is to say of it.
+/// A mesh as rows, and the lines that describe it.
 struct LoadedMesh {
   MeshRows rows;
   std::vector<std::string> lines;    ///< see mesh_lines
   std::vector<std::string> figures;  ///< MeshReport::quality; none of a file that has been checked before
 };
 
-/// Loads the mesh of a run: reads or generates it on rank 0, and for the inflating chain splits its faces into
-/// triangles, or reads on each rank its share of a file of `-mesh_only` (mesh_file_name), which is checked and in its
-/// place. Collective.
+/// Loads the mesh of a run. Either reads or generates it on rank 0, and for the inflating chain splits its faces into
+/// triangles; or reads on each rank its share of a file of `-mesh_only` (mesh_file_name), which is checked and in its
+/// place already. Collective.
 /// @throws Error, on all ranks; with `-mesh_only` no mesh is refused because the chain cannot be built on it
 LoadedMesh load_mesh(MPI_Comm comm, const Options& options);
 
@@ -42,7 +42,7 @@ inline constexpr const char* mesh_file_group = "mesh";
 /// @throws Error, one line that says what the mesh is like and all that is wrong
 void require_fit(const CheckedMesh& checked, const Options& options);
 
-/// What the log and the record of a run keep of its mesh: the summary, then repairs and warnings, each a line.
+/// The lines about a mesh in the log and the record of a run: the summary, then repairs and warnings.
 std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain);
 
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"

@@ -94,14 +94,14 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
   return line;
 }
 
-/// What is made of the mesh of an object.
+/// What is made from the mesh of an object.
 struct MeshOfObject {
   std::string name;
   std::string heading;  ///< "cloth: ", of lines
   LoadedMesh loaded;
 };
 
-/// Tells of a distributed mesh and writes it as an object of a frame. Collective.
+/// Prints the figures of a distributed mesh and writes it as an object of a frame. Collective.
 template <std::size_t corners>
 void write_frame(const Surface& mesh, const std::vector<std::array<PetscInt, corners>>& cells, FrameWriter& writer,
                  std::size_t object, const std::string& heading, Console& console) {
@@ -118,7 +118,7 @@ void write_frame(const Surface& mesh, const std::vector<std::array<PetscInt, cor
   writer.write(object, frame);
 }
 
-/// Writes the mesh with its partition, for runs to read in parallel. Collective.
+/// Writes the mesh with its partition, so that runs can read it in parallel. Collective.
 void write_mesh_file(const MeshRows& rows, const std::string& name, OutputFolder& folder, Console& console) {
   on_root(folder.comm(), [&] { folder.list({name}); });
   Hdf5File file(folder.comm(), folder.path_of_part(name), Hdf5File::Mode::create);
@@ -132,7 +132,7 @@ void write_mesh_file(const MeshRows& rows, const std::string& name, OutputFolder
 
 void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecord record) {
   OutputOptions output = objects.front().options.output;
-  output.fields.clear();  // which name those of a run
+  output.fields.clear();  // they name fields of a run
   Console console(comm, 1);
   OutputFolder folder(comm, output, record);
   std::vector<MeshOfObject> meshes;

@@ -18,9 +18,9 @@ struct NamedValues {
   std::size_t count;
 };
 
-/// Looks for what overflow, or a solver that went astray, leaves behind. Collective.
+/// Looks for the results of overflow, or of a solver that diverged. Collective.
 /// @param quantities what this rank holds of each; the same names in the same order on every rank
-/// @returns "the velocity is not finite": the first of which some rank holds such a number; "" if there is none
+/// @returns "the velocity is not finite" for the first one of which some rank holds such a number; "" if there is none
 std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities);
 
 /// Sets to 0 what is not finite in a state, so that it can be drawn. Collective. @returns whether there was any

@@ -20,12 +20,12 @@
 namespace pellicle {
 inline namespace world {
 
-/// What an object, or all of a world, says of a step that it tried. The same on every rank.
+/// The result of a step that was tried, of an object or of the whole world. The same on every rank.
 struct StepResult {
   bool converged = true;
   std::string reason;                ///< in words, when it did not converge
   int iterations = 0;                ///< linear iterations of all stages
-  std::string figures;               ///< what the progress line says besides, such as "|C| 1.2e-05 m"
+  std::string figures;               ///< further text of the progress line, such as "|C| 1.2e-05 m"
   std::optional<double> step_error;  ///< estimated error of the step, a share of the object's size; none: no estimate
 };
 
@@ -46,7 +46,7 @@ struct ObjectOutput {
   std::string group(const std::string& kind) const { return "objects/" + (object.empty() ? kind : object); }
 };
 
-/// Does what belongs to an object. @throws Error as `work` does, with the object's name before it
+/// Runs `work` on behalf of an object. @throws Error as `work` does, with the object's name before it
 /// @param heading see heading_of
 template <class Work>
 auto about_object(const std::string& heading, const Work& work) {
@@ -57,7 +57,7 @@ auto about_object(const std::string& heading, const Work& work) {
   }
 }
 
-/// Takes a frame of an object. @returns whether it has become one of the frames of the run
+/// Receives a frame of an object. @returns whether it has become one of the frames of the run
 using FrameSink = std::function<bool(const Frame&)>;
 
 class TouchingObject;
@@ -73,63 +73,64 @@ class Object {
 
   /// Moves the state by h [s]. When it does not converge, time and step stay and the rest of the state may be anything.
   virtual StepResult advance(double h) = 0;
-  /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
+  /// The step is accepted and will not be undone. Moves the clock to `time`, by rounding alone: sums of steps drift.
   virtual void accept(double time) = 0;
   /// Keeps a copy of the state ...
   virtual void keep() = 0;
-  /// ... and puts it back.
+  /// ... and restores it.
   virtual void restore() = 0;
 
   /// The same object, if it can touch others; else null.
   virtual TouchingObject* touching() { return nullptr; }
 
-  /// Why the object cannot go on; empty while it can.
+  /// Why the object cannot go on; empty as long as it can.
   virtual std::string ended() const { return ""; }
   /// Whether it has ended because nothing is left of it: other objects go on without it.
   virtual bool is_gone() const { return false; }
 
-  /// Hands the present frame to `write`.
+  /// Passes the present frame to `write`.
   virtual void draw(const FrameSink& write) = 0;
   /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
   virtual void record(double h, int retries) = 0;
-  /// What the start of the run's log says of the object, such as which solver it has picked.
+  /// Lines about the object for the start of the run's log, such as which solver it has chosen.
   virtual std::vector<std::string> first_remarks() const { return {}; }
-  /// What the end of the run's log says of the run as a whole, such as steps that ended out of balance.
+  /// Lines about the run as a whole for the end of the log, such as steps that ended out of balance.
   virtual std::vector<std::string> remarks() const { return {}; }
 
-  /// Writes what it takes to go on from the present state and behind the present output. @throws Error, on all ranks
+  /// Writes all that is needed to go on from the present state and behind the present output. @throws Error, on all
+  /// ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
-  /// Forgets what solvers know of earlier steps: the next step is that of a run that goes on from a checkpoint.
+  /// Makes solvers forget earlier steps: the next step is like that of a run that goes on from a checkpoint.
   virtual void forget() = 0;
-  /// Goes on with the tables of the run that has written a checkpoint, in its folder, in place of the first row.
-  /// @throws Error, on all ranks, when the folder has not what the checkpoint says
+  /// Continues the tables of the run that has written a checkpoint, in its folder, instead of writing the first row.
+  /// @throws Error, on all ranks, when the folder lacks what the checkpoint names
   virtual void resume_output(const Hdf5File& checkpoint) = 0;
 };
 
-/// An object that can touch others or have links to their chambers, if its options say so (ContactOptions::together):
-/// its steps are begun, its part is brought into balance together with theirs, and then they are ended. All calls are
-/// collective.
+/// An object that can touch others or be linked to their chambers, if its options say so (ContactOptions::together):
+/// its step is begun, its part is brought into balance together with those of the others, and then the step is ended.
+/// All calls are collective.
 class TouchingObject : public Object {
  public:
   TouchingObject* touching() override { return this; }
 
-  /// As `advance`, as far as to where its part is to be brought into balance.
+  /// As `advance`, up to the point where its part is to be brought into balance.
   virtual StepResult begin(double h) = 0;
-  /// Of the step that has begun. It is the same object as before unless its numbering is another one.
+  /// The part of the step that has begun. It is the same object as before unless its numbering has changed.
   virtual StepPart& part() = 0;
   /// The same with the gas in its chambers; null if it has none.
   virtual GasFilled* gas() = 0;
-  /// In words, what is wrong where the step starts, so that no balance may be found; empty: nothing.
+  /// In words, what is wrong at the start of the step, so that a balance may not be found; empty if nothing is.
   virtual std::string start_fault() const = 0;
   /// The rest of the step. @param balance how the balance was found
   virtual StepResult end(const ImplicitResult& balance) = 0;
-  /// What is drawn of it, how it touches others, and which drawn triangles there still are; null: all.
+  /// What is drawn of it, how it touches others, and which drawn triangles are still there; null: all.
   virtual const Surface& surface() const = 0;
   virtual ContactSurface::Part contact_part() const = 0;
   virtual const std::vector<bool>* living() const = 0;
   /// Local particles that are not free in all directions.
   virtual std::vector<bool> held() const = 0;
-  /// At the start of a run the positions have become others: finds anew what follows from them.
+  /// To be called when positions have changed at the start of a run: updates what follows from them.
   virtual void follow_start() = 0;
 };
 

@@ -6,8 +6,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// What changes of every object from step to step. Ghosts are up to date between steps. A step that fails is put back
-/// by assigning a copy.
+/// What changes in every object from step to step. Ghosts are up to date between steps. After a failed step the state
+/// is restored by assigning a copy.
 struct ObjectState : FieldRegistry {
   using FieldRegistry::FieldRegistry;
   ObjectState(ObjectState&&) = default;
@@ -16,8 +16,8 @@ struct ObjectState : FieldRegistry {
     return *this;
   }
 
-  /// Links or heat change the gas in its chambers. Not collective. @param chambers how many it has @param links
-  /// likewise
+  /// To be called if links or heat change the gas in its chambers. Not collective. @param chambers number of its
+  /// chambers @param links number of its links
   void add_gas(int chambers, int links) {
     gas = &own<GasExchange>(chambers, links);
     declare({"gas_amount", "mol", Item::object}, gas->amount, chambers);

@@ -196,7 +196,7 @@ void describe_balloon(OptionTable& table, Options& options) {
 
 namespace {
 
-/// A deck that says what the wall is, and not which chain, means a balloon.
+/// A deck that describes a wall, without naming a chain, means a balloon.
 void choose_chain(OptionTable& table, Options& options) {
   const auto is_of_wall = [](const Option& option) {
     return option.key().compare(0, 5, "wall.") == 0 && option.origin() && !option.origin()->is_laid_over;
@@ -262,7 +262,7 @@ void describe(OptionTable& table, Options& options) {
             "runs so many steps, writes a checkpoint, runs as many more both straight and from the checkpoint, and "
             "compares the fields; 0: an ordinary run");
   });
-  // A balloon has one layer of particles. What has gas in it is not numbered anew: what has died stays where it is.
+  // A balloon has one layer of particles. An object with gas in it is not renumbered: what has died stays where it is.
   table.find_key("sheet.layers")->acts_with(one_of("dynamics", options.dynamics, {Dynamics::projection}));
   for (const char* key : {"sheet.layers", "sheet.thickness", "sheet.areal_density", "force.damping", "output.springs",
                           "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {

@@ -104,8 +104,8 @@ struct Options {
   OutputOptions output;
   CheckpointOptions checkpoint;
   std::string replay;      ///< file of a saved system to solve in place of a run (solvers/saved_system.h), or empty
-  std::string restart;     ///< folder of a run, or file of a checkpoint, at which the run goes on; empty: it begins
-  int verify_restart = 0;  ///< so many steps are run straight and from a checkpoint, and compared; 0: an ordinary run
+  std::string restart;     ///< folder of a run, or file of a checkpoint, from which the run goes on; empty: a new run
+  int verify_restart = 0;  ///< number of steps run directly and from a checkpoint, and compared; 0: an ordinary run
 };
 
 void describe(OptionTable& table, Options& options);
@@ -119,22 +119,22 @@ struct ObjectOptions {
   Options options;
   OptionTable table;
 };
-/// How the mesh of a sheet becomes a shell: a sheet as a material has its lattice points in its surface.
+/// How the mesh of a sheet becomes a shell: the lattice points of a sheet as a material lie in its surface.
 SheetOptions shell_options(const Options& options);
 /// Rate at which the velocities of a sheet fade: `force.damping`, or what follows from the dynamics [1/s].
 double velocity_damping(const Options& options);
-/// Whether a run is that of a balloon whose wall heats, burns or tears: there is what heats or strains it.
+/// Whether a run is that of a balloon whose wall heats, burns or tears, which needs something that heats or strains it.
 bool balloon_burns(const Options& options);
-/// How an object cracks: `ablation.strength` or `wall.strength` is the strength, if either is given.
+/// How an object cracks, with the strength of `ablation.strength` or `wall.strength`, if either is given.
 /// @throws Error if both are
 AblationOptions cracks_of(const Options& options);
 /// Whether a link joins a chamber of it to one of another object (world/gas_links.h).
 bool has_links_elsewhere(const Options& options);
 /// Whether links, holes or heat of walls change the gas in its chambers, or one is inside another.
 bool gas_is_joined(const Options& options);
-/// Whether gas does more to walls than to press evenly: it weighs something, or flows through holes.
+/// Whether gas acts on walls by more than an even pressure: it has weight, or flows through holes.
 bool gas_pushes_unevenly(const Options& options);
-/// By which gas weighs something: 0 without gas.buoyancy [m/s^2].
+/// The gravity that gives gas its weight: 0 without gas.buoyancy [m/s^2].
 Eigen::Vector3d gravity_of_gas(const Options& options);
 
 }  // namespace world

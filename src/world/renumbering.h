@@ -7,7 +7,7 @@
 namespace pellicle {
 inline namespace world {
 
-// What an object's state has on particles and elements, on its way to the same object on a surface made anew.
+// The particle and element data of an object's state, on the way to the same object on a new surface.
 
 /// The records of the owned items.
 Records packed(const FieldRegistry& state, Item item, PetscInt owned);
@@ -20,8 +20,8 @@ struct SplitRecords {
 };
 SplitRecords packed(const FieldRegistry& state, const Surface& surface, const SplitCorners& corners);
 
-/// Reads the records of the local items into the state of the new surface, and what the object has once from the state
-/// of the old one. Collective.
+/// Reads the records of the local items into the state of the new surface, and copies what the object has once from the
+/// old state. Collective.
 void take_over(FieldRegistry& state, const FieldRegistry& old, const Records& particles, const Records& cells);
 
 }  // namespace world

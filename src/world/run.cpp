@@ -36,7 +36,7 @@ std::string spring_line(const Sheet& sheet) {
   return line;
 }
 
-/// A word as a shell reads it back.
+/// A word in the form that a shell reads as the same word.
 std::string shell_word(const std::string& word) {
   if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%^") ==
           std::string::npos &&
@@ -78,7 +78,7 @@ class Run {
   }
 
  private:
-  /// The lines of an object that are left out unwatched.
+  /// The lines of an object that are left out when nobody watches.
   void add_figures(const ObjectOutput& output, const std::vector<std::string>& lines) {
     for (const std::string& line : lines) {
       figures_.push_back(output.heading() + line);
@@ -156,8 +156,8 @@ class Run {
     return is_same;
   }
 
-  /// The first frame and row, or the continuation of those of the run before. What the mesh is like is told when the
-  /// input is known to be good: bad input is refused by one line.
+  /// The first frame and row, or the continuation of those of an earlier run. Lines about the mesh are printed only
+  /// when the input is known to be good: bad input is refused by one line.
   void begin_output(World& world, bool goes_on) {
     if (goes_on) {
       keep_tables(folder_, *checkpoint_);
@@ -197,7 +197,7 @@ class Run {
     tell_of(checkpoints, &world);
   }
 
-  /// Whether steps from a checkpoint are those of the run that goes on without it. @throws Error if they are not
+  /// Whether steps from a checkpoint equal those of the run that continues without it. @throws Error if they do not
   void verify(World& world, Checkpoints& checkpoints) {
     TimeOptions time = options_.time;
     time.max_steps = world.step() + options_.verify_restart;
@@ -263,7 +263,7 @@ class Run {
   RunRecord& record_;
   Console& console_;
   OutputFolder folder_;
-  std::vector<std::string> figures_;      ///< lines about the objects for somebody who watches
+  std::vector<std::string> figures_;      ///< lines about the objects for a person who watches
   std::unique_ptr<Hdf5File> checkpoint_;  ///< from which the run goes on
 };
 

@@ -12,9 +12,9 @@ inline namespace world {
 
 /// Runs a world of objects from their meshes to the last frame: the whole program after its options have been read.
 /// Collective.
-/// @param objects of the run; what is of the run as a whole is the same in all their options; are told which of them
-/// touch each other (find_together)
-/// @param record what the output folder keeps of the run; of the mesh, what has been found here
+/// @param objects of the run; options of the run as a whole are the same in all of them; find_together sets which of
+/// them touch each other
+/// @param record what the output folder keeps of the run; gets what has been found about the mesh
 /// @throws Error on bad input, before anything is written; or when a step failed at every length tried, after the last
 /// good state has been written
 void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record);

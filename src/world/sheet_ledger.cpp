@@ -26,7 +26,7 @@ std::vector<double> strains(const SpringSet& springs, const State& state, Colour
 
 namespace {
 
-// Of a checkpoint, in the group of the object: the largest strain so far, its place and time.
+// Tables in a checkpoint, in the group of the object: the largest strain so far, its place and time.
 const char* const record_table = "/largest_strain";
 
 std::vector<std::string> names_of_bodies(const Options& options) {

@@ -22,7 +22,7 @@ class SheetLedger {
   SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers,
               const Hdf5File* resumed = nullptr);
 
-  /// Notes in a checkpoint how far the tables are. Collective. @throws Error, on all ranks
+  /// Notes in a checkpoint how long the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
 
   /// @param burn whose last step was `step`
@@ -39,8 +39,8 @@ class SheetLedger {
   /// Collective.
   void add(double time, int step, const std::vector<ProjectionError>& errors);
 
-  /// The largest strain of the net in any step, and where and when that was; nothing before the first step. How long
-  /// cracks are, if there are any.
+  /// Lines about the largest strain of the net in any step, and where and when that was (none before the first step),
+  /// and about the length of cracks, if there are any.
   std::vector<std::string> remarks() const;
 
  private:

@@ -8,10 +8,10 @@
 namespace pellicle {
 inline namespace world {
 
-/// All that changes of a sheet from step to step.
+/// All that changes in a sheet from step to step.
 struct State : ObjectState, BurningFields {
-  /// Everything lives and is at rest; the pieces are yet to be found, nothing is pinned and no gas is there. The sheet
-  /// must outlive the state. Collective.
+  /// At first everything lives and is at rest; the pieces are not found yet, nothing is pinned and there is no gas. The
+  /// sheet must outlive the state. Collective.
   explicit State(const Sheet& sheet);
   State(State&&) = default;
   State& operator=(const State& other) {
@@ -24,7 +24,7 @@ struct State : ObjectState, BurningFields {
   /// Number of the chamber that each local cell bounds, -1: none (Chambers).
   std::vector<PetscInt>& chamber = add<std::vector<PetscInt>>({"chamber", "", Item::cell});
   TargetLengths& target_length;  ///< [m]
-  /// What has acted in the last step, of each chamber of gas, the same on every rank.
+  /// Pressure that has acted in the last step, of each chamber of gas, the same on every rank.
   std::vector<double>& pressure = add<std::vector<double>>({"pressure", "Pa", Item::object});
 };
 

@@ -12,14 +12,14 @@ inline namespace world {
 
 namespace {
 
-/// A time within rounding of a whole number of steps becomes that number of steps: sums of steps drift.
+/// A time that is a whole number of steps except for rounding becomes that number of steps: sums of steps drift.
 double without_drift(double time, double step) {
   const double whole = std::round(time / step) * step;
   return std::abs(time - whole) < 1e-9 * step ? whole : time;
 }
 
 /// Length of the next step [s].
-/// @param h length of the last step @param length what it would have been if no frame or end had cut it short
+/// @param h length of the last step @param length the length that it would have had if no frame or end had shortened it
 double next_length(double h, double length, const StepResult& step, const TimeOptions& options) {
   if (options.tolerance == 0) {
     return std::min(2 * h, options.step);
@@ -31,8 +31,8 @@ double next_length(double h, double length, const StepResult& step, const TimeOp
                     options.longest_step());
 }
 
-/// Writes the row of a step, and its frame if it is asked for. What fails does not keep the rest from being written.
-/// @throws Error, the first fault, when as much of the state is kept as is possible
+/// Writes the row of a step, and its frame if one is due. If one of them fails the other is written nevertheless.
+/// @throws Error, the first fault, after as much of the state as possible has been written
 void write_step(Chain& chain, bool with_frame, double h, int retries) {
   std::string fault;
   const auto succeeds = [&fault](const std::function<void()>& work) {
@@ -87,7 +87,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
   defer_stop_signals();
   while (!is_last()) {
     chain.keep();
-    double length = chain.length();  // before it is cut to end at a frame or at the end of the run
+    double length = chain.length();  // before it is shortened to end at a frame or at the end of the run
     double h = std::min(length, options.end - chain.time());
     if (options.tolerance > 0) {
       const std::optional<double> frame = chain.next_frame_time();

@@ -13,7 +13,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// What is stepped, with its output, as the step control sees it: the world. All calls are collective.
+/// What the step control moves and writes, in practice the world. All calls are collective.
 class Chain {
  public:
   virtual ~Chain() = default;
@@ -21,58 +21,59 @@ class Chain {
   virtual double time() const = 0;  ///< of the state [s]
   virtual int step() const = 0;     ///< accepted steps
 
-  /// Length of the next step if nothing cuts it short [s], a part of the state; 0: not known yet.
+  /// Length of the next step if nothing shortens it [s], a part of the state; 0: not known yet.
   virtual double& length() = 0;
 
   /// Moves the state from time() to time() + h [s]. When it does not converge, time() and step() stay and the rest of
   /// the state may be anything.
   virtual StepResult advance(double h) = 0;
-  /// The step is accepted and will not be put back. Moves the clock to `time`, by rounding alone: sums of steps drift.
+  /// The step is accepted and will not be undone. Moves the clock to `time`, by rounding alone: sums of steps drift.
   virtual void accept(double time) = 0;
   /// A step begins: keeps a copy of the state ...
   virtual void keep() = 0;
-  /// ... and puts it back.
+  /// ... and restores it.
   virtual void restore() = 0;
 
-  /// Why the run is over before its time; empty while it is not.
+  /// Why the run ends early; empty as long as it does not.
   virtual std::string ended() const { return ""; }
 
-  /// What the end of the run's log says of the run as a whole, such as steps that ended out of balance.
+  /// Lines about the run as a whole for the end of the log, such as steps that ended out of balance.
   virtual std::vector<std::string> remarks() const { return {}; }
 
-  /// Whether a frame of the present state is asked for.
+  /// Whether a frame of the present state is due.
   virtual bool frame_due() const = 0;
   /// The time of the next frame [s], where frames come by time; adaptive steps end there.
   virtual std::optional<double> next_frame_time() const = 0;
   /// Writes a frame, if there is none of this step. The first one makes the output folder.
   virtual void draw() = 0;
-  /// Writes the present state, which a step of length h has left that failed, as a frame of a series of its own. What
-  /// is not finite in the state becomes 0. @returns its file and what is to be said of it @throws Error, on all ranks
+  /// Writes the present state, after a step of length h that has failed, as a frame of a series of its own. Numbers
+  /// that are not finite become 0. @returns its file, and a remark on the state @throws Error, on all ranks
   virtual std::string draw_failed(double h) = 0;
-  /// Writes what it takes to go on from the present state and behind the present output. @throws Error, on all ranks
+  /// Writes all that is needed to go on from the present state and behind the present output. @throws Error, on all
+  /// ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
-  /// Forgets what solvers know of earlier steps: the next step is that of a run that goes on from a checkpoint.
+  /// Makes solvers forget earlier steps: the next step is like that of a run that goes on from a checkpoint.
   virtual void forget() = 0;
-  /// Goes on with the output of the run that has written a checkpoint, in its folder, in place of the first frame and
-  /// row. @throws Error, on all ranks, when the folder has not what the checkpoint says
+  /// Continues the output of the run that has written a checkpoint, in its folder, instead of writing the first frame
+  /// and row. @throws Error, on all ranks, when the folder lacks what the checkpoint names
   virtual void resume_output(const Hdf5File& checkpoint) = 0;
 
   /// Adds a row to the history, about the step of length h [s] that was accepted after so many retries.
   virtual void record(double h, int retries) = 0;
 };
 
-/// Steps a chain to the end of the run, or until it has ended by itself: the first frame and row are the caller's.
+/// Steps a chain to the end of the run, or until it has ended by itself; the caller writes the first frame and row.
 ///
-/// A step that fails is put back and tried again with half its length, down to `time.step` halved `time.max_retries`
-/// times: however hard a run becomes, its steps do not die away. Afterwards the length doubles up to `time.step`. With
-/// `time.tolerance` > 0 the next length follows from the estimated error e of the step instead, h times
-/// sqrt(tolerance/e), or by generalized alpha the cube root, within the bounds of the options. Collective.
-/// A signal that is to end the run (see stop_signal.h) ends it after the step in which it came, whose frame and row are
+/// A step that fails is undone and tried again with half its length, down to `time.step` halved `time.max_retries`
+/// times, so that however hard a run becomes its steps do not become ever shorter. Afterwards the length doubles up to
+/// `time.step`. With `time.tolerance` > 0 the next length follows from the estimated error e of the step instead, h
+/// times sqrt(tolerance/e), or with generalized alpha the cube root, within the bounds of the options. Collective.
+/// A signal to end the run (see stop_signal.h) ends it after the step in which it came, whose frame and row are
 /// written.
 /// @throws Error when a step failed at every length tried, after the state in which the last try failed and the last
-/// good state have been drawn; or when a frame or
-/// row could not be written, after the other one has been; Interrupted, on a signal
-/// Checkpoints are written where they are asked for and at the end, whatever ends the run.
+/// good state have been drawn; or when a frame or row could not be written, after the other one has been; Interrupted,
+/// on a signal
+/// Checkpoints are written where they are due and at the end, however the run ends.
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints = nullptr);
 
 }  // namespace world

@@ -12,13 +12,13 @@
 namespace pellicle {
 inline namespace world {
 
-/// The pictures of a run that weight what happens at texture coordinates. Each file is read once: a sheet that is
-/// compacted later asks again.
+/// The pictures of a run whose values at texture coordinates weight something. Each file is read once: a sheet that is
+/// compacted later asks for it again.
 class Textures {
  public:
   explicit Textures(MPI_Comm comm) : comm_(comm) {}
 
-  /// What the brightness of a PNG gives at texture coordinates; empty when `file` is. Collective.
+  /// The values that the brightness of a PNG gives at texture coordinates; empty when `file` is. Collective.
   /// @param uv of this rank's items, (2 x items), or no columns where the mesh has none
   /// @param key of the option that names the file
   /// @param range where the picture is black and where it is white

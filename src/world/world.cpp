@@ -182,7 +182,7 @@ void World::draw() {
     if (is_present(members_[i])) {
       members_[i].object->draw([&](const Frame& frame) {
         writer_.write(i, frame);
-        if (--missing == 0) {  // What the object adds to its tables may fail: the frame is there by then.
+        if (--missing == 0) {  // The object may still fail to write its tables: by then the frame exists.
           draw_bodies(time());
           writer_.complete(time(), step());
         }
@@ -226,7 +226,7 @@ std::string World::draw_failed(double h) {
 
 void World::record(double h, int retries) {
   for (const Member& member : members_) {
-    if (is_present(member) || h == 0) {  // The first row of a folder is also of what is gone.
+    if (is_present(member) || h == 0) {  // The first row of a folder also includes removed objects.
       member.object->record(h, retries);
     }
   }

@@ -15,7 +15,7 @@
 namespace pellicle {
 inline namespace world {
 
-/// The objects of a run under one clock: all of them accept a step, or none does.
+/// The objects of a run with a common clock: either all of them accept a step, or none does.
 class World : public Chain {
  public:
   /// An object and the clock of its stages.
@@ -31,7 +31,7 @@ class World : public Chain {
         std::vector<BodyDrawing> bodies = {}, const std::optional<TogetherOptions>& together = {});
 
   const std::vector<Member>& members() const { return members_; }
-  /// Of all stages, with the names of the objects whose they are.
+  /// The clocks of all stages, with the names of the objects that they belong to.
   std::vector<std::pair<std::string, const StageClock*>> clocks() const;
 
   double time() const override;
@@ -55,12 +55,12 @@ class World : public Chain {
   void resume_output(const Hdf5File& checkpoint) override;
 
  private:
-  /// Refuses names in `output.fields` that no object has a field of.
+  /// Refuses names in `output.fields` that are fields of no object.
   void check_chosen_fields();
   void draw_bodies(double time);
   /// Lines of all objects, with their headings.
   std::vector<std::string> gather(std::vector<std::string> (Object::*lines)() const) const;
-  /// Whether the object took part in the last step: one of which nothing is left stays where it was.
+  /// Whether the object took part in the last step: an object of which nothing is left stays where it was.
   bool is_present(const Member& member) const { return member.object->state().step == step(); }
 
   MPI_Comm comm_;
