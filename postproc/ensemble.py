@@ -167,7 +167,7 @@ def plot(rows, path):
     names = [name for name, _ in rows]
     for axes, (column, label, scale) in zip(panels, PANELS):
         values = [row[column] if row else numpy.nan for _, row in rows]
-        if scale == "log":  # where a bar has no foot
+        if scale == "log":  # on which bars have no lower end
             axes.set_xscale("log")
             axes.plot([value if value > 0 else numpy.nan for value in values], range(len(rows)), "o", color="tab:red")
             axes.xaxis.set_minor_formatter("")

@@ -98,7 +98,7 @@ def over_time(pattern, axis_label, log=False, colours=(), more=None):
         lines = {name: history[name] for name in history.matching(pattern)}
         lines.update(more(history) if more else {})
         for name, values in lines.items():
-            if log or name == "time_step":  # which the first row has not
+            if log or name == "time_step":  # the first row has none
                 values = numpy.where(values > 0, values, numpy.nan)
             if not numpy.nan_to_num(values).any():
                 continue

@@ -14,7 +14,7 @@ frames of the run, or those of --at.
 Paper has the colour of its mass ratio, from paper over char to ash, and glows where it is charred and hotter than 750 K;
 rubber is the paler the thinner it is. Bodies are grey, balls of heat glow. Light comes from the sky and from a sun at the
 upper left; the shade falls on a ground, which is the highest horizontal plane of the bodies, or lies below the run. Planes
-are seen from outside alone.
+are seen only from outside.
 """
 
 import argparse
@@ -111,10 +111,10 @@ def arguments():
                         help=f"{', '.join(DIRECTIONS)} or X,Y,Z towards the camera (oblique)")
     parser.add_argument("--zoom", type=positive, default=1.0, help="above 1: closer (1)")
     parser.add_argument("--heights", type=positive, default=1.0, metavar="FACTOR",
-                        help="draw everything so many times as high along z, shallow wrinkles (1)")
+                        help="factor on heights along z, for shallow wrinkles (1)")
     parser.add_argument("--edges", action="store_true", help="draw the mesh too")
     parser.add_argument("--dark", action="store_true", help="night: embers and balls of heat stand out")
-    parser.add_argument("--no-ground", action="store_true", help="nothing below that receives the shade")
+    parser.add_argument("--no-ground", action="store_true", help="no ground below that receives the shade")
     parser.error = lambda problem: parser.exit(2, f"{parser.prog}: {problem}\n")
     options = parser.parse_args()
     for folder in options.folders:
@@ -178,7 +178,7 @@ FRAGMENT_CODE = {"//VTK::Normal::Dec": "//VTK::Normal::Dec\nin vec4 shadeVS;", "
   colour = mix(colour, 0.2 * colour, glow) + glow * mix(vec3(0.45, 0.02, 0.0), vec3(1.5, 0.5, 0.06), glow);
   gl_FragData[0] = vec4(pow(colour, vec3(1.0 / 2.2)), opacity);
 """}
-# By day a ball of heat has to stand out from what is bright.
+# By day a ball of heat has to stand out from a bright background.
 RIM_AND_CORE = "1.0, 0.42, 0.05", "1.0, 0.86, 0.5" if OPTIONS.dark else "1.0, 0.7, 0.2"
 GLOW_CODE = {"//VTK::Light::Impl": f"""
   float thick = max(normalVCVSOutput.z, 0.0);
@@ -204,7 +204,7 @@ def add_array(attributes, name, values):
 
 
 class Part:
-    """Something to draw in a moment: places, normals, triangles; colours of vertices or triangles; glow from 0 to 1."""
+    """Something to draw in a frame: places, normals, triangles; colours of vertices or triangles; glow from 0 to 1."""
 
     def __init__(self, places, normals, triangles, gloss=0.0, through=0.0):
         self.places, self.normals, self.triangles = places * (1, 1, OPTIONS.heights), normals, triangles
@@ -450,7 +450,7 @@ class Run:
 
 
 def smooth(values, width):
-    """Of the vertices of the ground, whose lights are few."""
+    """Smooths values at the vertices of the ground, where single lights of the sky would show."""
     reach = numpy.arange(-int(3 * width), int(3 * width) + 1)
     weights = numpy.exp(-(reach / width) ** 2 / 2)
     square = numpy.reshape(values, (GROUND_CELLS + 1, GROUND_CELLS + 1))
@@ -546,7 +546,7 @@ def main():
     if options.turntable:
         camera.see_from_all_sides(low, high)
     right, upright = camera.axes[0], numpy.array((0, 0, 1.0))
-    # From the upper left, before what is upright the more the less the camera looks down.
+    # The sun is at the upper left; the less the camera looks down, the more the light comes from in front.
     before = 0.25 + 0.6 * (1 - abs(camera.axes[2, 2])) ** 2
     sun = upright - 0.55 * right + before * numpy.cross(right, upright)
     Run.light = light.Light(sun / numpy.linalg.norm(sun))

@@ -21,8 +21,8 @@ def evenly(count, wanted):
 
 
 def histories(folder):
-    """The tables of a run with a row a step. @returns {object: path}, the object "" where a run has one without a name; of
-    what has no row yet there is none"""
+    """The tables of a run with a row a step. @returns {object: path}, the object "" where a run has one without a name;
+    tables that have no row yet are left out"""
     found = {}
     for path in sorted(glob.glob(os.path.join(glob.escape(folder), "history*.csv"))):
         with open(path, encoding="utf-8") as file:

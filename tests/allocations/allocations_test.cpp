@@ -3,8 +3,8 @@
 //
 // Two look-ups of PETSc's own stay: KSPSolve asks for -ksp_converged_reason, MatAssemblyEnd for -mat_view, and both
 // act. On several ranks PetscSF compares MPI's types at every exchange, for which it allocates: not counted there.
-// Nor is what libraries do for themselves where they factorise, and solve with the factors: the coarse matrix of rigid
-// patches (CHOLMOD allocates in every solve).
+// Nor do allocations count that libraries make when they factorise, and solve with the factors: the coarse matrix of
+// rigid patches (CHOLMOD allocates in every solve).
 
 #include <gtest/gtest.h>
 #include <petscksp.h>

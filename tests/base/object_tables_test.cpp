@@ -1,4 +1,4 @@
-// Options of a run of several objects: in decks, on the command line, and what PETSc gets of them.
+// Options of a run of several objects: in decks, on the command line, and as PETSc gets them.
 
 #include "base/object_tables.h"
 

@@ -26,7 +26,7 @@ Sheet flat_sheet(MPI_Comm comm, const std::function<Eigen::Vector3d(double, doub
   return make_sheet(comm, mesh, options);
 }
 
-/// A sheet whose bending is looked at.
+/// A sheet whose bending is examined.
 struct Bent {
   explicit Bent(Sheet made, std::array<double, 2> stiffness_of = {2, 2})
       : sheet(std::move(made)),

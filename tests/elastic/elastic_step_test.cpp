@@ -176,7 +176,7 @@ TEST(ElasticStepTest, a_curved_sheet_is_at_rest_as_it_was_made) {
 TEST(ElasticStepTest, rigid_motion_costs_nothing) {
   const Sheet sheet = sheet_of(PETSC_COMM_WORLD, irregular_mesh(8, 6, 0.1));
   SheetMaterial material;
-  material.damping = 0;  // what it costs to turn far within a step is not of the material
+  material.damping = 0;  // the sheet turns far within a step, which the damping would resist
   Motion motion(sheet, material, tight());
   motion.advance(0.01);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.3, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();

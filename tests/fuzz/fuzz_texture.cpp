@@ -1,4 +1,4 @@
-// PNG pictures. Check sums are made right before an input is read, or no change would come further than them.
+// PNG pictures. Check sums are corrected before an input is read, since otherwise every change would be refused there.
 
 #include <zlib.h>
 

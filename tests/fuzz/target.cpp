@@ -12,7 +12,7 @@ namespace pellicle {
 
 namespace {
 
-/// A folder of this process, which goes with it; not with a child's end by _exit.
+/// A folder of this process, removed at its end; not at the end of a child by _exit.
 struct Folder {
   std::filesystem::path path = std::filesystem::temp_directory_path() / ("pellicle_fuzz_" + std::to_string(getpid()));
   Folder() { std::filesystem::create_directories(path); }

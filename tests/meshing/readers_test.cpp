@@ -350,7 +350,7 @@ TEST(VtkReaders, NameWhatVtkFinds) {
 }
 
 // A quad and two triangles with a line along the bottom, in both versions of the format. One number stands for groups
-// and parts of the model of different dimensions, as Gmsh likes to have it.
+// and parts of the model of different dimensions, as is usual in Gmsh.
 constexpr const char* gmsh_2 =
     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
     "$PhysicalNames\n4\n0 1 \"the tip\"\n1 1 \"bottom\"\n2 1 \"paper\"\n2 2 \"card\"\n$EndPhysicalNames\n"

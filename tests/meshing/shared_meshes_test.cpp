@@ -1,4 +1,4 @@
-// Real meshes that nobody here made: shared/meshes/README.md says how each must behave. Skipped where they are absent.
+// Real meshes from elsewhere: shared/meshes/README.md says how each must behave. Skipped where they are absent.
 
 #include <gtest/gtest.h>
 

@@ -22,7 +22,7 @@ struct NamedMaterial {
   Material material;
 };
 
-/// One material of every law, all compressible (the incompressible rule does not mind).
+/// One material of every law, all compressible (which does not matter for the incompressible rule).
 inline std::vector<NamedMaterial> test_materials(double lambda = 6e5) {
   std::vector<NamedMaterial> all(4);
   for (auto& [name, material] : all) {

@@ -12,7 +12,7 @@
 namespace pellicle {
 namespace {
 
-/// Squares of principal stretches that every law bears; pairs that coincide and nearly do among them.
+/// Squares of principal stretches for which every law is defined; pairs that coincide and nearly do among them.
 const std::vector<Eigen::Vector3d> squares{{1, 1, 1},      {1.3, 0.8, 0.9},  {4, 4, 0.06},    {4, 4.0001, 0.07},
                                            {2, 3, 0.2},    {1.21, 1.2, 0.7}, {9, 0.5, 0.22},  {0.7, 0.9, 1.6},
                                            {1, 1.49, 0.8}, {1, 1.5, 0.8},    {1, 1.501, 0.8}, {25, 16, 0.0025}};

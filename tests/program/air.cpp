@@ -1,4 +1,4 @@
-// Wind is the same on any number of ranks and after a restart; what cannot be is refused.
+// Wind is the same on any number of ranks and after a restart; impossible winds are refused.
 
 #include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"

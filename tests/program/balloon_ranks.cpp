@@ -1,4 +1,4 @@
-// Balloons: the number of ranks and the partition are nobody's business, the fields stay the same.
+// Balloons: the fields do not depend on the number of ranks or on the partition.
 
 #include <map>
 

@@ -185,7 +185,7 @@ TEST_F(BalloonRunsTest, AStepThatFailsIsTriedWithHalfItsLength) {
 }
 
 TEST_F(BalloonRunsTest, AFailedRunKeepsTheLastGoodState) {
-  // At 50 ms the pressure begins to rise beyond all reason.
+  // From 50 ms on the pressure rises to absurd values.
   for (const int ranks : {1, 3}) {
     const CommandResult result =
         pellicle(ranks, sphere() + Arguments{"-chambers_gas_pressure", "0,0; 0.02,100; 0.05,100; 0.06,1e12",

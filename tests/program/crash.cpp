@@ -1,5 +1,5 @@
-// Runs that are killed at any moment, and disks that are full: what is left goes on, to the same end. Minutes: ctest
-// --preset fault.
+// Runs that are killed at any moment, and disks that are full: what is left can be continued, to the same end. Takes
+// minutes: ctest --preset fault.
 
 #include <sys/mount.h>
 

@@ -1,4 +1,4 @@
-// -mesh_only: a mesh is read or generated, checked, told of and written.
+// -mesh_only: a mesh is read or generated, checked, described and written.
 
 #include <vtkIdList.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 class MeshOnlyTest : public ProgramTest {
  protected:
-  /// Runs with -mesh_only and expects the words in what it tells. @returns the frame.
+  /// Runs with -mesh_only and expects the words in what it prints. @returns the frame.
   vtkSmartPointer<vtkPolyData> write_mesh(int ranks, const Arguments& options, const std::vector<std::string>& words) {
     const CommandResult told =
         succeed(ranks, Arguments{"-mesh_only", "-output_directory", "out", "-output_name", "mesh"} + options);

@@ -1,4 +1,4 @@
-// Options: the manual, what wins over what, and running a record again.
+// Options: the manual, which source of an option wins, and running a record again.
 
 #include <cmath>
 

@@ -346,7 +346,7 @@ TEST_F(RestartTest, ARunGoesOnWithTheOptionsThatItHasKept) {
 }
 
 TEST_F(RestartTest, AFailureLeavesACheckpointOfTheLastGoodState) {
-  // At 10 ms a fire beyond all reason breaks out: everything shrinks to a tenth at once.
+  // At 10 ms an absurdly hot fire breaks out: everything shrinks to a tenth at once.
   const CommandResult failed = pellicle(
       2, {write("scene.yaml", burning_scene), "-heat_sources_spot_start_time", "9 ms", "-heat_sources_spot_rate", "1e9",
           "-heat_sources_spot_temperature", "1e7", "-combustion_min_mass", "1e-3", "-combustion_initial_density", "1",

@@ -1,4 +1,5 @@
-// Runs of several objects under one clock: on any ranks, interrupted and gone on with, and where one of them fails.
+// Runs of several objects with a common clock: on any number of ranks, interrupted and continued, and with a failure of
+// one of them.
 
 #include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"

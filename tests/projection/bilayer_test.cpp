@@ -1,4 +1,4 @@
-// Bilayer (Timoshenko): a strip whose corner layer shrinks bends to the curvature that the two lengths ask for.
+// Bilayer (Timoshenko): a strip whose corner layer shrinks bends to the curvature that follows from the two lengths.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Dead springs and particles that have left: what lives moves as if they were not there. And the pull of each spring.
+// Dead springs and removed particles: what lives moves as if they were not there. Also the pull of each spring.
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Compares with the cases of independent implementations: our own in tests/reference/cases, and every case in the
 // folder that the environment variable PELLICLE_REFERENCE names, else in ../shared/reference. NAME.obj is the mesh,
 // NAME.params.json the input, NAME.expected.json the result (JSON is YAML). A0: projections; A1: a run of burning
-// steps, A3: with ablation. Balloons (B1): balloon_reference_test.cpp. Other kinds are passed over.
+// steps, A3: with ablation. Balloons (B1): balloon_reference_test.cpp. Other kinds are skipped.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>

@@ -1,4 +1,4 @@
-"""That README.md and docs/ are true of this repository: docs.py SOURCE_FOLDER
+"""That README.md and docs/ agree with this repository: docs.py SOURCE_FOLDER
 
 Links and anchors, scenes, names of options, columns and fields of the output, blocks of yaml, cpp, diff and console,
 long lines; not what the blocks of sh do, which docs_commands.py runs. Prints every fault as file:line: text.

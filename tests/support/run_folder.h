@@ -4,7 +4,7 @@
 
 namespace pellicle {
 
-/// The folder of a run of which nothing is known.
+/// The folder of a run without a record.
 struct RunFolder {
   explicit RunFolder(const OutputOptions& options) : output(MPI_COMM_WORLD, options, record) {}
 

@@ -243,7 +243,7 @@ TEST(Burn, pinned_particles_are_where_their_pins_are_at_the_end_of_the_step) {
   }
 }
 
-// The projection moves no momentum between the sheet and nothing: it changes by what the lost mass carries alone.
+// The projection conserves momentum: it changes only by what the lost mass carries away.
 TEST(Burn, momentum_of_a_free_sheet_leaves_with_its_mass_alone) {
   if (ranks() > 2) {
     GTEST_SKIP() << "on one and two ranks only";

@@ -247,7 +247,7 @@ TEST_F(BurningBalloonRuns, AStepThatIsPutBackLeavesNoTrace) {
   }
   run_.restore();
   EXPECT_EQ(values_of(state()), before);
-  // What is booked now is of the wall as it was; as well when the solvers are made anew.
+  // What is recorded now is of the wall as it was, also when the solvers are made anew.
   run_.record(h, 0);
   run_.forget();
   run_.record(h, 0);

@@ -1,4 +1,4 @@
-// A step that is put back leaves no trace: neither in the state, whatever its members, nor in what is written later.
+// A step that is undone leaves no trace: neither in any field of the state, nor in what is written later.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 namespace pellicle::rollback_test {
 namespace {
 
-/// Expects that each value of a state has become another one, so that a copy put back is seen to do something.
+/// Expects that each value of a state has changed, which shows that restoring a copy has an effect.
 void expect_all_differ(const StateValues& values, const StateValues& others) {
   for (const auto& [name, value] : values) {
     ASSERT_FALSE(value.empty()) << name;
@@ -27,7 +27,7 @@ void expect_all_differ(const StateValues& values, const StateValues& others) {
   }
 }
 
-/// A copy put back leaves no trace of what has happened since.
+/// Restoring a copy leaves no trace of what has happened since.
 template <class AnyState>
 void expect_put_back(AnyState& state, AnyState& copy) {
   const StateValues before = values_of(state);
@@ -108,8 +108,8 @@ void accepted_step(Chain& chain, double h) {
   chain.record(h, 0);
 }
 
-/// Two steps of length h, then the attempts, each of which is put back, and two more steps. Frames are drawn of what
-/// has been put back and of the last state.
+/// Two steps of length h, then the attempts, each of which is undone, and two more steps. Frames are drawn of the
+/// restored states and of the last state.
 void run_with_attempts(Chain& chain, double h, const std::vector<double>& attempts) {
   chain.draw();
   chain.record(0, 0);
@@ -126,7 +126,7 @@ void run_with_attempts(Chain& chain, double h, const std::vector<double>& attemp
   chain.draw();
 }
 
-/// A run that puts attempts back writes what one does that makes none.
+/// A run that undoes attempts writes the same as one that makes none.
 /// @param make_and_run a run with an output folder and lengths of attempts
 template <class MakeAndRun>
 Written expect_no_trace(const MakeAndRun& make_and_run, double h) {

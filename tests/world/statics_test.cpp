@@ -1,5 +1,5 @@
 // Balloons in equilibrium: with given loads, and along the path of equilibria beyond limit points, where the loads'
-// time goes back.
+// time decreases.
 
 #include <gtest/gtest.h>
 

@@ -12,8 +12,8 @@
 namespace pellicle::step_control_test {
 namespace {
 
-/// A chain whose state is the sum of its accepted steps. It fails where the test says so, and an attempt that fails
-/// leaves rubbish behind.
+/// A chain whose state is the sum of its accepted steps. It fails where the test says so, and a failed attempt leaves a
+/// wrong state behind.
 class FakeChain : public Chain {
  public:
   struct Row {
@@ -316,7 +316,7 @@ TEST(StepControl, TheLastGoodStateIsKeptWhereTheOneThatFailedCannotBeDrawn) {
   EXPECT_DOUBLE_EQ(chain.drawn_sum, 1);
 }
 
-/// It bears steps that are ever shorter.
+/// The steps that succeed become ever shorter.
 class HardeningChain : public FakeChain {
  public:
   StepResult advance(double h) override {

@@ -1,4 +1,4 @@
-// Several objects under one clock: all accept a step or none does.
+// Several objects with a common clock: either all of them accept a step, or none does.
 
 #include "world/world.h"
 
