@@ -5,6 +5,7 @@ so that dpkg refuses it where this machine lacks a dependency; the list itself i
 from there with the machine's libraries. Exit code 77 where a tool is missing.
 """
 
+import gzip
 import os
 import pathlib
 import re
@@ -121,7 +122,7 @@ def check_manual(names, version):
 
 
 def main():
-    for tool in ("dpkg", "dpkg-shlibdeps", "file", "man"):
+    for tool in ("dpkg", "dpkg-shlibdeps", "dpkg-parsechangelog", "file", "man"):
         if shutil.which(tool) is None:
             skip(f"{tool} is not installed")
     # Man pages also where this machine leaves them out.
@@ -142,6 +143,10 @@ def main():
     for name in ("usr/share/doc/pellicle/copyright", "usr/share/doc/pellicle/changelog.gz",
                  "usr/include/pellicle/world/burn.h", "usr/lib/cmake/pellicle/pellicleConfig.cmake"):
         check((ROOT / name).is_file(), f"{name} is not installed")
+    changes = WORK / "changelog"
+    changes.write_bytes(gzip.decompress((SHARE / "doc/pellicle/changelog.gz").read_bytes()))
+    told = run("dpkg-parsechangelog", "-l", changes, "--show-field", "Version").strip()
+    check(told == version, f"the changelog is of version {told}, expected {version}")
     check_decks()
     check_scripts()
     check_manual(set(re.findall(r"^\| `[^`]+` \| `(-\w+)`", run(program, "-options_table"), re.MULTILINE)), version)
