@@ -35,8 +35,7 @@ install(FILES ${made}/pellicle DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-complet
 install(FILES ${made}/changelog.gz docs/CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 install(DIRECTORY postproc/paraview DESTINATION ${CMAKE_INSTALL_DATADIR}/pellicle/postproc)
-install(DIRECTORY input meshes DESTINATION ${CMAKE_INSTALL_DATADIR}/pellicle PATTERN *.py EXCLUDE
-        PATTERN *.md EXCLUDE)
+install(DIRECTORY input meshes DESTINATION ${CMAKE_INSTALL_DATADIR}/pellicle PATTERN *.py EXCLUDE)
 # The scripts that a user of runs needs, and their modules; those for pvbatch are none by themselves.
 install(PROGRAMS postproc/ensemble.py postproc/export.py postproc/folds.py postproc/plots.py
         DESTINATION ${CMAKE_INSTALL_DATADIR}/pellicle/postproc)
