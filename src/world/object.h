@@ -107,16 +107,21 @@ class Object {
 };
 
 /// An object that can touch others or have links to their chambers, if its options say so (ContactOptions::together):
-/// its steps are begun, its part is brought into balance together with theirs, and then they are ended. All calls are
-/// collective.
+/// its steps are begun, its part is brought into balance together with theirs, and then they are ended. A sheet that is
+/// not elastic has no part: it can be linked alone, and moves when the others have been brought into balance. All calls
+/// are collective.
 class TouchingObject : public Object {
  public:
   TouchingObject* touching() override { return this; }
 
   /// As `advance`, as far as to where its part is to be brought into balance.
   virtual StepResult begin(double h) = 0;
-  /// Of the step that has begun. It is the same object as before unless its numbering is another one.
-  virtual StepPart& part() = 0;
+  /// Of the step that has begun. It is the same object as before unless its numbering is another one. Null: it moves by
+  /// itself.
+  virtual StepPart* part() = 0;
+  /// Of what has no part: moves it by the pressures that the gas has in the balance of the others. @param is_done set
+  /// to false if both are to be done once more
+  virtual StepResult move(bool& /*is_done*/) { return {}; }
   /// The same with the gas in its chambers; null if it has none.
   virtual GasFilled* gas() = 0;
   /// In words, what is wrong where the step starts, so that no balance may be found; empty: nothing.
