@@ -70,8 +70,9 @@ GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, GasTangen
   potentials_.push_back(&stiffness_);
 }
 
-void GasFilledPart::begin_step(const std::vector<double>& pressure, double time) {
+void GasFilledPart::begin_step(const std::vector<double>& pressure, double time, double h) {
   time_ = time;
+  h_ = h;
   gas_->begin_step(time);
   const Eigen::Map<const Eigen::VectorXd> all(pressure.data(), static_cast<Eigen::Index>(pressure.size()));
   gas_->set_multiplier(number_, all(prescribed()));

@@ -40,12 +40,12 @@ class GasFilledPart : public StepPart, public GasFilled {
   GasFilledPart(StepPart& part, const Chambers& chambers, GasTangent tangent);
 
   /// After the part and its chambers have begun theirs. @param pressure of all chambers, where the multipliers start
-  /// [Pa] @param time at the end [s]
-  void begin_step(const std::vector<double>& pressure, double time);
+  /// [Pa] @param time at the end [s] @param h length of the step [s]
+  void begin_step(const std::vector<double>& pressure, double time, double h);
   /// Pressures across the walls where the part is [Pa]. Collective.
   std::vector<double> pressures();
   /// What has come into its chambers at the end of the step, at positions `end`. Collective.
-  GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_); }
+  GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
 
   StepGas::Part gas_part() const override {
     return {"", &chambers_, &part_.start(), &part_.position(), tangent_, part_.force_scale()};
@@ -90,6 +90,7 @@ class GasFilledPart : public StepPart, public GasFilled {
   std::shared_ptr<StepGas> gas_;
   std::size_t number_ = 0;  ///< of the part of the gas
   double time_ = 0;         ///< at the end of the step [s]
+  double h_ = 0;            ///< its length [s]
   std::vector<double> squares_;
 };
 

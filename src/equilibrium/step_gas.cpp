@@ -59,6 +59,7 @@ StepGas::StepGas(const std::vector<Part>& parts) : flow_(objects_of(parts)) {
     own.between = Field(part.chambers->surface().particles, 3);
   }
   walls_.resize(parts.size());
+  responses_.resize(parts.size());
 }
 
 void StepGas::begin_step(double time) {
@@ -73,6 +74,16 @@ void StepGas::set_time(double time) {
   move();
 }
 
+void StepGas::set_response(std::size_t part, FlowingGas::Response response) {
+  responses_[part] = std::move(response);
+  move();
+}
+
+const Eigen::VectorXd& StepGas::walls(std::size_t part) {
+  evaluate();
+  return walls_[part];
+}
+
 /// The gas of all parts where they are. Collective.
 void StepGas::evaluate() {
   if (is_evaluated_) {
@@ -81,6 +92,7 @@ void StepGas::evaluate() {
   for (std::size_t part = 0; part < parts_.size(); ++part) {
     walls_[part] = parts_[part].chambers->volumes(*parts_[part].position);
   }
+  walls_ = flow_.moved_walls(std::move(walls_), responses_, time_);
   step_ = flow_.network_step(walls_, time_);
   end_ = flow_.solve(step_);
   for (std::size_t part = 0; part < parts_.size(); ++part) {
@@ -167,17 +179,30 @@ LowRank StepGas::begin_tangent(std::size_t part, double left) {
 void StepGas::join(LowRank& all, const std::vector<Eigen::Index>& first, double left) {
   evaluate();
   std::vector<Eigen::Index> columns;
+  std::vector<Eigen::Index> walls;  // the same, of those of all parts
+  std::vector<double> compliances;  // of those of all parts; 0: not of what is pushed
   Eigen::VectorXd share(all.count());
   for (std::size_t part = 0; part < parts_.size(); ++part) {
     for (const int chamber : parts_[part].chambers->joined()) {
-      columns.push_back(first[part] + chamber);
-      share[columns.back()] = rank_one_share(parts_[part].tangent);
+      if (!parts_[part].is_pushed) {
+        columns.push_back(first[part] + chamber);
+        walls.push_back(static_cast<Eigen::Index>(compliances.size()));
+        share[columns.back()] = rank_one_share(parts_[part].tangent);
+      }
+      const Eigen::VectorXd& compliance = responses_[part].compliance;
+      compliances.push_back(compliance.size() == 0 ? 0 : compliance[chamber]);
     }
   }
   if (columns.empty()) {
     return;
   }
-  const Eigen::MatrixXd slopes = flow_.slopes(step_, end_);
+  Eigen::MatrixXd slopes = flow_.slopes(step_, end_);
+  if (columns.size() < compliances.size()) {  // What is pushed gives way: dp = S (dW + C dp).
+    const Eigen::Map<const Eigen::VectorXd> compliance(compliances.data(), slopes.rows());
+    const Eigen::MatrixXd gives_way =
+        Eigen::MatrixXd::Identity(slopes.rows(), slopes.cols()) - slopes * compliance.asDiagonal();
+    slopes = gives_way.partialPivLu().solve(slopes)(walls, walls).eval();
+  }
   const PrincipalAxes principal = principal_axes(-(slopes + slopes.transpose()) / 2);
   all.mixing(columns, columns) = principal.axes;
   for (std::size_t k = 0; k < columns.size(); ++k) {
@@ -241,13 +266,15 @@ void StepGas::find_work() {
   for (Own& own : parts_) {
     own.work = 0;
   }
-  const bool has_begun =
-      of_tangent_.size() == parts_.size() &&
-      std::all_of(of_tangent_.begin(), of_tangent_.end(), [](const auto& walls) { return walls.size() > 0; });
+  bool has_begun = of_tangent_.size() == parts_.size();
+  for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
+    has_begun = parts_[part].is_pushed || of_tangent_[part].size() > 0;
+  }
   if (!has_begun || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
     return;
   }
-  const auto states_at = [&](const FlowingGas::Walls& walls) {
+  const auto states_at = [&](FlowingGas::Walls walls) {
+    walls = flow_.moved_walls(std::move(walls), responses_, time_);
     const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
     std::vector<std::vector<GasState>> states;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
@@ -266,24 +293,35 @@ void StepGas::find_work() {
     for (const auto& [place, weight] : four_points) {
       FlowingGas::Walls walls;
       for (std::size_t part = 0; part < parts_.size(); ++part) {
-        walls.push_back(of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
+        walls.push_back(parts_[part].is_pushed ? walls_[part]
+                                               : of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
       }
       const std::vector<std::vector<GasState>> states = states_at(walls);
       for (std::size_t part = 0; part < parts_.size(); ++part) {
-        add(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
+        if (!parts_[part].is_pushed) {
+          add(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
+        }
       }
     }
     return;
   }
   for (const auto& [place, weight] : three_points) {
     FlowingGas::Walls walls;
-    for (Own& own : parts_) {
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      Own& own = parts_[part];
+      if (own.is_pushed) {
+        walls.push_back(walls_[part]);
+        continue;
+      }
       own.between.values() = own.of_tangent + place * (own.position->values() - own.of_tangent);
       walls.push_back(own.chambers->volumes(own.between));
     }
     const std::vector<std::vector<GasState>> states = states_at(walls);
     for (std::size_t part = 0; part < parts_.size(); ++part) {
       Own& own = parts_[part];
+      if (own.is_pushed) {
+        continue;
+      }
       const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(own.between);
       const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
       add(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
@@ -308,16 +346,24 @@ double StepGas::value(std::size_t part) {
   return sum - own.work;
 }
 
-GasExchange StepGas::end_step(std::size_t part, const Field& end, double time) {
-  if (parts_.size() == 1) {
-    const FlowingGas::Walls walls{parts_.front().chambers->volumes(end)};
-    const GasNetwork::Step step = flow_.network_step(walls, time);
-    return flow_.end_step(0, walls, step, flow_.solve(step));
-  }
+GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, double h) {
   if (ended_.empty()) {  // Of all at once: from then on the chambers know of the next step.
-    evaluate();
+    FlowingGas::Walls walls;
     for (std::size_t other = 0; other < parts_.size(); ++other) {
-      ended_.push_back(flow_.end_step(other, walls_, step_, end_));
+      Own& own = parts_[other];
+      if (other != part) {
+        own.between.values() = own.position->values();
+        if (own.write_end) {
+          own.write_end(own.between);
+        }
+      }
+      walls.push_back(own.chambers->volumes(other == part ? end : own.between));
+    }
+    GasNetwork::Step step = flow_.network_step(walls, time);
+    step.h = h;
+    const GasNetwork::End all = flow_.solve(step);
+    for (std::size_t other = 0; other < parts_.size(); ++other) {
+      ended_.push_back(flow_.end_step(other, walls, step, all));
     }
   }
   return ended_[part];

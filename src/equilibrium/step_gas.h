@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -31,6 +32,10 @@ class StepGas {
     const Field* position = nullptr;  ///< x
     GasTangent tangent = GasTangent::exact;
     double force_scale = 0;  ///< StepPart::force_scale [N]
+    /// Where it is at the end of the step, which forces in balance before that lead to; empty: where they are.
+    std::function<void(Field&)> write_end = {};
+    /// It is not brought into balance: pressures push it, as far as its response says (`set_response`).
+    bool is_pushed = false;
   };
 
   /// @throws Error see FlowingGas
@@ -40,6 +45,10 @@ class StepGas {
   void begin_step(double time);
   /// The loads' time has changed.
   void set_time(double time);
+  /// How the pressures across the walls of a part that is pushed move them in this step.
+  void set_response(std::size_t part, FlowingGas::Response response);
+  /// W of a part with its pressures, of one that is pushed by its response [m^3]. Collective.
+  const Eigen::VectorXd& walls(std::size_t part);
   /// A part has gone to another place.
   void move() {
     is_evaluated_ = false;
@@ -61,7 +70,7 @@ class StepGas {
   /// Gives the columns of all parts the stiffness of what is joined: its volumes change each other's pressures, so the
   /// columns become those along which the symmetric part of this stiffness is diagonal. (It is symmetric where all
   /// pressures are the same.)
-  /// @param first column of each part
+  /// @param first column of each part; of one that is pushed, which has none, anything
   void join(LowRank& all, const std::vector<Eigen::Index>& first, double left);
   /// Pressures on the triangles of its surface, whose load stiffness counts [Pa]; empty: none does.
   std::vector<double> load_pressure(std::size_t part);
@@ -69,8 +78,8 @@ class StepGas {
   double rounding(std::size_t part) const { return parts_[part].rounding; }
 
   /// What has come into its chambers at the end of the step.
-  /// @param end positions then, of a part that is alone; where several are they are those of the balance
-  GasExchange end_step(std::size_t part, const Field& end, double time);
+  /// @param end positions then @param time then [s] @param h length of the whole step [s]
+  GasExchange end_step(std::size_t part, const Field& end, double time, double h);
 
   // Prescribed volumes of a part.
 
@@ -104,6 +113,7 @@ class StepGas {
   bool has_work_ = false;      ///< likewise
   FlowingGas::Walls walls_;    ///< W of all parts
   FlowingGas::Walls of_tangent_;
+  std::vector<FlowingGas::Response> responses_;  ///< of all parts
   GasNetwork::Step step_;
   GasNetwork::End end_;
   std::vector<GasExchange> ended_;  ///< of all parts, once the step has ended

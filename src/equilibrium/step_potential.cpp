@@ -264,6 +264,9 @@ Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepSt
   set_step(position, start, 0);
   position_.values() = position.values();
   unaccelerated_ = position_.values();
+  // At a moment nothing flows, and what its chambers are linked to does not count.
+  const auto shared = std::exchange(gas_, std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()}));
+  const std::size_t part = std::exchange(part_, 0);
   gas_->begin_step(time_);
   still_ = position_.values() - start.velocity.values() / rate();
   damping_.begin_step(start_, start.thickness_ratio, still_, rate());
@@ -271,6 +274,7 @@ Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepSt
   for (PetscInt i = 0; i < owned(); ++i) {
     result.col(i) /= model_.mass[static_cast<std::size_t>(i)];
   }
+  share_gas(shared, part);
   return result;
 }
 

@@ -85,14 +85,16 @@ class StepPotential : public StepPart, public GasFilled {
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
 
   StepGas::Part gas_part() const override {
-    return {"", &model_.chambers, &start_, &position_, model_.gas_tangent, force_scale_};
+    return {"", &model_.chambers, &start_, &position_, model_.gas_tangent, force_scale_, [this](Field& position) {
+              write_end(position);
+            }};
   }
   void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
     gas_ = std::move(gas);
     part_ = part;
   }
   /// What has come into its chambers at the end of the step, at positions `end`. Collective.
-  GasExchange end_gas(const Field& end) { return gas_->end_step(part_, end, time_end_); }
+  GasExchange end_gas(const Field& end) { return gas_->end_step(part_, end, time_end_, h_); }
 
   /// At which forces are in balance; by arc length it is the loads' [s].
   double time() const { return time_; }

@@ -14,16 +14,13 @@ inline namespace gas {
 
 namespace {
 
-/// The gas of a chamber that nothing is joined to, at the end of a step in which its pressure moves its wall.
-GasState moved_state(const Chambers& chambers, int chamber, double volume, double compliance, double time) {
+/// W of a chamber that nothing is joined to, at the end of a step in which its pressure moves its wall.
+double moved_wall(const Chambers& chambers, int chamber, double volume, double compliance, double time) {
   if (chambers.prescribes_volume(chamber)) {
-    GasState gas;
-    gas.volume = chambers.prescribed_volume(chamber, time);
-    gas.pressure = compliance > 0 ? (gas.volume - volume) / compliance : 0;
-    return gas;
+    return chambers.prescribed_volume(chamber, time);
   }
   if (!chambers.needs_volume(chamber)) {
-    return chambers.state(chamber, volume, time);
+    return volume + compliance * chambers.state(chamber, volume, time).pressure;
   }
   // V - volume - compliance p(V) rises and is concave: Newton's method goes up to its zero, once it is below.
   GasState gas = chambers.state(chamber, volume > 0 ? volume : chambers.initial_volume(chamber), time);
@@ -37,7 +34,7 @@ GasState moved_state(const Chambers& chambers, int chamber, double volume, doubl
     }
     gas = chambers.state(chamber, std::max(gas.volume + step, gas.volume / 2), time);
   }
-  return gas;
+  return gas.volume;
 }
 
 /// @throws Error where gas would flow between objects of unlike air or gas
@@ -287,50 +284,76 @@ GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const G
   return chambers(object).end_step(walls[object], own_step(object, step), own_end(object, end));
 }
 
-FlowingGas::Moved FlowingGas::moved_states(const Eigen::VectorXd& walls, const Eigen::VectorXd& compliance,
-                                           double time) const {
-  const Chambers& own = chambers(0);
-  // From where they would be if nothing were joined; those inside others and round them from where they were.
-  Moved moved{{}, own.last_volumes()};
-  Eigen::VectorXd& at = moved.walls;
-  std::vector<bool> is_nested(static_cast<std::size_t>(own.count()));
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (own.outside(chamber) >= 0) {
-      is_nested[static_cast<std::size_t>(chamber)] = true;
-      is_nested[static_cast<std::size_t>(own.outside(chamber))] = true;
+FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Response>& responses, double time) const {
+  struct Joined {
+    std::size_t object;
+    int chamber;
+    Eigen::Index number;  // among the joined walls of all objects
+  };
+  std::vector<Joined> joined;
+  Eigen::Index number = 0;
+  for (std::size_t object = 0; object < objects(); ++object) {
+    const Chambers& own = chambers(object);
+    const Response& response = responses[object];
+    if (response.compliance.size() == 0) {
+      number += static_cast<Eigen::Index>(own.joined().size());
+      continue;
+    }
+    // From where they would be if nothing were joined; those inside others and round them from where they were.
+    walls[object] = own.last_volumes();
+    std::vector<bool> is_nested(static_cast<std::size_t>(own.count()));
+    for (int chamber = 0; chamber < own.count(); ++chamber) {
+      if (own.outside(chamber) >= 0) {
+        is_nested[static_cast<std::size_t>(chamber)] = true;
+        is_nested[static_cast<std::size_t>(own.outside(chamber))] = true;
+      }
+    }
+    for (int chamber = 0; chamber < own.count(); ++chamber) {
+      if (!is_nested[static_cast<std::size_t>(chamber)]) {
+        walls[object][chamber] = moved_wall(own, chamber, response.walls[chamber], response.compliance[chamber], time);
+      }
+    }
+    for (const int chamber : own.joined()) {
+      joined.push_back({object, chamber, number});
+      ++number;
     }
   }
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (is_nested[static_cast<std::size_t>(chamber)]) {
-      moved.gas.emplace_back();
-    } else {
-      moved.gas.push_back(moved_state(own, chamber, walls[chamber], compliance[chamber], time));
-      at[chamber] = moved.gas.back().volume;
-    }
+  const auto count = static_cast<Eigen::Index>(joined.size());
+  std::vector<Eigen::Index> numbers;
+  Eigen::VectorXd compliance(count);
+  for (const Joined& wall : joined) {
+    compliance[static_cast<Eigen::Index>(numbers.size())] = responses[wall.object].compliance[wall.chamber];
+    numbers.push_back(wall.number);
   }
-  const std::vector<int>& joined = own.joined();
   constexpr int most_iterations = 50;
   constexpr double tolerance = 1e-12;
   for (int iteration = 0; iteration < most_iterations && !joined.empty(); ++iteration) {
-    const GasNetwork::Step step = network_step({at}, time);
+    const GasNetwork::Step step = network_step(walls, time);
     const GasNetwork::End end = solve(step);
-    const std::vector<GasState> states = end_states(0, {at}, time, end);
-    Eigen::VectorXd excess(static_cast<Eigen::Index>(joined.size()));
-    for (std::size_t k = 0; k < joined.size(); ++k) {
-      const int chamber = joined[k];
-      moved.gas[static_cast<std::size_t>(chamber)] = states[static_cast<std::size_t>(chamber)];
-      excess[static_cast<Eigen::Index>(k)] =
-          at[chamber] - walls[chamber] - compliance[chamber] * states[static_cast<std::size_t>(chamber)].pressure;
+    std::vector<std::vector<GasState>> states(objects());
+    Eigen::VectorXd excess(count);
+    bool is_far = false;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const auto& [object, chamber, place] = joined[static_cast<std::size_t>(k)];
+      if (states[object].empty()) {
+        states[object] = end_states(object, walls, time, end);
+      }
+      excess[k] = walls[object][chamber] - responses[object].walls[chamber] -
+                  compliance[k] * states[object][static_cast<std::size_t>(chamber)].pressure;
+      is_far = is_far || std::abs(excess[k] / walls[object][chamber]) > tolerance;
     }
-    if (!end.converged || !(excess.cwiseQuotient(at(joined)).cwiseAbs().maxCoeff() > tolerance)) {
+    if (!end.converged || !is_far) {
       break;
     }
     const Eigen::MatrixXd derivative =
-        Eigen::MatrixXd::Identity(excess.size(), excess.size()) - compliance(joined).asDiagonal() * slopes(step, end);
+        Eigen::MatrixXd::Identity(count, count) - compliance.asDiagonal() * slopes(step, end)(numbers, numbers);
     const Eigen::VectorXd change = derivative.partialPivLu().solve(excess);
-    at(joined) = (at(joined) - change).cwiseMax(at(joined) / 2).eval();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      double& wall = walls[joined[static_cast<std::size_t>(k)].object][joined[static_cast<std::size_t>(k)].chamber];
+      wall = std::max(wall - change[k], wall / 2);
+    }
   }
-  return moved;
+  return walls;
 }
 
 }  // namespace gas

@@ -47,16 +47,14 @@ class FlowingGas {
   GasExchange end_step(std::size_t object, const Walls& walls, const GasNetwork::Step& step,
                        const GasNetwork::End& end) const;
 
-  /// Of one object: the gas at the end of a step in which the pressures q across the walls move them: W is `walls` +
-  /// `compliance` q.
-  /// @param walls to which the step leads without the pressures [m^3]
-  /// @param compliance h^2 g.M g, g = dW/dx and M the inverse masses: by how much q moves the wall [m^3/Pa]
-  /// @param time at the end of the step [s]
-  struct Moved {
-    std::vector<GasState> gas;
-    Eigen::VectorXd walls;  ///< W [m^3]
+  /// How the pressures q across the walls of an object move them in a step: W is `walls` + `compliance` q.
+  struct Response {
+    Eigen::VectorXd walls;       ///< to which the step leads without the pressures [m^3]
+    Eigen::VectorXd compliance;  ///< such as h^2 g.M g, g = dW/dx and M the inverse masses [m^3/Pa]
   };
-  Moved moved_states(const Eigen::VectorXd& walls, const Eigen::VectorXd& compliance, double time) const;
+  /// W of all objects at the end of a step at `time` in which pressures move the walls of some.
+  /// @param walls of the others @param responses of each object; empty: its walls are those
+  Walls moved_walls(Walls walls, const std::vector<Response>& responses, double time) const;
 
  private:
   void make_network();

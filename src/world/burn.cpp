@@ -11,7 +11,6 @@
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
-#include "world/gas_push.h"
 
 namespace pellicle {
 inline namespace world {
@@ -75,6 +74,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
       start_(sheet.particles, 3),
+      end_(sheet.particles, 3),
       clear_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
       contact_reach_(contact_thickness(sheet, options.contact)) {
@@ -103,7 +103,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
         at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
   }
   if (chambers_.count() > 0 && !filled_) {
-    flow_.emplace(std::vector<FlowingGas::Object>{{"", &chambers_}});
+    pushed_.emplace(chambers_, start_, end_);
   }
   if (options.force.air.density > 0) {
     air_.emplace(sheet, options.force.air);
@@ -180,9 +180,8 @@ void Burn::follow(State& state) {
 /// @throws Error on what contact with other objects and links to their chambers do not go with
 void Burn::require_going_together() const {
   const auto refuse = [this](const std::string& what) {
-    const char* why = has_links_elsewhere(options_)
-                          ? "gas_network.links to a chamber of another object do"
-                          : "contact.self: true of several objects, which touch each other, does";
+    const char* why = options_.contact.self ? "contact.self: true of several objects, which touch each other, does"
+                                            : "gas_network.links to a chamber of another object do";
     throw Error(std::string(why) + " not go with " + what);
   };
   if (options_.dynamics != Dynamics::elastic) {
@@ -195,23 +194,27 @@ void Burn::require_going_together() const {
 
 BurnStep Burn::advance(State& state, double h) {
   BurnStep step = begin_burning(state, h);
-  if (!step.converged) {
-    return step;
+  if (step.converged) {
+    dynamics(state, h);
+    finish(state, step);
   }
-  const DynamicsResult moved = dynamics(state, h);
-  step.dynamics_iterations = moved.iterations;
-  step.constraint_error = moved.error;
-  step.newton_iterations = moved.newton_iterations;
-  step.force_residual = moved.force_residual;
-  step.contacts = moved.contacts;
-  step.loads = moved.loads;
-  step.take(moved);
+  return step;
+}
+
+/// What is behind the dynamics. Collective.
+void Burn::finish(State& state, BurnStep& step) {
+  step.dynamics_iterations = moved_.iterations;
+  step.constraint_error = moved_.error;
+  step.newton_iterations = moved_.newton_iterations;
+  step.force_residual = moved_.force_residual;
+  step.contacts = moved_.contacts;
+  step.loads = moved_.loads;
+  step.take(moved_);
   if (step.converged) {
     look_at_contact(state, step);
     step.cracked = tear(state);
-    step.take(end_step(state, h));
+    step.take(end_step(state, moving_->h));
   }
-  return step;
 }
 
 /// How the sheet touches itself at the end of a step. Collective.
@@ -242,33 +245,39 @@ BurnStep Burn::begin_burning(State& state, double h) {
 BurnStep Burn::begin(State& state, double h) {
   BurnStep step = begin_burning(state, h);
   if (step.converged) {
-    together_.emplace(move_freely(state, h));
-    const auto timer = clock_.time("projection");
-    if (filled_) {
-      chambers_.set_living(state.living);
-      begin_gas(state, h);
-      unconstrained_ = state.position.values();
-    }
-    begin_bodies(state, h);
-    elastic_->begin(state.position, elastic_input(state, h));
-    if (filled_) {
-      filled_->begin_step(state.pressure, state.time + h);
+    begin_dynamics(state, h);
+    if (part() != nullptr) {
+      const auto timer = clock_.time("projection");
+      begin_bodies(state, h);
+      elastic_->begin(state.position, elastic_input(state, h));
+      if (filled_) {
+        filled_->begin_step(state.pressure, state.time + h, h);
+      }
     }
   }
   return step;
 }
 
 void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
-  step.newton_iterations = balance.newton_iterations;
-  step.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
+  if (part() != nullptr) {
+    moved_ = in_balance(state, balance);
+  }
+  if (moved_.converged) {
+    end_dynamics(state);
+  }
+  finish(state, step);
+}
+
+/// What has been brought into balance elsewhere. Collective.
+DynamicsResult Burn::in_balance(State& state, const ImplicitResult& balance) {
+  DynamicsResult result;
+  result.newton_iterations = balance.newton_iterations;
+  result.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
   state.position.values() = elastic_->position().values();
   if (body_contact_ != nullptr) {
-    step.contacts = body_contact_->contacts(state.position);
-    step.reason = body_contact_->fault(state.position);
-    step.converged = step.reason.empty();
-    if (!step.converged) {
-      return;
-    }
+    result.contacts = body_contact_->contacts(state.position);
+    result.reason = body_contact_->fault(state.position);
+    result.converged = result.reason.empty();
   }
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
@@ -277,19 +286,12 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
   }
   if (filled_) {
     state.pressure = filled_->pressures();
-    step.reason = end_gas(state, together_->h);
-    step.converged = step.reason.empty();
-    if (!step.converged) {
-      return;
-    }
   }
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
-  step.constraint_error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
-  find_velocities(state, *together_, step.loads);
-  step.cracked = tear(state);
-  step.take(end_step(state, together_->h));
+  result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
+  return result;
 }
 
 StageResult Burn::heat(State& state, double h) { return burning_.heat(state, state, h); }
@@ -471,21 +473,28 @@ ContactStep Burn::move_freely(State& state, double h) {
 }
 
 DynamicsResult Burn::dynamics(State& state, double h) {
-  const ContactStep contact = move_freely(state, h);
-  Field::Values x = state.position.values();
-  Field::Values v = state.velocity.values();
-  std::optional<GasPush> gas;
-  Eigen::MatrixXd free_position;  // and velocity, before the gas pushes
-  Eigen::MatrixXd free_velocity;
+  begin_dynamics(state, h);
+  for (bool is_done = false; !is_done;) {
+    move(state, is_done);
+  }
+  end_dynamics(state);
+  return moved_;
+}
+
+/// As far as to what holds the sheet together. Collective.
+void Burn::begin_dynamics(State& state, double h) {
+  moving_.emplace(move_freely(state, h));
   if (chambers_.count() > 0) {
     chambers_.set_living(state.living);
     if (sheet_.layers == 1) {
       follow_corners(sheet_, state.position);
     }
     begin_gas(state, h);
-    gas.emplace(*flow_, sheet_, state.position, mass_, held_, state.time + h, h);
-    free_position = x;
-    free_velocity = v;
+  }
+  if (pushed_) {
+    push_.emplace(*pushed_, sheet_, state.position, mass_, held_, h);
+    free_position_ = state.position.values();
+    free_velocity_ = state.velocity.values();
   }
   if (contact_) {
     contact_->set_living(state.living.triangles);
@@ -493,31 +502,44 @@ DynamicsResult Burn::dynamics(State& state, double h) {
   if (contact_ && elastic_ == nullptr) {
     contact_->prepare(start_, state.position, h, clear_);
   }
-  DynamicsResult result;
-  int iterations = 0;
-  do {
-    if (gas) {
-      v = free_velocity + gas->velocity().values();
-      x = free_position + h * gas->velocity().values();
-      unconstrained_ = x;
-      state.pressure = gas->pressure();
-    }
-    result = hold_together(state, contact);
-    iterations += result.iterations;
-    // A projected sheet has no stiffness that would answer a pressure in proportion.
-  } while (gas && result.converged && options_.dynamics != Dynamics::projection && !gas->is_done(state.position));
-  result.iterations = iterations;
-  if (gas && result.converged && !gas->disagreement().empty()) {
-    result.converged = false;
-    result.reason = gas->disagreement();
+  unconstrained_ = state.position.values();
+  moved_ = {};
+}
+
+StageResult Burn::move(State& state, bool& is_done) {
+  const int iterations = moved_.iterations;
+  if (push_) {
+    push_->choose_pressures();
+    state.pressure = push_->pressure();
+    state.velocity.values() = free_velocity_ + push_->velocity().values();
+    state.position.values() = free_position_ + moving_->h * push_->velocity().values();
+    unconstrained_ = state.position.values();
   }
-  const std::string imbalance = end_gas(state, h);
-  if (result.converged && !imbalance.empty()) {
-    result.converged = false;
-    result.reason = imbalance;
+  moved_ = hold_together(state, *moving_);
+  StageResult result = moved_;
+  moved_.iterations += iterations;
+  if (push_) {
+    end_.values() = state.position.values();
   }
-  find_velocities(state, contact, result.loads);
+  // A projected sheet has no stiffness that would answer a pressure in proportion.
+  is_done = !push_ || !moved_.converged || options_.dynamics == Dynamics::projection || push_->is_done(state.position);
+  if (is_done && push_ && moved_.converged && !push_->disagreement().empty()) {
+    moved_.converged = false;
+    moved_.reason = push_->disagreement();
+  }
+  result.converged = moved_.converged;
+  result.reason = moved_.reason;
   return result;
+}
+
+/// From where the sheet is at the end of the step. Collective.
+void Burn::end_dynamics(State& state) {
+  const std::string imbalance = end_gas(state);
+  if (moved_.converged && !imbalance.empty()) {
+    moved_.converged = false;
+    moved_.reason = imbalance;
+  }
+  find_velocities(state, *moving_, moved_.loads);
 }
 
 /// What the weights of gas and air do (Chambers::uneven_forces). Collective.
@@ -559,28 +581,23 @@ void Burn::begin_gas(State& state, double h) {
     ChamberWalls walls = chambers_.walls(start_, gravity_of_gas(options_), state.time);
     gas_heat_.begin_step(chambers_, sheet_, start_, state, options_.heat.capacity, h, walls);
     chambers_.begin_step(*state.gas, h, walls);
-    if (flow_) {
-      flow_->begin_step();
-    }
+  }
+  if (pushed_) {
+    pushed_->gas().begin_step(state.time + h);
   }
 }
 
 /// What has come in. Collective. @returns which ledger does not close; empty: all do
-std::string Burn::end_gas(State& state, double h) {
+std::string Burn::end_gas(State& state) {
   if (state.gas == nullptr) {
     return "";
   }
   const Eigen::VectorXd before = state.gas->wall_heat;
-  const FlowingGas::Walls walls{chambers_.volumes(state.position)};
-  if (filled_) {
-    *state.gas = filled_->end_gas(state.position);
-  } else {
-    const GasNetwork::Step step = flow_->network_step(walls, state.time + h);
-    *state.gas = flow_->end_step(0, walls, step, flow_->solve(step));
-  }
+  *state.gas = filled_ ? filled_->end_gas(state.position)
+                       : pushed_->gas().end_step(pushed_->number(), state.position, moving_->time_end, moving_->h);
   chambers_.begin_step(*state.gas, 0);
   const std::string fault = gas_heat_.end_step(chambers_, state.gas->wall_heat - before, state);
-  return fault.empty() ? chambers_.imbalance(walls.front(), state.time + h) : fault;
+  return fault.empty() ? chambers_.imbalance(chambers_.volumes(state.position), moving_->time_end) : fault;
 }
 
 /// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.

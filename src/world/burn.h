@@ -24,6 +24,7 @@
 #include "surface/net_strain.h"
 #include "world/burning.h"
 #include "world/gas_heat.h"
+#include "world/gas_push.h"
 #include "world/options.h"
 #include "world/state.h"
 #include "world/textures.h"
@@ -89,12 +90,18 @@ class Burn {
   /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
   BurnStep advance(State& state, double h);
 
-  // The same together with what it touches (ContactOptions::together): begun, brought into balance elsewhere, and
-  // ended. Collective.
+  // The same together with what it touches (ContactOptions::together) or is linked to: begun, brought into balance
+  // elsewhere or, of a sheet that is not elastic, moved by itself, and ended. Collective.
 
   BurnStep begin(State& state, double h);
-  StepPart& part() { return filled_ ? static_cast<StepPart&>(*filled_) : *elastic_; }
-  GasFilled* gas() { return filled_ ? &*filled_ : nullptr; }
+  /// What is brought into balance elsewhere; null: it moves by itself.
+  StepPart* part() {
+    return filled_ ? static_cast<StepPart*>(&*filled_) : options_.contact.together ? elastic_.get() : nullptr;
+  }
+  GasFilled* gas() { return filled_ ? static_cast<GasFilled*>(&*filled_) : pushed_ ? &*pushed_ : nullptr; }
+  /// Moves what has begun and has no part. @param is_done set to whether it need not be done again, once what its gas
+  /// is joined to has answered
+  StageResult move(State& state, bool& is_done);
   /// See TouchingObject.
   std::string start_fault() const { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
   /// @param balance how the balance was found @param step what `begin` has said
@@ -154,13 +161,17 @@ class Burn {
   void require_going_together() const;
   BurnStep begin_burning(State& state, double h);
   ContactStep move_freely(State& state, double h);
+  void begin_dynamics(State& state, double h);
+  DynamicsResult in_balance(State& state, const ImplicitResult& balance);
+  void end_dynamics(State& state);
+  void finish(State& state, BurnStep& step);
   void begin_bodies(const State& state, double h);
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
   void look_at_contact(State& state, BurnStep& step) const;
   ElasticInput elastic_input(const State& state, double h) const;
   void lift(State& state, double h);
   void begin_gas(State& state, double h);
-  std::string end_gas(State& state, double h);
+  std::string end_gas(State& state);
   DynamicsResult hold_together(State& state, const ContactStep& contact);
   void leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
 
@@ -175,10 +186,11 @@ class Burn {
   std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
   Chambers chambers_;
-  std::optional<FlowingGas> flow_;  ///< if it has chambers, and is not brought into balance elsewhere
+  std::optional<PushedGas> pushed_;  ///< if it has chambers, and is not brought into balance elsewhere
   GasHeat gas_heat_;
   std::optional<Tearing> tearing_;
-  std::optional<ContactStep> together_;       ///< of a step that is begun and ended
+  std::optional<ContactStep> moving_;         ///< the step in progress
+  DynamicsResult moved_;                      ///< what it says
   std::optional<GasFilledPart> filled_;       ///< if it has chambers, and is brought into balance elsewhere
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]
   // One of these, as `dynamics` says.
@@ -188,9 +200,13 @@ class Burn {
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
   Field start_;                           ///< positions at the beginning
+  Field end_;                             ///< of a sheet that gas pushes: where it has come to
   Field clear_;                           ///< where the projected sheet last had not passed through itself
   Field start_velocity_;                  ///< velocities then [m/s]
   Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
+  std::optional<GasPush> push_;           ///< of a sheet that gas pushes
+  Eigen::Matrix3Xd free_position_;        ///< likewise: positions without springs, bodies and gas
+  Eigen::Matrix3Xd free_velocity_;        ///< velocities without them
   std::vector<bool> held_;                ///< those that are pinned or have left
   std::vector<double> mass_;              ///< that moves with them [kg]
   double usual_stiffness_ = 0;            ///< of contact [Pa/m]

@@ -200,6 +200,11 @@ StepResult BurnRun::begin(double h) {
   return {last_.converged, last_.reason, last_.heat_iterations, "", {}};
 }
 
+StepResult BurnRun::move(bool& is_done) {
+  const StageResult moved = burn_->move(*state_, is_done);
+  return {moved.converged, moved.reason, moved.iterations, "", {}};
+}
+
 StepResult BurnRun::end(const ImplicitResult& balance) {
   burn_->end(*state_, balance, last_);
   return result();

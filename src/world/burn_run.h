@@ -28,7 +28,8 @@ class BurnRun : public TouchingObject {
   State& state() override { return *state_; }
   StepResult advance(double h) override;
   StepResult begin(double h) override;
-  StepPart& part() override { return burn_->part(); }
+  StepPart* part() override { return burn_->part(); }
+  StepResult move(bool& is_done) override;
   GasFilled* gas() override { return burn_->gas(); }
   std::string start_fault() const override { return burn_->start_fault(); }
   StepResult end(const ImplicitResult& balance) override;

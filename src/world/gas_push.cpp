@@ -19,13 +19,11 @@ constexpr double least_share = 1e-6;
 
 }  // namespace
 
-GasPush::GasPush(const FlowingGas& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
-                 const std::vector<bool>& held, double time, double h)
+GasPush::GasPush(PushedGas& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+                 const std::vector<bool>& held, double h)
     : gas_(gas),
-      chambers_(gas.chambers(0)),
-      time_(time),
-      intercept_(chambers_.volumes(free)),
-      compliance_(chambers_.count()),
+      chambers_(gas.chambers()),
+      response_{chambers_.volumes(free), Eigen::VectorXd(chambers_.count())},
       pressure_(static_cast<std::size_t>(chambers_.count())),
       velocity_(sheet.particles, 3) {
   const PetscInt owned = sheet.particles.owned;
@@ -49,21 +47,24 @@ GasPush::GasPush(const FlowingGas& gas, const Sheet& sheet, const Field& free, c
     }
     move.update_ghosts();
     MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
-    compliance_[chamber] = sum;
+    response_.compliance[chamber] = sum;
   }
-  free_compliance_ = compliance_;
-  choose_pressures();
+  free_compliance_ = response_.compliance;
+  gas_.gas().set_response(gas_.number(), response_);
 }
 
 void GasPush::choose_pressures() {
   velocity_.values().setZero();
-  const FlowingGas::Moved moved = gas_.moved_states(intercept_, compliance_, time_);
-  expected_ = moved.walls;
+  expected_ = gas_.gas().walls(gas_.number());
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     const auto c = static_cast<std::size_t>(chamber);
-    const GasState& gas = moved.gas[c];
-    pressure_[c] = gas.pressure;
-    velocity_.values() += gas.pressure * moves_[c].values();
+    const double compliance = response_.compliance[chamber];
+    if (!chambers_.prescribes_volume(chamber)) {
+      pressure_[c] = gas_.gas().states(gas_.number())[c].pressure;
+    } else {
+      pressure_[c] = compliance > 0 ? (expected_[chamber] - response_.walls[chamber]) / compliance : 0;
+    }
+    velocity_.values() += pressure_[c] * moves_[c].values();
   }
 }
 
@@ -94,12 +95,12 @@ bool GasPush::is_done(const Field& end) {
       const double secant = (volumes[chamber] - last_volume_[chamber]) / (pressure_[c] - last_pressure_[c]);
       share = std::clamp(secant / free_compliance_[chamber], least_share, 1.0);
     }
-    compliance_[chamber] = share * free_compliance_[chamber];
-    intercept_[chamber] = volumes[chamber] - compliance_[chamber] * pressure_[c];
+    response_.compliance[chamber] = share * free_compliance_[chamber];
+    response_.walls[chamber] = volumes[chamber] - response_.compliance[chamber] * pressure_[c];
   }
   last_pressure_ = pressure_;
   last_volume_ = volumes;
-  choose_pressures();
+  gas_.gas().set_response(gas_.number(), response_);
   return false;
 }
 

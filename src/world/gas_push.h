@@ -1,14 +1,46 @@
 #pragma once
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "gas/flowing_gas.h"
+#include "equilibrium/step_gas.h"
 #include "parallel/field.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
 inline namespace world {
+
+/// The gas in a sheet that GasPush moves, its own or one with that in chambers of other objects.
+class PushedGas : public GasFilled {
+ public:
+  /// All must outlive it. @param start positions at the beginning of a step @param end at its end, and until the sheet
+  /// has moved those at the beginning
+  PushedGas(const Chambers& chambers, const Field& start, const Field& end)
+      : chambers_(chambers),
+        start_(start),
+        end_(end),
+        gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {}
+
+  StepGas::Part gas_part() const override { return {"", &chambers_, &start_, &end_, GasTangent::exact, 0, {}, true}; }
+  void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
+    gas_ = std::move(gas);
+    number_ = part;
+  }
+
+  const Chambers& chambers() const { return chambers_; }
+  StepGas& gas() { return *gas_; }
+  /// Of the sheet among the parts of the gas.
+  std::size_t number() const { return number_; }
+
+ private:
+  const Chambers& chambers_;
+  const Field& start_;
+  const Field& end_;
+  std::shared_ptr<StepGas> gas_;
+  std::size_t number_ = 0;
+};
 
 /// What the gas in a sheet does in a step: h W g p is added to its velocities before what holds the sheet together
 /// acts, with the volume's gradient g, the inverse masses W of what is not held, and the pressure p.
@@ -20,35 +52,33 @@ inline namespace world {
 /// centres of their cells.
 class GasPush {
  public:
-  /// Gas, of one object, and sheet must outlive it. Collective.
+  /// Gas and sheet must outlive it. Collective.
   /// @param free positions to which velocities alone lead, ghosts up to date [m]
   /// @param mass of the local particles, of those that move [kg] @param held local particles that nothing moves
-  /// @param time at the end of the step [s] @param h its length [s]
-  GasPush(const FlowingGas& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
-          const std::vector<bool>& held, double time, double h);
+  /// @param h length of the step, which the gas has begun [s]
+  GasPush(PushedGas& gas, const Sheet& sheet, const Field& free, const std::vector<double>& mass,
+          const std::vector<bool>& held, double h);
 
-  /// What to add to the velocities of the local particles, (3 x local) [m/s].
+  /// Takes the pressures of the gas, with all that it is joined to as it is by now. Collective.
+  void choose_pressures();
+  /// What they add to the velocities of the local particles, (3 x local) [m/s].
   const Field& velocity() const { return velocity_; }
   /// Of each chamber [Pa].
   const std::vector<double>& pressure() const { return pressure_; }
 
   /// Whether the step that has led to these positions is the last try: it agrees with the laws, or enough others have
-  /// not. If not, other pressures are ready. Collective.
+  /// not. If not, pressures are to be chosen anew. Collective.
   bool is_done(const Field& end);
   /// In words, how the last try does not agree with a law; empty: it does.
   const std::string& disagreement() const { return disagreement_; }
 
  private:
-  void choose_pressures();
-
-  const FlowingGas& gas_;
+  PushedGas& gas_;
   const Chambers& chambers_;
-  double time_;  ///< at the end of the step [s]
   int solves_ = 0;
   std::string disagreement_;
   std::vector<Field> moves_;           ///< h W g of each chamber, (3 x local) [m/(s Pa)]
-  Eigen::VectorXd intercept_;          ///< W at the end of the step without pressure, as far as known [m^3]
-  Eigen::VectorXd compliance_;         ///< by how much a pressure moves it, likewise [m^3/Pa]
+  FlowingGas::Response response_;      ///< as far as known
   Eigen::VectorXd free_compliance_;    ///< without springs
   std::vector<double> pressure_;       ///< [Pa]
   Eigen::VectorXd expected_;           ///< W at which the laws give them [m^3]

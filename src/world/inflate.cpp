@@ -63,9 +63,6 @@ TimeIntegrator integrator_of(const Options& options) {
         "gas that flows (gas_network.links, and holes, permeability, heat_transfer and inside of chambers): the "
         "loads' time may go back");
   }
-  if (has_links_elsewhere(options)) {
-    refuse("gas_network.links to chambers of other objects");
-  }
   for (const auto& [name, chamber] : options.chambers) {
     if (chamber.law == GasLaw::volume) {
       refuse("chambers." + name + ".law: volume");
@@ -423,7 +420,6 @@ std::string Inflate::end_gas(BalloonState& state) {
   if (state.gas == nullptr) {
     return "";
   }
-  chambers_.set_step_length(h_);
   const Eigen::VectorXd before = state.gas->wall_heat;
   *state.gas = implicit_->potential().end_gas(state.position);
   chambers_.begin_step(*state.gas, 0);

@@ -25,7 +25,7 @@ class InflateRun : public TouchingObject {
   BalloonState& state() override { return *state_; }
   StepResult advance(double h) override;
   StepResult begin(double h) override;
-  StepPart& part() override { return inflate_->part(); }
+  StepPart* part() override { return &inflate_->part(); }
   GasFilled* gas() override { return inflate_->chambers().count() > 0 ? &inflate_->part() : nullptr; }
   std::string start_fault() const override { return inflate_->start_fault(); }
   StepResult end(const ImplicitResult& balance) override;

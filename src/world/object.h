@@ -108,16 +108,21 @@ class Object {
 };
 
 /// An object that can touch others or be linked to their chambers, if its options say so (ContactOptions::together):
-/// its step is begun, its part is brought into balance together with those of the others, and then the step is ended.
-/// All calls are collective.
+/// its step is begun, its part is brought into balance together with those of the others, and then the step is ended. A
+/// sheet that is not elastic has no part: it can only be linked, and moves when the others have been brought into
+/// balance. All calls are collective.
 class TouchingObject : public Object {
  public:
   TouchingObject* touching() override { return this; }
 
   /// As `advance`, up to the point where its part is to be brought into balance.
   virtual StepResult begin(double h) = 0;
-  /// The part of the step that has begun. It is the same object as before unless its numbering has changed.
-  virtual StepPart& part() = 0;
+  /// The part of the step that has begun. It is the same object as before unless its numbering has changed. Null: it
+  /// moves by itself.
+  virtual StepPart* part() = 0;
+  /// Of what has no part: moves it by the pressures that the gas has in the balance of the others. @param is_done set
+  /// to false if both are to be done once more
+  virtual StepResult move(bool& /*is_done*/) { return {}; }
   /// The same with the gas in its chambers; null if it has none.
   virtual GasFilled* gas() = 0;
   /// In words, what is wrong at the start of the step, so that a balance may not be found; empty if nothing is.

@@ -37,21 +37,48 @@ void require_alike(const ObjectOptions& first, const ObjectOptions& other) {
   }
 }
 
+/// Whether forces on an object are brought into balance: a sheet that is not elastic is moved.
+bool can_balance(const Options& options) {
+  return options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic;
+}
+
+/// @throws Error when the forces on linked objects are in balance at different times in a step
+void require_same_moment(const ObjectOptions& first, const ObjectOptions& other) {
+  const auto radius = [](const Options& options) {  // of generalized alpha
+    const bool is_alpha = options.chain == ChainKind::inflate && options.time.scheme == TimeScheme::generalized_alpha;
+    return is_alpha ? std::optional(options.time.spectral_radius) : std::nullopt;
+  };
+  const auto words = [&](const ObjectOptions& object) {
+    const std::optional<double> of_object = radius(object.options);
+    return of_object ? "generalized_alpha of spectral radius " + number_text(*of_object) : "implicit_euler";
+  };
+  if (radius(first.options) != radius(other.options)) {
+    throw Error(other.name + ": time.scheme: " + words(other) + ", expected " + words(first) + " as of " + first.name +
+                ", to whose chambers its own are linked");
+  }
+}
+
 }  // namespace
 
 std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects) {
   const auto touching = std::count_if(objects.begin(), objects.end(),
                                       [](const ObjectOptions& object) { return object.options.contact.self; });
   std::vector<ObjectOptions*> members;
+  std::vector<const ObjectOptions*> linked;
   TogetherOptions together;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Options& options = objects[i].options;
     const bool is_linked = has_links_elsewhere(options);
-    if (is_linked || (options.contact.self && touching > 1)) {
+    const bool touches_others = options.contact.self && touching > 1;
+    if (is_linked || touches_others) {
       members.push_back(&objects[i]);
       together.objects.push_back(i);
       together.names.push_back(objects[i].name);
-      together.touches.push_back(options.contact.self);
+      together.touches.push_back(options.contact.self && (touches_others || can_balance(options)));
+    }
+    if (is_linked) {
+      linked.push_back(&objects[i]);
+      require_same_moment(*linked.front(), objects[i]);
     }
   }
   if (members.size() < 2) {
@@ -69,16 +96,20 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
   if (balloon != members.end()) {
     together.step = (*balloon)->options.prism;
   } else {
-    together.step.solver_prefix = first.options.elastic.solver_prefix;
+    const auto sheet = std::find_if(members.begin(), members.end(),
+                                    [](const ObjectOptions* object) { return can_balance(object->options); });
+    together.step.solver_prefix = (sheet != members.end() ? *sheet : members.front())->options.elastic.solver_prefix;
   }
   together.step.newton = NewtonEnd::converged;
   together.step.inertia = together.step.inertia && first.options.time.scheme != TimeScheme::statics;
   together.step.positive_elements = false;
-  for (ObjectOptions* object : members) {
-    if (object->options.contact.self) {
-      require_alike(first, *object);
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    Options& options = members[i]->options;
+    if (together.touches[i]) {
+      require_alike(first, *members[i]);
+    } else if (!can_balance(options)) {
+      continue;
     }
-    Options& options = object->options;
     options.contact.together = true;
     together.contact.check = together.contact.check || options.contact.check;
     if (options.chain == ChainKind::burn && together.step.ksp_rtol == PrismOptions().ksp_rtol) {
@@ -90,8 +121,7 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
 
 Together::Step::Step(const std::vector<StepPart*>& parts, std::unique_ptr<SurfaceContact> contact,
                      const TogetherOptions& options)
-    : parts(parts),
-      contact(std::move(contact)),
+    : contact(std::move(contact)),
       objective(parts, this->contact ? std::vector<Potential*>{this->contact.get()} : std::vector<Potential*>(),
                 options.step.mat_type, options.step.solver_prefix),
       solver(objective, options.step) {}
@@ -130,31 +160,54 @@ std::vector<TouchingObject*> Together::present() const {
   return present;
 }
 
-/// Made anew whenever an object has been numbered anew or is gone.
-Together::Step& Together::common() {
+/// Of these what is brought into balance.
+std::vector<TouchingObject*> Together::with_parts() const {
+  std::vector<TouchingObject*> objects = present();
+  objects.erase(
+      std::remove_if(objects.begin(), objects.end(), [](TouchingObject* object) { return object->part() == nullptr; }),
+      objects.end());
+  return objects;
+}
+
+std::string Together::solver_words() {
+  const Step* step = common();
+  return step == nullptr ? "" : "linear solver of what " + what() + ": " + step->solver.solver_words();
+}
+
+/// Made anew whenever an object has been numbered anew or is gone. @returns null: there is nothing to balance
+Together::Step* Together::common() {
   std::vector<StepPart*> parts;
   std::vector<ContactSurface::Part> surfaces;
-  for (TouchingObject* object : present()) {
-    parts.push_back(&object->part());
+  for (TouchingObject* object : with_parts()) {
+    parts.push_back(object->part());
     surfaces.push_back(object->contact_part());
   }
-  if (step_ == nullptr || step_->parts != parts) {
-    std::unique_ptr<SurfaceContact> contact;
-    if (options_.any_touches()) {
-      const bool is_free = std::all_of(parts.begin(), parts.end(), [&](const StepPart* part) {
-        return can_move_alike(surfaces.front().surface->comm(), part->projectors());
-      });
-      contact = std::make_unique<SurfaceContact>(surfaces, options_.contact, is_free);
-    }
-    step_ = std::make_unique<Step>(parts, std::move(contact), options_);
-    share_gas(step_->objective);
+  std::vector<GasFilled*> gas;
+  for (TouchingObject* object : present()) {
+    gas.push_back(object->gas());
   }
-  return *step_;
+  if (parts != parts_ || gas != gas_) {
+    step_ = nullptr;
+    if (!parts.empty()) {
+      std::unique_ptr<SurfaceContact> contact;
+      if (options_.any_touches()) {
+        const bool is_free = std::all_of(parts.begin(), parts.end(), [&](const StepPart* part) {
+          return can_move_alike(surfaces.front().surface->comm(), part->projectors());
+        });
+        contact = std::make_unique<SurfaceContact>(surfaces, options_.contact, is_free);
+      }
+      step_ = std::make_unique<Step>(parts, std::move(contact), options_);
+    }
+    parts_ = std::move(parts);
+    gas_ = std::move(gas);
+    share_gas();
+  }
+  return step_.get();
 }
 
 /// Makes one gas of what is in the chambers of parts that are linked. Where only one of them is left its links lead to
 /// the ambient air.
-void Together::share_gas(StepObjective& objective) {
+void Together::share_gas() {
   std::vector<StepGas::Part> filled;
   std::vector<std::size_t> columns_of;  // the parts that have them
   std::vector<GasFilled*> sharing;
@@ -164,13 +217,14 @@ void Together::share_gas(StepObjective& objective) {
       continue;
     }
     GasFilled* gas = objects_[i]->gas();
+    const bool is_part = objects_[i]->part() != nullptr;
     if (gas != nullptr && gas->gas_part().chambers->has_links_elsewhere()) {
       filled.push_back(gas->gas_part());
       filled.back().object = options_.names[i];
       sharing.push_back(gas);
-      columns_of.push_back(number);
+      columns_of.push_back(is_part ? number : 0);
     }
-    ++number;
+    number += is_part ? 1 : 0;
   }
   if (sharing.empty()) {
     return;
@@ -179,7 +233,10 @@ void Together::share_gas(StepObjective& objective) {
   for (std::size_t part = 0; part < sharing.size(); ++part) {
     sharing[part]->share_gas(gas, part);
   }
-  objective.set_joint([gas, columns_of](LowRank& all, const std::vector<Eigen::Index>& first, double left) {
+  if (step_ == nullptr) {
+    return;
+  }
+  step_->objective.set_joint([gas, columns_of](LowRank& all, const std::vector<Eigen::Index>& first, double left) {
     std::vector<Eigen::Index> of_gas;
     std::transform(columns_of.begin(), columns_of.end(), std::back_inserter(of_gas),
                    [&first](std::size_t part) { return first[part]; });
@@ -202,7 +259,7 @@ StepResult Together::advance(double h) {
     all.reason = result.converged ? "" : heading_of(name_of(object)) + result.reason;
     return result.converged;
   };
-  Step& step = common();
+  common();
   for (TouchingObject* object : objects) {
     const StepResult begun = object->begin(h);
     all.iterations += begun.iterations;
@@ -210,37 +267,36 @@ StepResult Together::advance(double h) {
       return all;
     }
   }
-  {
-    const auto timer = clock_.time("implicit step");
-    for (std::size_t p = 0; p < objects.size() && step.contact != nullptr; ++p) {
-      if (!touches(objects[p])) {
-        step.contact->set_living(std::vector<bool>(objects[p]->surface().triangles.size(), false), p);
-      } else if (const std::vector<bool>* living = objects[p]->living()) {
-        step.contact->set_living(*living, p);
+  last_ = {};
+  for (bool are_done = false; !are_done;) {
+    const StepResult balanced = balance(h);
+    all.iterations += balanced.iterations;
+    if (!balanced.converged) {
+      all.converged = false;
+      all.reason = "what " + what() + ": " + balanced.reason;
+      for (const TouchingObject* object : objects) {
+        if (const std::string fault = object->start_fault(); !fault.empty()) {
+          all.reason = heading_of(name_of(object)) + fault;
+          break;
+        }
       }
+      return all;
     }
-    last_ = step.solver.advance(h);
-    if (last_.converged && step.contact != nullptr) {
-      figures_ = step.contact->figures(step.objective.position());
-      const std::vector<ContactWork> works = step.contact->work(step.objective.position());
-      for (std::size_t p = 0; p < objects.size(); ++p) {
-        objects[p]->state().contact_work += works[p].pressing;
-        objects[p]->state().friction_work += works[p].friction;
+    are_done = true;
+    for (TouchingObject* object : objects) {
+      if (object->part() != nullptr) {
+        continue;
       }
+      bool is_done = true;
+      const StepResult moved = object->move(is_done);
+      all.iterations += moved.iterations;
+      if (!add(object, moved)) {
+        return all;
+      }
+      are_done = are_done && is_done;
     }
   }
-  all.iterations += last_.linear_iterations;
-  if (!last_.converged) {
-    all.converged = false;
-    all.reason = "what " + what() + ": " + last_.reason;
-    for (const TouchingObject* object : objects) {
-      if (const std::string fault = object->start_fault(); !fault.empty()) {
-        all.reason = heading_of(name_of(object)) + fault;
-        break;
-      }
-    }
-    return all;
-  }
+  count_contact();
   for (TouchingObject* object : objects) {
     const StepResult ended = object->end(last_);
     if (!add(object, ended)) {
@@ -252,6 +308,46 @@ StepResult Together::advance(double h) {
     }
   }
   return all;
+}
+
+/// Brings what has a part into balance.
+StepResult Together::balance(double h) {
+  Step* step = common();
+  if (step == nullptr) {
+    return {};
+  }
+  const std::vector<TouchingObject*> objects = with_parts();
+  const auto timer = clock_.time("implicit step");
+  for (std::size_t p = 0; p < objects.size() && step->contact != nullptr; ++p) {
+    if (!touches(objects[p])) {
+      step->contact->set_living(std::vector<bool>(objects[p]->surface().triangles.size(), false), p);
+    } else if (const std::vector<bool>* living = objects[p]->living()) {
+      step->contact->set_living(*living, p);
+    }
+  }
+  const ImplicitResult before = std::exchange(last_, step->solver.advance(h));
+  StepResult result;
+  result.converged = last_.converged;
+  result.reason = last_.reason;
+  result.iterations = last_.linear_iterations;
+  last_.newton_iterations += before.newton_iterations;
+  last_.linear_iterations += before.linear_iterations;
+  return result;
+}
+
+/// How what touches does so in the balance, and the work of it.
+void Together::count_contact() {
+  Step* step = common();
+  if (step == nullptr || step->contact == nullptr) {
+    return;
+  }
+  figures_ = step->contact->figures(step->objective.position());
+  const std::vector<ContactWork> works = step->contact->work(step->objective.position());
+  const std::vector<TouchingObject*> objects = with_parts();
+  for (std::size_t p = 0; p < objects.size(); ++p) {
+    objects[p]->state().contact_work += works[p].pressing;
+    objects[p]->state().friction_work += works[p].friction;
+  }
 }
 
 void Together::make_history(const Hdf5File* resumed) {
@@ -288,8 +384,8 @@ void Together::record(double time, int step) {
   ContactFigures figures;
   if (figures_) {
     figures = *figures_;
-  } else if (!objects.empty()) {
-    figures.smallest_gap = common().contact->thickness();
+  } else if (const Step* step = common(); step != nullptr) {
+    figures.smallest_gap = step->contact->thickness();
   }
   ContactWork work;
   for (const TouchingObject* object : objects_) {

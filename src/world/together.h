@@ -30,13 +30,16 @@ struct TogetherOptions {
 };
 
 /// Objects of a run with `contact.self` touch each other, and links (share_links) join chambers of several: their
-/// options are told that they are brought into balance together (ContactOptions::together).
-/// @returns nothing unless there are at least two @throws Error when they are to touch in different ways
+/// options are told that they are brought into balance together (ContactOptions::together), unless they are sheets that
+/// are not elastic and are linked alone.
+/// @returns nothing unless there are at least two @throws Error when they are to touch in different ways, or are linked
+/// and balance forces at different times in a step
 std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects);
 
 /// Objects that touch themselves and each other, or whose chambers are linked: a step brings all of them into balance
-/// at once, so that what one presses on another presses back, and gas flows by the pressures at the step's end. All
-/// calls are collective.
+/// at once, so that what one presses on another presses back, and gas flows by the pressures at the step's end. Sheets
+/// that are not elastic, which may be linked, enter it by how far a pressure pushes them (FlowingGas::Response), and
+/// move by the pressures that come out; both again if they have not moved so far. All calls are collective.
 class Together {
  public:
   /// @param objects all of the run; must outlive it
@@ -49,7 +52,7 @@ class Together {
   /// See Object::advance, of all that take part and are not gone.
   StepResult advance(double h);
   /// See Object::forget.
-  void forget() { step_ = nullptr; }
+  void forget() { parts_.clear(), gas_.clear(); }
 
   /// Adds a row to contacts.csv, if any of them touch.
   void record(double time, int step);
@@ -66,8 +69,8 @@ class Together {
 
   /// See settle_start; empty where nothing crossed.
   const std::string& start_line() const { return start_line_; }
-  /// Which linear solver it has, and of what.
-  std::string solver_words() { return "linear solver of what " + what() + ": " + common().solver.solver_words(); }
+  /// Which linear solver it has, and of what; empty where nothing is brought into balance.
+  std::string solver_words();
   /// Of its common steps.
   const StageClock& clock() const { return clock_; }
   StageClock& clock() { return clock_; }
@@ -78,16 +81,18 @@ class Together {
     /// @param contact null: nothing touches
     Step(const std::vector<StepPart*>& parts, std::unique_ptr<SurfaceContact> contact, const TogetherOptions& options);
 
-    std::vector<StepPart*> parts;
     std::unique_ptr<SurfaceContact> contact;
     StepObjective objective;
     ImplicitStep solver;
   };
 
   std::vector<TouchingObject*> present() const;
+  std::vector<TouchingObject*> with_parts() const;
   bool touches(const Object* object) const;
-  Step& common();
-  void share_gas(StepObjective& objective);
+  Step* common();
+  void share_gas();
+  StepResult balance(double h);
+  void count_contact();
   std::string what() const { return options_.any_touches() ? "touches" : "is linked"; }
   void make_history(const Hdf5File* resumed);
 
@@ -96,7 +101,10 @@ class Together {
   OutputFolder& folder_;
   StageClock clock_;
   std::string start_line_;
-  std::unique_ptr<Step> step_;
+  // Of the objects as they are numbered and as far as they are not gone.
+  std::vector<StepPart*> parts_;
+  std::vector<GasFilled*> gas_;  ///< null: an object has none
+  std::unique_ptr<Step> step_;   ///< null: none of them has a part
   ImplicitResult last_;
   std::optional<ContactFigures> figures_;  ///< at the end of the last step
   std::unique_ptr<History> history_;       ///< made with the first row, when the first frame has made the folder

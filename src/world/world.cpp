@@ -149,7 +149,9 @@ std::vector<std::string> World::first_remarks() const {
     if (!together_->start_line().empty()) {
       lines.push_back(together_->start_line());
     }
-    lines.push_back(together_->solver_words());
+    if (const std::string words = together_->solver_words(); !words.empty()) {
+      lines.push_back(words);
+    }
   }
   return lines;
 }

@@ -68,12 +68,15 @@ SurfaceMesh ball(int level) { return icosphere_mesh(level, radius); }
 /// A paper bag, flat.
 SurfaceMesh bag() { return quad_ellipsoid_mesh(2, {0.06, 0.06, 0.02}); }
 
-TEST(LinkedGas, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {
+class LinkedBalloons : public ::testing::TestWithParam<TimeScheme> {};
+
+TEST_P(LinkedBalloons, MoveAsThePiecesOfOneMeshDo) {
   const TestFolder folder;
   std::deque<ObjectOptions> two;
   for (const char* name : {"left", "right"}) {
     Options& options = two.emplace_back(name).options;
     make_balloon(options);
+    options.time.scheme = GetParam();
     write_to(options, folder / "two");
     options.gas.links["tube"] = tube("left.air", "right.air", 2e-4);  // As at the top of a deck.
     options.gas.links["vent"] = tube("right.air", "", 2e-6);
@@ -82,6 +85,7 @@ TEST(LinkedGas, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {
   std::deque<ObjectOptions> one;
   Options& options = one.emplace_back("").options;
   make_balloon(options);
+  options.time.scheme = GetParam();
   write_to(options, folder / "one");
   options.gas.links["tube"] = tube("air", "air_2", 2e-4);
   options.gas.links["vent"] = tube("air_2", "", 2e-6);
@@ -108,12 +112,19 @@ TEST(LinkedGas, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {
   EXPECT_LE(objects.last("newton_iterations", "history_left.csv"), 6) << "with the tangent of all pressures";
 }
 
-TEST(LinkedGas, WhatOneObjectLosesTheOtherGets) {
+INSTANTIATE_TEST_SUITE_P(Schemes, LinkedBalloons,
+                         ::testing::Values(TimeScheme::implicit_euler, TimeScheme::generalized_alpha),
+                         [](const auto& scheme) { return Choice<TimeScheme>(scheme.param).name(); });
+
+class LinkedSheet : public ::testing::TestWithParam<Dynamics> {};
+
+TEST_P(LinkedSheet, GetsWhatTheOtherObjectLoses) {
   // A balloon fills a paper bag. Amounts and energies of both balance to rounding, and pressures become alike.
   const TestFolder folder;
   std::deque<ObjectOptions> objects;
   make_balloon(objects.emplace_back("ball").options);
   make_bag(objects.emplace_back("bag").options);
+  objects.back().options.dynamics = GetParam();
   for (ObjectOptions& object : objects) {
     write_to(object.options, folder / "out");
     object.options.gas.links["tube"] = tube("ball.air", "bag.air", 2e-4);
@@ -139,17 +150,19 @@ TEST(LinkedGas, WhatOneObjectLosesTheOtherGets) {
   }
   EXPECT_GT(value("ball", "through_tube"), 0.01 * amounts[0]);
   const double pressure = value("ball", "gas_pressure");
-  EXPECT_GT(pressure, 50);
+  EXPECT_GT(pressure, 20);
   EXPECT_NEAR(value("bag", "gas_pressure"), pressure, 0.1 * pressure);
 }
 
-TEST(LinkedGas, TwoBagsMoveAsThePiecesOfOneSheetDo) {
-  // Of one sheet the pressures are found by solving the step again and again, of two by Newton's method with the walls.
+TEST_P(LinkedSheet, MovesAsAPieceOfOneDoes) {
+  // Of one sheet the pressures are found by solving the step again and again; of two elastic ones by Newton's method
+  // with the walls.
   const TestFolder folder;
   std::deque<ObjectOptions> two;
   for (const char* name : {"left", "right"}) {
     Options& options = two.emplace_back(name).options;
     make_bag(options);
+    options.dynamics = GetParam();
     write_to(options, folder / "two");
     options.gas.links["tube"] = tube("left.air", "right.air", 2e-4);
   }
@@ -157,6 +170,7 @@ TEST(LinkedGas, TwoBagsMoveAsThePiecesOfOneSheetDo) {
   std::deque<ObjectOptions> one;
   Options& options = one.emplace_back("").options;
   make_bag(options);
+  options.dynamics = GetParam();
   write_to(options, folder / "one");
   options.gas.links["tube"] = tube("air", "air_2", 2e-4);
   options.gas.links["pump"] = pump("air", 0.02);
@@ -176,8 +190,14 @@ TEST(LinkedGas, TwoBagsMoveAsThePiecesOfOneSheetDo) {
     EXPECT_NEAR(own.volume[0], gas.volume[piece], 1e-4 * gas.volume[piece]);
   }
   EXPECT_GT(gas.amount[1], 1e-4);
-  EXPECT_LE(objects.last("newton_iterations", "history_left.csv"), 8);
+  if (GetParam() == Dynamics::elastic) {
+    EXPECT_LE(objects.last("newton_iterations", "history_left.csv"), 8);
+  }
 }
+
+INSTANTIATE_TEST_SUITE_P(Dynamics, LinkedSheet,
+                         ::testing::Values(Dynamics::elastic, Dynamics::projection, Dynamics::spring),
+                         [](const auto& dynamics) { return Choice<Dynamics>(dynamics.param).name(); });
 
 std::string refusal(std::deque<ObjectOptions>& objects) {
   try {
@@ -251,6 +271,10 @@ TEST(LinkedGas, WhatDoesNotFitTheOtherObjectIsRefused) {
             "gas_network.links.tube.to: there is no chamber gas, expected air or ambient");
   EXPECT_EQ(message([](Options&, Options& b) { b.gas.molar_mass = 4e-3; }),
             "b: gas.molar_mass: 0.004, expected 0.0289647 as of a, to whose chambers its own are linked");
+  EXPECT_EQ(
+      message([](Options&, Options& b) { b.time.scheme = TimeScheme::generalized_alpha; }),
+      "b: time.scheme: generalized_alpha of spectral radius 0.8, expected implicit_euler as of a, to whose chambers "
+      "its own are linked");
   EXPECT_EQ(message([](Options&, Options& b) { b.chambers["air"].gamma = 1.6; }),
             "gas_network.links.tube: joins chambers of unlike gamma, expected one gas");
 }
