@@ -5,9 +5,9 @@ inline namespace equilibrium {
 
 namespace {
 
-/// Options of a step. One in time that ends when it has converged has the exact tangent near its end, since Newton's
-/// method converges slowly without it, and where that is not positive definite changes it no more than it must. By arc
-/// length the whole tangent says where the path goes.
+/// Options of a step. A step in time that ends when it has converged uses the exact tangent near its end, since
+/// Newton's method converges slowly without it, and changes a tangent that is not positive definite as little as
+/// necessary. By arc length the whole tangent determines where the path goes.
 PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integrator) {
   if (integrator.is_static()) {
     options.inertia = false;

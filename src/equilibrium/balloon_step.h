@@ -25,11 +25,11 @@ class BalloonStep {
     potential_.begin_step(position, pressure, start);
     h_ = start.h;
   }
-  /// If it is alone. Collective.
+  /// To be called only if it is alone. Collective.
   ImplicitResult balance() { return alone_->step.advance(h_); }
-  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step; to where
-  /// Newton's method gave up when the result has not converged. Velocities, thickness, other pressures and time are the
-  /// caller's. Collective. @param result of what has brought it into balance, which this may find to be none
+  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step, or, when
+  /// the result has not converged, to where Newton's method gave up. Velocities, thickness, other pressures and time
+  /// are left to the caller. Collective. @param result of the balance, which this may find not to be one
   void end(Field& position, Eigen::VectorXd& pressure, ImplicitResult& result);
 
   /// A whole step, alone. Collective.

@@ -15,16 +15,18 @@ inline namespace equilibrium {
 
 namespace {
 
-/// By which a tangent that is not positive definite goes over to the positive one, until it is; 1 is the whole way.
+/// Steps by which a tangent that is not positive definite is moved to the positive one, until it is; 1 is the whole
+/// way.
 constexpr double share_step = 0.125;
 
-/// Of a linear solve, before the tangent is factorised instead, which costs what some 250 do (docs/performance.md).
+/// Iterations of a linear solve before the tangent is factorised instead, which costs what some 250 do
+/// (docs/performance.md).
 constexpr int most_linear_iterations = 100;
 
-/// Beyond as many vertices a factor takes too much memory to be made unasked.
+/// Number of vertices beyond which a factor takes too much memory to be made without being asked for.
 constexpr PetscInt most_vertices_to_factorise = 200000;
 
-/// Steps at most until iterations are tried again.
+/// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
 
 /// Whether the tangent may be factorised where iterations fail: not if the user has chosen how to iterate.
@@ -42,7 +44,7 @@ bool may_factorise(const PrismOptions& options, PetscInt vertices) {
 KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes, bool may_factorise) {
   KspDefaults defaults;
   // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
-  // motions are all but free, and beyond a limit point only the volume that is prescribed holds it.
+  // motions are nearly free, and beyond a limit point only a prescribed volume holds it.
   if (options.mat_type == TangentMatrix::sbaij) {
     defaults.preconditioner = PCBJACOBI;
   } else if (options.mat_type == TangentMatrix::shell || !options.inertia || prescribes_volumes) {
@@ -89,8 +91,8 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   }
   Mat matrix = path_ ? path_->matrix() : bordered_ ? bordered_->matrix() : system_.matrix();
   check(MatCreateVecs(matrix, unknowns_.create(), residual_.create()));
-  // Rounding of positions alone leaves some 3 to 4 epsilon times this: it does not shrink with the elements, since
-  // their stiffness does not either. A balloon at rest ends its steps here.
+  // Rounding of positions alone leaves some 3 to 4 epsilon times this. It does not become smaller with the elements,
+  // since their stiffness does not either. Steps of a balloon at rest end here.
   const double vertices = static_cast<double>(objective.vertices().global);
   rounding_ = 20 * std::numeric_limits<double>::epsilon() * objective_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
@@ -164,10 +166,10 @@ ImplicitResult ImplicitStep::advance(double h) {
   return result;
 }
 
-/// What is left of the forces where SNES has ended, which it took for an end: whether it is one.
+/// Residual where SNES has ended; SNES took this for an end, and here it is checked.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   objective_.move_to(unknowns_);
-  objective_.compute_residual(residual_);  // SNES need not have done so here: with ksponly it has not.
+  objective_.compute_residual(residual_);  // SNES need not have computed it: with ksponly it has not.
   const double largest = objective_.residual_scale(options_.snes_rtol);
   check(VecNorm(residual_, NORM_2, &result.residual));
   result.relative_residual = result.residual / largest;
@@ -250,10 +252,10 @@ void ImplicitStep::update_jacobian() {
   }
 }
 
-/// Of a step that begins: iterations, unless they have failed of late.
+/// At the beginning of a step: use iterations, unless they have failed recently.
 void ImplicitStep::choose_solver() {
   if (steps_left_ == 0 && may_factorise_ && !is_factorised_) {
-    steps_to_factorise_ = 0;  // They have done for the whole of the last step.
+    steps_to_factorise_ = 0;  // they were sufficient for the whole of the last step
   }
   is_factorised_ = false;
   system_.use(nullptr);
@@ -271,7 +273,7 @@ void ImplicitStep::factorise() {
   system_.use(factor_->solver());
 }
 
-/// The step of Newton's method, J y = r, or of a tangent in J's place that is positive definite (see the class).
+/// The step of Newton's method, J y = r, with J or a positive definite tangent in its place (see the class).
 LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   int iterations = 0;
   LinearResult result;
@@ -306,7 +308,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   return result;
 }
 
-/// With the tangent as it is; where iterations fail, it is factorised from here on, if that may be.
+/// With the present tangent; where iterations fail, it is factorised from here on, if that is allowed.
 LinearResult ImplicitStep::solve_or_factorise(Vec right_hand_side, Vec solution) {
   LinearResult result = solve_once(right_hand_side, solution);
   const bool has_failed = result.solved == Solved::no || result.solved == Solved::bad_preconditioner;
@@ -355,8 +357,8 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
   return result;
 }
 
-/// Steps back from Newton's step until no element turns over in it and the potential falls; with prescribed volumes the
-/// potential and what the multipliers make of the volumes' errors. In a step in time an element may turn by any
+/// Shortens Newton's step until no element turns over in it and the potential falls; with prescribed volumes the
+/// potential plus what the multipliers contribute for the volumes' errors. In a step in time an element may turn by any
 /// angle, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   objective_.move_to(step.position);
@@ -371,7 +373,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
         },
         0, 0, 0);
   }
-  double weight = 0;  // of the volumes' errors: more than any multiplier makes them an exact penalty
+  double weight = 0;  // of the volumes' errors: larger than any multiplier, so that they are an exact penalty
   double slope = 0;
   const auto merit = [&] {
     const double value = objective_.value();

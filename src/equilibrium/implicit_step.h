@@ -24,32 +24,32 @@ struct ImplicitResult {
   int linear_iterations = 0;
   bool is_factorised = false;       ///< from some Newton iteration on
   int concave_iterations = 0;       ///< Newton iterations in which the tangent was not positive definite
-  double residual = 0;              ///< norm of what is left of all forces together at the end [N]
+  double residual = 0;              ///< norm of the sum of all forces at the end [N]
   double relative_residual = 0;     ///< over StepObjective::residual_scale, such as the largest norm of a kind of force
-  double over_tolerance = 0;        ///< what is left over what may be left; 1 or less if it has converged
+  double over_tolerance = 0;        ///< residual over what is allowed; 1 or less if it has converged
   bool is_above_tolerance = false;  ///< whether that is more than PrismOptions::residual_tolerance, and not rounding
 };
 
-/// Makes what a step is about stationary, by SNES and KSP of prefix `prism_`: of a balloon its wall and its gas
+/// Makes the objective of a step stationary, by SNES and KSP of prefix `prism_`: for a balloon its wall and its gas
 /// (balloon paper, eq. 18 to 23; StepPotential), or all objects that touch each other.
 ///
 /// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md). The gas's
 /// rank-one part stays low-rank beside the assembled or matrix-free part.
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
-/// not serve. Once one takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
-/// step, and for 1, 2, 4, 8 steps more each time that iterations are tried again and fail. How many it has been
-/// is forgotten with a new ImplicitStep.
+/// not help. Once a solve takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
+/// step, and for 1, 2, 4, 8 further steps each time that iterations are tried again and fail. A new ImplicitStep starts
+/// this count again.
 ///
-/// Where the tangent is not positive definite, the objective has no minimum near and may have several further off.
-/// Whether it is so the linear solver finds out: the factor has negative pivots, or conjugate gradients meet a
-/// direction of negative curvature, or the solution is one. What they have reached by then depends on preconditioner,
-/// ranks and rounding, and is not used: the iteration is solved again with a tangent on the way to one that is positive
-/// definite by construction (Curvature::positive), by eighths of the way, as few as do. So the steps are the same
-/// everywhere, and near a minimum the tangent is exact. The less is changed, the faster a step leaves a saddle point.
+/// Where the tangent is not positive definite, the objective has no minimum near and may have several further away. The
+/// linear solver finds this out: the factor has negative pivots, or conjugate gradients meet a direction of negative
+/// curvature, or the solution is one. What the solver has reached by then depends on preconditioner, ranks and
+/// rounding, and is not used: the iteration is solved again with a tangent moved towards one that is positive definite
+/// by construction (Curvature::positive), in eighths, as few as suffice. So the steps are the same everywhere, and near
+/// a minimum the tangent is exact. The less the tangent is changed, the faster a step leaves a saddle point.
 ///
 /// Chambers of prescribed volume add their pressures as unknowns: a bordered system. So does the loads' time by arc
-/// length: such a step is no minimum, and its search asks only that no element turns over.
+/// length: such a step is not a minimum, and its search only requires that no element turns over.
 class ImplicitStep {
  public:
   /// Collective. @param objective must outlive it
@@ -61,7 +61,7 @@ class ImplicitStep {
   /// gave up when the result has not converged. Collective.
   ImplicitResult advance(double h);
 
-  /// Which solver it has, such as "cg, mg with rigid patches".
+  /// Describes its solver, such as "cg, mg with rigid patches".
   const std::string& solver_words() const { return solver_words_; }
 
  private:
@@ -78,7 +78,7 @@ class ImplicitStep {
 
   PrismOptions options_;
   StepObjective& objective_;
-  StepPotential* along_;  ///< what goes by arc length, or null
+  StepPotential* along_;  ///< the part that follows arc length, or null
   Field before_;          ///< positions at which Newton's iteration in progress began
   bool may_factorise_;    ///< the tangent, where iterations fail
   MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed

@@ -46,8 +46,8 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
     potentials_.push_back(model_.bodies);
   }
 
-  // The energy of the wall half as long again, over the square root of its area: what its forces are like. Taken from a
-  // small stretch, since not every material can go that far.
+  // Scale of the wall's forces: the energy of a wall stretched by half, over the square root of its area. Extrapolated
+  // from a small stretch, since not every material can be stretched that far.
   constexpr double strain = 1e-3;
   double sums[3] = {0, 0, 0};
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
@@ -148,7 +148,7 @@ bool StepPotential::leaves_held_behind() {
   return leaves;
 }
 
-/// What a step is about. @param share of it at which forces are in balance
+/// The potential of a step. @param share of the step at which forces are in balance
 void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
   is_evaluated_ = false;
   h_ = start.h;
@@ -162,7 +162,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   }
 }
 
-/// What acts by arc length, at the loads' present time.
+/// The loads by arc length, at their present time.
 void StepPotential::set_load_time() {
   is_evaluated_ = false;
   model_.loads.set_time(time_);
@@ -172,7 +172,7 @@ void StepPotential::set_load_time() {
   }
 }
 
-/// Puts held vertices to where they are when forces are in balance: on their way straight to the end of the step.
+/// Puts held vertices where they are when forces are in balance: on a straight way to the end of the step.
 void StepPotential::lead_held() {
   model_.pins.impose(position_, time_end_);
   for (PetscInt i = 0; integrator_.share() != 1 && i < position_.values().cols(); ++i) {
@@ -182,7 +182,7 @@ void StepPotential::lead_held() {
   }
 }
 
-/// The step begins where the last one ended; Newton's first iteration goes along the tangent of the path. Collective.
+/// The step begins where the last one ended; Newton's first iteration follows the tangent of the path. Collective.
 void StepPotential::begin_path(const StepStart& start) {
   path_length_ = *integrator_.arc_length() * h_;
   time_end_ = start.time;

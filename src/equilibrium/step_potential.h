@@ -20,7 +20,7 @@
 namespace pellicle {
 inline namespace equilibrium {
 
-/// What a balloon is made of and what acts on it; all must outlive who holds it.
+/// What a balloon consists of and what acts on it; all must outlive the holder.
 struct BalloonModel {
   const PrismElements& elements;
   const Chambers& chambers;
@@ -63,10 +63,10 @@ struct StepStart {
 /// stands beside them, since its second derivative is dense: a stiffness times the product of a volume's gradient with
 /// itself.
 ///
-/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of what a
-/// wall's stiffness is like. By arc length the loads' time t is an unknown, too: the row of the residual is a
+/// Without inertia and damping (TimeIntegrator::is_static) a balloon's rigid motions are held by a millionth of the
+/// scale of the wall's stiffness. By arc length the loads' time t is an unknown, too: the row of the residual is a
 /// scale times sum_i w_i c_i.(x_i - x_i^n) - s (Riks), with the direction c of the path, s the length of the step on it
-/// and w the vertices' shares of the mass. Of c and of lengths count the motions that are free.
+/// and w the vertices' shares of the mass. Only motions that are free count for c and for lengths.
 class StepPotential : public StepPart, public GasFilled {
  public:
   /// Collective.
@@ -74,14 +74,14 @@ class StepPotential : public StepPart, public GasFilled {
   StepPotential(const StepPotential&) = delete;
   StepPotential& operator=(const StepPotential&) = delete;
 
-  /// From here on Pi is that of the step from `position`, which goes on at what follows from x^n + h v^n with held
-  /// vertices in their places; at x^n alone if that turns an element over or is more than one can bear. Collective.
+  /// From here on Pi is that of the step that starts at `position`; it begins at the x that follows from x^n + h v^n
+  /// with held vertices in their places, or at x^n if that turns an element over or stretches one too far. Collective.
   /// @param pressure of all chambers, where the multipliers start [Pa]
   void begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start);
 
   /// Accelerations with which all forces but inertia are in balance at a moment, 0 of vertices that are held
   /// (3 x owned) [m/s^2]. The step in progress is over. Collective.
-  /// @param start `h` is of no account but for friction, which is as if all moved like that for so long
+  /// @param start its `h` matters only for friction, which acts as if everything moved like that for so long
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
 
   StepGas::Part gas_part() const override {
@@ -106,9 +106,10 @@ class StepPotential : public StepPart, public GasFilled {
   /// square is 1. Collective.
   void write_direction(const Field& position, Field& direction) const;
 
-  /// x^{n+1}, which x leads to (TimeIntegrator), with held vertices in their places; ghosts up to date. Not collective.
+  /// x^{n+1}, which follows from x (TimeIntegrator), with held vertices in their places; ghosts up to date. Not
+  /// collective.
   void write_end(Field& position) const;
-  /// Whether that is further on than x. Not collective.
+  /// Whether x^{n+1} is further on than x. Not collective.
   bool ends_beyond() const { return integrator_.share() != 1; }
   /// c and x_v of a local vertex, whose velocity where forces are in balance is c (x - x_v) [1/s, m].
   double rate() const { return integrator_.rate(h_); }
@@ -135,9 +136,9 @@ class StepPotential : public StepPart, public GasFilled {
   Eigen::VectorXd own_rows() override;
   double inverted(const Field& from, const Field& to) const override;
 
-  /// A column a chamber, the volume's gradient, with the gas's stiffness; of a prescribed chamber with several times
-  /// what the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length one more, of the
-  /// row that it adds.
+  /// A column for each chamber, the volume's gradient, with the gas's stiffness; for a prescribed chamber with several
+  /// times the most by which the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length
+  /// one column more, for the row that it adds.
   int columns() const override { return model_.chambers.count() + (integrator_.arc_length() ? 1 : 0); }
   LowRank begin_tangent(Curvature curvature, double positive_share) override;
   bool blends() const override { return wall_.blends(); }
@@ -150,7 +151,7 @@ class StepPotential : public StepPart, public GasFilled {
   double tolerance() const override { return options_.snes_rtol; }
   /// Square root of the wall's undeformed area [m].
   double length_scale() const override { return length_scale_; }
-  /// The elastic energy at a strain of 0.5, if linear, over that length: what the wall's forces are like [N].
+  /// The elastic energy at a strain of 0.5, if linear, over that length: scale of the wall's forces [N].
   double force_scale() const override { return force_scale_; }
   double rounding() const override { return gas_->rounding(part_); }
 

@@ -36,13 +36,14 @@ struct Motion {
 /// order h^2. With 1 it is the midpoint rule, which keeps angular momentum too.
 ///
 /// Statics has neither inertia nor damping, k = c = 0: x^{n+1} is an equilibrium with the loads at its time. Otherwise
-/// it is as implicit Euler. By arc length the time of the loads is an unknown, and a step goes as far along the path of
-/// equilibria as the arc length in a second says, times h.
+/// it is like implicit Euler. By arc length the time of the loads is an unknown, and a step goes along the path of
+/// equilibria by the arc length in a second, times h.
 class TimeIntegrator {
  public:
   /// Implicit Euler.
   TimeIntegrator() = default;
-  /// @param spectral_radius 0 to 1: by what a step multiplies motions that are much faster than it; 1: no dissipation
+  /// @param spectral_radius 0 to 1: factor by which a step multiplies motions much faster than itself; 1: no
+  /// dissipation
   static TimeIntegrator generalized_alpha(double spectral_radius);
 
   /// @param arc_length root-mean-square displacement of the free vertices in a second [m/s]; none: the loads have the
@@ -51,7 +52,7 @@ class TimeIntegrator {
 
   bool is_static() const { return is_static_; }
   const std::optional<double>& arc_length() const { return arc_length_; }
-  /// Whether it goes on with accelerations, and its error is of order h^2; else h.
+  /// Whether it continues with accelerations, and its error is of order h^2; otherwise h.
   bool is_second_order() const { return is_second_order_; }
   /// s
   double share() const { return 1 - alpha_f_; }

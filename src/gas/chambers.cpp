@@ -265,7 +265,7 @@ void Chambers::begin() {
   }
 }
 
-/// What the laws need that the options have not.
+/// What is missing in the options for their laws.
 void Chambers::set_amounts() {
   for (Chamber& chamber : chambers_) {
     if (chamber.law != GasLaw::isothermal && chamber.law != GasLaw::adiabatic) {
@@ -333,7 +333,7 @@ void Chambers::nest() {
   }
 }
 
-/// Where a chamber is said to lie inside another. Collective.
+/// Checks that a chamber lies inside another where the options say so. Collective.
 void Chambers::require_inside(int chamber) const {
   const int round = static_cast<int>(exchange_.outside[chamber]);
   if (round < 0 || !planes_.normals.empty()) {  // A part of a wall says nothing of what is in the whole.
@@ -396,7 +396,7 @@ Eigen::VectorXd Chambers::gas_volumes(const Eigen::VectorXd& walls) const {
   return volumes;
 }
 
-/// The vessels' chambers, each before that round it.
+/// The chambers of the vessels, each before the one round it.
 std::vector<int> Chambers::from_within() const {
   std::vector<int> order = vessels_;
   const auto depth = [this](int chamber) {
@@ -477,7 +477,7 @@ void Chambers::join() {
   find_vessels();
 }
 
-/// After a change of what gas is inside the walls.
+/// To be called after a change of which gas is inside the walls.
 void Chambers::find_vessels() {
   vessels_.clear();
   vessel_of_.assign(chambers_.size(), -1);
@@ -498,8 +498,8 @@ GasNetwork::Vessel Chambers::vessel(int number) const {
 }
 
 void Chambers::require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const {
-  // The triangles that close the piece join the edges of its boundary to the origin. They lie in the planes if what
-  // they add to the derivative of the volume, by a vertex that may not leave its planes, is not felt by it.
+  // The triangles that close the piece join the edges of its boundary to the origin. They lie in the planes if they
+  // contribute nothing to the derivative of the volume by any vertex, within its planes.
   Eigen::Matrix3Xd closing = -volume_gradient(chamber, rest);
   double scale = 0;
   for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
@@ -741,7 +741,7 @@ void Chambers::fill(GasExchange& exchange, int number, int like, const Content& 
   exchange.heat[number] = gas.heat * compression - given * value_on_key_points(of(like).options.temperature, 0);
 }
 
-/// Counts gas as leaked that is on the other side of a chamber's wall from now on; what is there gets it.
+/// Counts gas as leaked if it is on the other side of a chamber's wall from now on, and gives it to what is there.
 void Chambers::pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
                         double heat_capacity) {
   const auto count = [&](int of, double sign) {
@@ -1119,7 +1119,8 @@ GasExchange Chambers::first_exchange(const Eigen::VectorXd& walls) const {
 
 std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const {
   constexpr double tolerance = 1e-10;
-  // Chambers with what has been cut off them, and what they have become a part of, by the first of them.
+  // Chambers together with what has been cut off them, and what they have become a part of, listed by the first of
+  // them.
   std::vector<int> first(chambers_.size());
   std::iota(first.begin(), first.end(), 0);
   const auto unite = [&](int a, int b) {
@@ -1234,7 +1235,7 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const GasNetwork::S
   return exchange;
 }
 
-/// Gives a chamber's gas to that round it.
+/// Gives a chamber's gas to the chamber round it.
 void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
   const auto round = static_cast<int>(exchange.inside[static_cast<int>(exchange.outside[chamber])]);
   const Content own = content(exchange, chamber, time);

@@ -18,8 +18,8 @@
 namespace pellicle {
 inline namespace gas {
 
-/// The gas of a chamber at a moment. What the law says nothing of is 0: amount and temperature for the laws relative,
-/// pressure and volume; all but the volume for the law volume, whose pressure the solver finds.
+/// The gas of a chamber at a moment. What the law does not determine is 0: amount and temperature for the laws
+/// relative, pressure and volume; everything except the volume for the law volume, whose pressure the solver finds.
 struct GasState {
   double volume = 0;             ///< V [m^3]
   double pressure = 0;           ///< across the wall, inside minus outside [Pa]
@@ -52,13 +52,13 @@ struct GasExchange {
 
   Eigen::VectorXd amount;         ///< into each chamber [mol]
   Eigen::VectorXd heat;           ///< likewise, see VesselGas [mol K]
-  Eigen::VectorXd open;           ///< 1: for good, its pressure is that outside; 0: not
+  Eigen::VectorXd open;           ///< 1: permanently, its pressure is that outside; 0: not
   Eigen::VectorXd leak_amount;    ///< out through each wall, or in through walls that it lies round [mol]
   Eigen::VectorXd leak_enthalpy;  ///< that it carried [J]
   Eigen::VectorXd wall_heat;      ///< that walls have given to each gas [J]
   Eigen::VectorXd work;           ///< of the gas of each chamber that links or heat join to anything [J]
   Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
-  Eigen::VectorXd link_enthalpy;  ///< that it carried [J]
+  Eigen::VectorXd link_enthalpy;  ///< enthalpy that the links carried [J]
   Eigen::VectorXd first_energy;   ///< of the gas in each chamber at time 0 [J]
   /// Of each chamber at the end of the last step, up to which work is counted; of one that is open at which it opened,
   /// which stands for what is left of it [m^3].
@@ -75,7 +75,7 @@ struct GasExchange {
   void add_part(int chamber);
 };
 
-/// What the walls of the chambers are to their gas in a step.
+/// Properties of the walls of the chambers for their gas in a step.
 struct ChamberWalls {
   Eigen::VectorXd area;                 ///< [m^2]
   Eigen::VectorXd hole_area;            ///< of the caps [m^2]
@@ -88,15 +88,15 @@ struct ChamberWalls {
 /// 5), or by a piece and the symmetry planes that its boundary lies in. The volume is that within the surface's
 /// triangles; of a sheet of quads they join corners and lattice points, so that both layers feel the pressure.
 ///
-/// A chamber may lie inside another one, whose gas then is round its wall. What follows from the shape of a wall is of
-/// what it encloses, the chambers inside it included: W and dW/dx, by which the pressure across it acts. The volume V
-/// of a chamber's gas is that of its wall less those of the walls inside it.
+/// A chamber may lie inside another one, whose gas then is round its wall. What follows from the shape of a wall refers
+/// to all that it encloses, the chambers inside it included: W, and dW/dx, by which the pressure across it acts. The
+/// volume V of a chamber's gas is that of its wall less those of the walls inside it.
 ///
 /// The gas of chambers changes by what FlowingGas finds.
 class Chambers {
  public:
-  /// Chambers in the order of their names; one without a vertex stands for every piece that no other names, as NAME,
-  /// NAME_2, ... Collective. The surface must outlive the chambers.
+  /// Chambers in the order of their names; a chamber without a vertex gets every piece that no other chamber names, as
+  /// NAME, NAME_2, ... Collective. The surface must outlive the chambers.
   /// @param origin a point of all symmetry planes, about which volumes are taken; any point for closed pieces [m]
   /// @param projectors of the local vertices on the directions in which they may move (Constraints::projectors); asked
   /// for with symmetry planes alone
@@ -107,7 +107,7 @@ class Chambers {
            const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), const SymmetryPlanes& planes = {},
            const std::vector<Eigen::Matrix3d>& projectors = {});
 
-  /// Chambers of triangles that have been chosen before, whatever has become of the surface since. Collective. The
+  /// Chambers of triangles that have been chosen before, whatever has happened to the surface since. Collective. The
   /// surface must outlive the chambers.
   /// @param numbers chamber of each local element, see numbers
   /// @param exchange of a state that has one, which knows of chambers that have been cut in two
@@ -142,10 +142,10 @@ class Chambers {
   /// Says which triangles of the local elements there are: the pressure of a chamber that needs no closed wall acts on
   /// no others. Collective.
   void set_living(const Living& living);
-  /// What becomes of chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
-  /// chamber's volume bounds a chamber, with gas of its state by its volume; the oldest of them goes on as the old
-  /// chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. A chamber inside it is inside
-  /// the piece round it. Nothing: no wall has come apart. Collective.
+  /// What happens to chambers that vent and whose wall has come apart. Each piece that encloses a hundredth of the
+  /// chamber's volume bounds a chamber, with gas of the same state in proportion to its volume; the oldest of them
+  /// continues as the old chamber, with its links. Smaller pieces bound none. The rest of the gas has leaked. A chamber
+  /// inside it is inside the piece round it. Nothing if no wall has come apart. Collective.
   struct Division {
     std::vector<PetscInt> numbers;   ///< see numbers
     GasExchange exchange;            ///< of all chambers, the new ones last
@@ -169,10 +169,10 @@ class Chambers {
   Eigen::VectorXd gas_volumes(const Eigen::VectorXd& walls) const;
   /// W of all chambers at the end of the last step; of one that is open at which it opened [m^3].
   Eigen::VectorXd last_volumes() const;
-  /// What the weights of gas and air, and jets through holes, do to walls beside pressures that are even. The pressure
-  /// at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall, which sums up to minus the lift,
-  /// (rho - rho_outside) V g; jets push the rims (jet_thrust), but for what the pressure on a wall with holes sums up
-  /// to already. Of the owned particles (3 x owned) [N]. Collective.
+  /// Forces of the weights of gas and air, and of jets through holes, on walls, in addition to even pressures. The
+  /// pressure at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall; its sum is minus the lift, (rho
+  /// - rho_outside) V g. Jets push the rims (jet_thrust), except for the part that the pressure on a wall with holes
+  /// contributes already. Of the owned particles (3 x owned) [N]. Collective.
   /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
   Eigen::Matrix3Xd uneven_forces(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
   /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
@@ -208,7 +208,7 @@ class Chambers {
   GasNetwork::Vessel vessel(int number) const;
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
-  /// For good, its pressure is that outside.
+  /// Permanently open: its pressure is that outside.
   bool is_open(int chamber) const { return is_open(exchange_, chamber); }
 
   /// A link with an end in one of these chambers, or between them.
@@ -243,15 +243,15 @@ class Chambers {
   /// @param walls W then [m^3] @param step see network_step @param end how it ends, with the flows of `links`
   GasExchange end_step(const Eigen::VectorXd& walls, const GasNetwork::Step& step, const GasNetwork::End& end) const;
 
-  /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty: all close.
-  /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall; a
-  /// chamber is looked at together with what has been cut off it and what it has become a part of. Of chambers that
-  /// keep their temperature only amounts are. @param walls W [m^3]
+  /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty if all close.
+  /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall. A
+  /// chamber is checked together with what has been cut off it and what it has become a part of. For chambers that keep
+  /// their temperature only amounts are checked. @param walls W [m^3]
   std::string imbalance(const Eigen::VectorXd& walls, double time) const;
   /// What has come in at time 0: nothing. @param walls W then [m^3]
   GasExchange first_exchange(const Eigen::VectorXd& walls) const;
-  /// Caps move at once where holes grow or join, and with them volumes: what has come in if the gas keeps its state,
-  /// and what is on the other side of the wall now has leaked. @param walls W at the same positions [m^3]
+  /// Caps move at once where holes grow or join, and volumes with them: finds what has come in if the gas keeps its
+  /// state; gas that is on the other side of the wall now has leaked. @param walls W at the same positions [m^3]
   GasExchange recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
 
   /// Whether the volume is given and the pressure is what keeps it.
@@ -269,7 +269,7 @@ class Chambers {
     double gamma = 1;           ///< of the laws isothermal and adiabatic
     int parent = -1;            ///< see GasExchange
   };
-  /// The gas of a chamber for whom gas is moved at constant temperatures.
+  /// The gas of a chamber when gas is moved at constant temperatures.
   struct Content {
     double amount = 0;  ///< [mol]
     double heat = 0;    ///< n T [mol K]

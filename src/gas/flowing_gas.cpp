@@ -37,7 +37,7 @@ double moved_wall(const Chambers& chambers, int chamber, double volume, double c
   return gas.volume;
 }
 
-/// @throws Error where gas would flow between objects of unlike air or gas
+/// @throws Error where gas would flow between objects whose air or gas differs
 void require_alike(const FlowingGas::Object& first, const FlowingGas::Object& other) {
   const GasOptions& a = first.chambers->gas_options();
   const GasOptions& b = other.chambers->gas_options();
@@ -61,7 +61,7 @@ FlowingGas::FlowingGas(std::vector<Object> objects) : objects_(std::move(objects
   make_network();
 }
 
-/// Number of the vessel at the end of a link that is in an object of which another link says only its name.
+/// Number of the vessel at the end of a link that is in an object for which another link gives only its name.
 /// @param name OBJECT.CHAMBER
 int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) const {
   const std::string of_object = name.substr(0, name.find('.'));

@@ -9,10 +9,10 @@
 namespace pellicle {
 inline namespace gas {
 
-/// The gas of the chambers of an object in a step, or of several objects whose chambers links join: what it is at the
-/// step's end, by the volumes that the walls enclose then. Knows nothing of how they move.
+/// The gas of the chambers of an object in a step, or of several objects whose chambers links join: its state at the
+/// step's end, from the volumes that the walls enclose then. How the walls move is not known here.
 ///
-/// Between `Chambers::begin_step` and the next one all follows from the arguments.
+/// Between `Chambers::begin_step` and the next one everything follows from the arguments.
 class FlowingGas {
  public:
   struct Object {

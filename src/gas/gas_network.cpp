@@ -44,8 +44,8 @@ void require_valid(const std::string& name, const LinkOptions& options) {
 /// What depends on one vessel's amount, heat and volume, in this order.
 using ByState = std::array<double, 3>;
 
-/// Whether what is left of the equations is what rounding of amounts and heats makes of them: much, where a wide link
-/// makes a large flow of a small difference of pressures.
+/// Whether the residual of the equations is only the rounding of amounts and heats. That can be large where a wide link
+/// turns a small difference of pressures into a large flow.
 bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>& jacobian,
                  const std::vector<VesselGas>& gas) {
   constexpr double share = 4 * std::numeric_limits<double>::epsilon();
@@ -78,7 +78,7 @@ struct GasNetwork::Flow {
   ByState temperature_by_to{};
 };
 
-/// What is left of the equations of a step, amounts and heats vessel after vessel, and their derivatives.
+/// The residual of the equations of a step, amounts and heats vessel after vessel, and their derivatives.
 struct GasNetwork::Balance {
   Eigen::VectorXd rest;                        ///< (2 x vessels)
   std::vector<Eigen::Triplet<double>> by_gas;  ///< by amount and heat
@@ -174,7 +174,7 @@ GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<Vess
       result.by_volume.emplace_back(row, of, factor * by[2]);
     }
   };
-  /// To the heat of a vessel: an energy flow [J/s], given with its derivatives by the states of some vessels.
+  /// Adds to the heat of a vessel an energy flow [J/s], given with its derivatives by the states of some vessels.
   const auto add_heat = [&](int of, double energy, const std::vector<std::pair<int, ByState>>& by) {
     if (vessel(of).keeps_temperature) {
       return;
@@ -270,8 +270,8 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   constexpr double rounding = 1e-14;  // shares of amounts and heats: at which iterations end,
   constexpr double tolerance = 1e-9;  // and at which they have converged, where rounding allows no more
   constexpr double most_lost = 0.9;   // of what a vessel has, in an iteration
-  // Of what is left, by which a whole iteration has to lessen it: between flows like the square root of a difference of
-  // pressures, forwards and backwards, Newton's method goes to and fro.
+  // Factor by which a whole iteration has to reduce the residual: between flows like the square root of a difference of
+  // pressures, forwards and backwards, Newton's method jumps back and forth.
   constexpr double least_gain = 0.1;
   std::vector<VesselGas> gas = step.gas;
   Eigen::VectorXd scale(2 * count());

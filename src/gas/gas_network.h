@@ -19,8 +19,8 @@ struct VesselGas {
   double heat = 0;
 };
 
-/// Vessels of ideal gas and the links between them and the ambient air: amounts and energies at the end of a step at
-/// whose end the vessels' volumes are known. Knows nothing of walls and ranks.
+/// Vessels of ideal gas and the links between them and the ambient air: amounts and energies at the end of a step for
+/// which the vessels' volumes at its end are known. Nothing about walls and ranks is known here.
 ///
 /// The step is one of implicit Euler,
 ///
@@ -28,7 +28,7 @@ struct VesselGas {
 ///
 /// with the flows q_l, all temperatures and pressures at its end: however wide a link is, the step does not pass the
 /// equilibrium. T_l is the temperature upstream; what flows in does the work of being pushed in, and so brings c_p T.
-/// Of a vessel that keeps its temperature the second equation is not asked for. Mass and energy that leave one vessel
+/// For a vessel that keeps its temperature the second equation is left out. Mass and energy that leave one vessel
 /// arrive in another to the last digit, since both come from the same flow.
 class GasNetwork {
  public:
@@ -54,7 +54,7 @@ class GasNetwork {
     int outside = ambient;  ///< number of a vessel
   };
 
-  /// What is known of a step before it is solved.
+  /// The data of a step before it is solved.
   struct Step {
     std::vector<VesselGas> gas;   ///< n^0 and so on; of what is given in time, its part at the step's end
     Eigen::VectorXd volume;       ///< at the end [m^3]

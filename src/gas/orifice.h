@@ -24,8 +24,9 @@ struct OrificeFlow {
 OrificeFlow orifice_flow(double area, double upstream, double downstream, double temperature, double gamma,
                          double molar_mass);
 
-/// Force of the jet on what it leaves, over the area times the discharge coefficient: the momentum of what flows, and
-/// where it is choked what its pressure is above that outside [Pa]. 0 where nothing flows out. Arguments as above.
+/// Force of the jet on the surface that it leaves, over the area times the discharge coefficient: the momentum of the
+/// flow and, where it is choked, the excess of its pressure over that outside [Pa]. 0 if nothing flows out. Arguments
+/// as above.
 double jet_thrust(double upstream, double downstream, double gamma);
 
 }  // namespace gas

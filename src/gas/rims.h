@@ -11,12 +11,12 @@
 namespace pellicle {
 inline namespace gas {
 
-/// The rims of what is left of the walls of chambers: closed loops of the sides of triangles that have no neighbour. A
-/// cap closes each: triangles from the middle of its sides to its sides, which move with it. So a wall with holes
-/// encloses a volume. A pressure acts on what is there of the wall, not on the caps.
+/// The rims of what is left of the walls of chambers: closed loops of sides of triangles that have no neighbour. A cap
+/// closes each: triangles from the middle of its sides to its sides, which move with it. So a wall with holes encloses
+/// a volume. A pressure acts on the existing wall, not on the caps.
 ///
-/// Sides in a symmetry plane are no rims: what is mirrored in it goes on there. A rim that ends in planes is a part of
-/// a loop, whose middle lies in them.
+/// Sides in a symmetry plane are not rims: the mirror image continues there. A rim that ends in planes is a part of a
+/// loop, whose middle lies in them.
 class Rims {
  public:
   /// There are none.

@@ -53,7 +53,7 @@ struct BurnStep {
   }
 };
 
-/// What the stage that moves the sheet says. Its error is ||C|| at the end [m].
+/// Result of the stage that moves the sheet. Its error is ||C|| at the end [m].
 struct DynamicsResult : StageResult {
   PetscInt contacts = 0;  ///< particles of this rank held by a body at the end
   int newton_iterations = 0;
@@ -62,9 +62,9 @@ struct DynamicsResult : StageResult {
 };
 
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
-/// (section 4); then sides of cells crack, if they can. Where cracks part the sheet its numbering is to be renewed
-/// between steps (surface/split_corners.h), as BurnRun does. `advance` runs them all; a program that has stages of its
-/// own calls those of this class itself, and its own between them (tests/external).
+/// (section 4); then sides of cells crack, if they can. Where cracks separate the sheet its numbering has to be renewed
+/// between steps (surface/split_corners.h), as BurnRun does. `advance` runs all stages; a program with stages of its
+/// own calls the stages of this class itself, and its own between them (tests/external).
 class Burn {
  public:
   /// Reads textures, builds operators. Sheet, options and clock must outlive it. Collective.
@@ -80,7 +80,7 @@ class Burn {
 
   /// The state at time 0. Collective.
   State initial_state() const;
-  /// Finds what follows from the positions of the state at time 0, should they have become others. Collective.
+  /// Updates what follows from the positions of the state at time 0, in case they have changed. Collective.
   void follow_start(State& state) const;
 
   /// Makes what follows from the other fields: target lengths from masses, living springs from living triangles.
@@ -114,12 +114,12 @@ class Burn {
   StageResult heat(State& state, double h);
   /// What is hot enough loses mass, and its springs shrink.
   void combustion(State& state, double h);
-  /// What has burnt leaves the sheet. @returns whether any has, on any rank
+  /// Removes what has burnt from the sheet. @returns whether there was anything, on any rank
   bool ablation(State& state, double h);
-  /// Velocities change by gravity, damping, air and the pressure of gas, positions by the velocities; projection and
-  /// contact correct both. A force F of one's own adds h F/m to the velocities before.
+  /// Changes velocities by gravity, damping, air and the pressure of gas, positions by the velocities; projection and
+  /// contact correct both. To apply a force F of one's own, add h F/m to the velocities before.
   DynamicsResult dynamics(State& state, double h);
-  /// What `dynamics` has pulled too hard cracks, if anything can. @returns whether any has, on any rank
+  /// Cracks what `dynamics` has pulled too hard, if anything can crack. @returns whether anything has, on any rank
   bool tear(State& state);
   /// Moves the clock, unless heat is unaccounted for: a stage that heats or cools by itself adds what the particles of
   /// this rank got or gave to `state.heat_in` or `state.heat_out`.

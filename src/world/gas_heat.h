@@ -11,10 +11,10 @@ inline namespace world {
 
 /// Heat between the gas in chambers and walls that have temperatures. A particle i with a share a of a chamber's walls
 /// gives h k a/(1 + h k a/(c m)) (T_i - T_gas), with the heat transfer coefficient k, as if its own temperature changed
-/// implicitly too; what the gas takes is the sum.
+/// implicitly too; the gas receives the sum.
 class GasHeat {
  public:
-  /// A step of length h [s] begins, in which the walls are to the gas as this sets them. Collective.
+  /// Begins a step of length h [s], and sets the heat properties of the walls for the gas. Collective.
   /// @param capacity c of the wall [J/(kg K)]
   void begin_step(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
                   double capacity, double h, ChamberWalls& walls);

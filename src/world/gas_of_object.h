@@ -12,7 +12,7 @@
 namespace pellicle {
 inline namespace world {
 
-// What history and end of a run say of the gas in an object, be it a sheet or a balloon.
+// The part of the history and of the run's last lines about the gas in an object, be it a sheet or a balloon.
 
 /// The columns of its history.
 std::vector<History::Column> gas_columns(const Chambers& chambers);
@@ -22,8 +22,8 @@ std::vector<History::Column> gas_columns(const Chambers& chambers);
 /// @param time of the amounts, temperatures and pressures that are given [s]
 std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure, double time);
 
-/// Which chambers have opened for good or become parts of others since the last call, a line each. @param told 1 of
-/// each chamber that has been told
+/// Which chambers have opened permanently or become parts of others since the last call, a line each. @param told set
+/// to 1 for each chamber that has been reported
 std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told);
 
 /// Divides the chambers whose walls have come apart (Chambers::divided), in the state. Collective.

@@ -36,7 +36,7 @@ double usual_stiffness_of(const Membrane& membrane, const Wall& wall, const Opti
   return usual_contact_stiffness(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
 }
 
-/// @throws Error on what generalized alpha and the arc length do not go with
+/// @throws Error on what cannot be combined with generalized alpha or the arc length
 TimeIntegrator integrator_of(const Options& options) {
   const bool is_alpha = options.time.scheme == TimeScheme::generalized_alpha;
   if (!is_alpha && !options.time.arc_length) {
@@ -72,7 +72,7 @@ TimeIntegrator integrator_of(const Options& options) {
                   : TimeIntegrator::statics(options.time.arc_length);
 }
 
-/// @throws Error on what moves the wall behind the step, where contact does not look
+/// @throws Error on what moves the wall after the step has been solved, where contact does not check
 void require_contact_possible(const Options& options) {
   if (options.time.scheme == TimeScheme::generalized_alpha) {
     throw Error("contact.self: does not go with time.scheme: generalized_alpha, expected implicit_euler or statics");
@@ -218,7 +218,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
 }
 
 void Inflate::make_solvers() {
-  // They are made for the wall as it was, whatever has become of it.
+  // They are made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
   BalloonModel model{elements_, chambers_, constraints_,           pins_,
                      loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
@@ -523,7 +523,8 @@ void Inflate::hold_what_has_left(BalloonState& state) const {
   }
 }
 
-/// What the step has pulled too hard cracks, if anything can. Collective. @returns whether any has, on any rank
+/// Cracks what the step has pulled too hard, if anything can crack. Collective. @returns whether anything has, on any
+/// rank
 bool Inflate::crack(BalloonState& state) {
   if (!cracks_) {
     return false;
@@ -549,7 +550,7 @@ void Inflate::follow(BalloonState& state) {
   }
 }
 
-/// Mass and stiffness of the wall as fire has left them.
+/// Sets mass and stiffness of the wall after burning.
 void Inflate::take_over(const BalloonState& state) {
   if (!burning_) {
     return;

@@ -42,15 +42,15 @@ BalloonState state_at_rest(const Membrane& membrane, const Options& options, int
 
 /// The chain of the balloon paper (Algorithm 1): gas and implicit step, volume preservation, velocities. Where the wall
 /// burns (balloon_burns) heat, combustion and ablation come before; then sides of elements crack, if they can. Where
-/// cracks part the wall its numbering is to be renewed between steps (surface/split_corners.h), as InflateRun does. By
-/// generalized alpha (TimeOptions::scheme) the step
-/// starts from accelerations, too, which follow from the forces in the first one.
+/// cracks separate the wall its numbering has to be renewed between steps (surface/split_corners.h), as InflateRun
+/// does. By generalized alpha (TimeOptions::scheme) the step starts from accelerations, too, which follow from the
+/// forces in the first one.
 class Inflate {
  public:
   /// Builds the wall, its gas and what holds it. Membrane, options and clock must outlive it. Collective.
-  /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads, and on what generalized alpha
-  /// and the arc length do not go with: no inertia, a wall that burns or whose volume is preserved as a whole, a
-  /// prescribed volume, air
+  /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads, and on what cannot be
+  /// combined with generalized alpha or the arc length: no inertia, a wall that burns or whose volume is preserved as a
+  /// whole, a prescribed volume, air
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock);
 
   /// The chain that goes on from a state, which says what is pinned, loaded and filled with gas.
@@ -73,7 +73,7 @@ class Inflate {
   /// @param step what `begin` has said @param balance how the balance was found
   void end(BalloonState& state, const ImplicitResult& balance, InflateStep& step);
 
-  /// Forgets what solvers know of the steps so far: the next step is the same as that of a new chain. Collective.
+  /// Makes solvers forget earlier steps: the next step is the same as that of a new chain. Collective.
   void forget(const BalloonState& state) {
     if (contact_) {
       contact_->forget();
@@ -102,7 +102,7 @@ class Inflate {
   std::string start_fault() const { return bodies_.start_fault(); }
   /// How the wall touches itself, if it can.
   const std::optional<SurfaceContact>& contact() const { return contact_; }
-  /// Finds what follows from the positions of the state at time 0, should they have become others. Collective.
+  /// Updates what follows from the positions of the state at time 0, in case they have changed. Collective.
   void follow_start(BalloonState& state) const;
   /// Which local vertices are not free in all directions.
   std::vector<bool> held() const;
@@ -111,7 +111,7 @@ class Inflate {
     return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
   }
   const ContactOptions& contact_options() const { return options_.contact; }
-  /// This rank's share of what it has taken to bend the wall [J]. Collective.
+  /// This rank's share of the energy with which the wall is bent [J]. Collective.
   double bending_energy(const BalloonState& state) const {
     return bending_ ? bending_->energy(state.position, state.thickness_ratio) : 0;
   }
