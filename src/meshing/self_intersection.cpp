@@ -65,7 +65,12 @@ struct PairCounter {
 
 SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& points,
                                            const std::vector<std::array<int, 3>>& triangles) {
-  if (triangles.empty()) {
+  Box whole;
+  for (const Eigen::Vector3d& point : points) {
+    whole.extend(point);
+  }
+  // Triangles that lie in one plane do not cut each other.
+  if (triangles.empty() || whole.sizes().minCoeff() == 0) {
     return {};
   }
   std::vector<Box> boxes;
