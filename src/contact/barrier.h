@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 namespace pellicle {
 inline namespace contact {
@@ -10,28 +11,42 @@ inline namespace contact {
 ///
 ///     psi = k s^3/(6 w) where 0 < s < w,   k (s^2 - s w + w^2/3)/2 where s > w
 ///
-/// Its force is k s^2/(2 w), and beyond the onset k (s - w/2); its curvature k s/w and k. It continues beyond g = 0,
-/// since a bound on displacements, not the force, keeps surfaces from passing through each other.
+/// Its force is k s^2/(2 w), and beyond the onset k (s - w/2); its curvature k s/w and k. It continues beyond g = 0, as
+/// a body needs it. Surfaces that a bound on displacements keeps from passing through each other may press harder than
+/// any spring bears there: to theirs, where g < e, a barrier without bound is added (Li et al., Incremental potential
+/// contact, ACM Trans. Graph. 39, 2020, eq. 6),
+///
+///     psi_e = -k (g - e)^2 ln(g/e)
 struct Barrier {
   double stiffness = 0;  ///< k [N/m]
   double thickness = 0;  ///< d [m]
   double onset = 1;      ///< w/d; 1: all of it is cubic
+  double steep = 0;      ///< e/d; 0: it continues beyond g = 0
 
   double value(double gap) const {
     const double s = depth(gap);
     const double w = onset * thickness;
-    return stiffness * (s < w ? s * s * s / (6 * w) : (s * s - s * w + w * w / 3) / 2);
+    const double spring = s < w ? s * s * s / (6 * w) : (s * s - s * w + w * w / 3) / 2;
+    return stiffness * (spring - (is_steep(gap) ? std::pow(gap - end(), 2) * std::log(gap / end()) : 0));
   }
   /// Minus the force, not positive [N].
   double slope(double gap) const {
     const double s = depth(gap);
     const double w = onset * thickness;
-    return -stiffness * (s < w ? s * s / (2 * w) : s - w / 2);
+    const double spring = s < w ? s * s / (2 * w) : s - w / 2;
+    const double inside = gap - end();
+    return -stiffness * (spring + (is_steep(gap) ? inside * (2 * std::log(gap / end()) + inside / gap) : 0));
   }
   /// Not negative [N/m].
-  double curvature(double gap) const { return stiffness * std::min(depth(gap) / (onset * thickness), 1.0); }
+  double curvature(double gap) const {
+    const double spring = std::min(depth(gap) / (onset * thickness), 1.0);
+    const double inside = (gap - end()) / gap;
+    return stiffness * (spring + (is_steep(gap) ? inside * inside - 4 * inside - 2 * std::log(gap / end()) : 0));
+  }
 
  private:
+  double end() const { return steep * thickness; }
+  bool is_steep(double gap) const { return steep > 0 && gap < end(); }
   double depth(double gap) const { return std::max(thickness - gap, 0.0); }
 };
 

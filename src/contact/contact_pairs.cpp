@@ -15,6 +15,8 @@ namespace {
 
 /// Undeformed distances below twice this share of the thickness count as zero.
 constexpr double least_share = 1e-3;
+/// Of the thickness: gaps below it press without bound.
+constexpr double steep_share = 0.1;
 /// Distances below this share of the thickness are rounding: it is not known on which side of each other such features
 /// are.
 constexpr double none = 1e-10;
@@ -137,6 +139,7 @@ class Search {
     if (are_lips) {
       pair.barrier.thickness = lip_share * thickness;
     }
+    pair.barrier.steep = steep_share;
     pair.may_press = pair.distance - nearer < pair.barrier.thickness;
     if (!pair.may_press && nearer <= room_share * pair.distance) {
       return;

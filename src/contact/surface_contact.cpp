@@ -503,7 +503,7 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
   mobility.update_ghosts();
   Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& whole, double gap, const Eigen::Vector3d& normal) {
-    double compliance = 1 / (pair.barrier.curvature(0) * h_ * h_);
+    double compliance = 1 / (pair.barrier.stiffness * h_ * h_);
     for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
       compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
     }

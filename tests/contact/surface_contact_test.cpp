@@ -123,7 +123,7 @@ TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   EXPECT_GT(sum(contact.value(x)), 0);
 
   const Eigen::Matrix3Xd here = gradient(contact, x);
-  constexpr double step = 1e-7;
+  constexpr double step = 1e-8;
   Field moved(surface().particles, 3);
   const auto value_at = [&](double share) {
     moved.values() = x.values() + share * w.values();
@@ -180,7 +180,7 @@ TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
   const Eigen::Matrix3Xd product = Eigen::Map<const Eigen::Matrix3Xd>(values, 3, surface().particles.owned);
   check(VecRestoreArrayRead(out, &values));
 
-  constexpr double step = 1e-7;
+  constexpr double step = 1e-8;
   Field moved(surface().particles, 3);
   const auto gradient_at = [&](double share) {
     moved.values() = x.values() + share * w.values();
