@@ -28,8 +28,8 @@ struct ContactWork {
   double friction = 0;  ///< likewise; below 0 where it brakes
 };
 
-/// Contact of drawn surfaces with themselves and with each other: a Barrier, cubic and steep at its end, of the distance
-/// between every point and triangle, and every two edges, that have no common point, with Coulomb friction.
+/// Contact of drawn surfaces with themselves and with each other: a Barrier, cubic and steep at its end, of the
+/// distance between every point and triangle, and every two edges, that have no common point, with Coulomb friction.
 ///
 /// Nothing passes through anything, whatever the forces: a pair of features is kept apart by the plane half way between
 /// their nearest points, along whose normal their points come nearer to each other by at most 0.9 of the distance.
