@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <unsupported/Eigen/BVH>
 #include <utility>
 
+#include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
 
 namespace pellicle {
@@ -26,85 +26,60 @@ struct Edge {
   std::array<int, 2> thirds{-1, -1};
 };
 
-std::vector<Edge> edges_of(const std::vector<std::array<int, 3>>& triangles) {
-  std::map<std::array<int, 2>, Edge> edges;
-  for (const std::array<int, 3>& triangle : triangles) {
+/// @param of_triangles set to the edges for which each triangle stands, so that each edge comes once; -1: none
+std::vector<Edge> edges_of(const std::vector<std::array<int, 3>>& triangles,
+                           std::vector<std::array<int, 3>>& of_triangles) {
+  std::map<std::array<int, 2>, int> numbers;
+  std::vector<Edge> edges;
+  of_triangles.assign(triangles.size(), {-1, -1, -1});
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const std::array<int, 3>& triangle = triangles[t];
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [least, largest] = std::minmax(triangle[k], triangle[(k + 1) % 3]);
-      Edge& edge = edges[{least, largest}];
-      edge.ends = {least, largest};
-      edge.thirds[edge.thirds[0] < 0 ? 0 : 1] = triangle[(k + 2) % 3];
+      const auto [found, is_new] = numbers.try_emplace({least, largest}, static_cast<int>(edges.size()));
+      if (is_new) {
+        edges.push_back({{least, largest}, {triangle[(k + 2) % 3], -1}});
+        of_triangles[t][k] = found->second;
+      } else {
+        edges[static_cast<std::size_t>(found->second)].thirds[1] = triangle[(k + 2) % 3];
+      }
     }
   }
-  std::vector<Edge> list;
-  std::transform(edges.begin(), edges.end(), std::back_inserter(list), [](const auto& item) { return item.second; });
-  return list;
+  return edges;
 }
 
-using Box = Eigen::AlignedBox3d;
-
-template <class Points>
-Box box_of(const std::vector<Eigen::Vector3d>& places, const Points& points) {
-  Box box;
-  for (const int point : points) {
-    box.extend(places[static_cast<std::size_t>(point)]);
-  }
-  return box;
-}
-
-/// Collects the edges that cut through triangles, as Eigen's traversal of two trees of boxes finds them; the names are
-/// Eigen's.
-struct Cuts {
-  const std::vector<Edge>& edges;
-  const std::vector<std::array<int, 3>>& triangles;
-  const std::vector<Eigen::Vector3d>& places;
-  const std::vector<Box>& edge_boxes;
-  const std::vector<Box>& triangle_boxes;
-  std::vector<std::pair<int, int>> found;
-
-  // NOLINTBEGIN(readability-identifier-naming)
-  bool intersectVolumeVolume(const Box& a, const Box& b) const { return a.intersects(b); }
-  bool intersectVolumeObject(const Box& a, int b) const {
-    return a.intersects(triangle_boxes[static_cast<std::size_t>(b)]);
-  }
-  bool intersectObjectVolume(int a, const Box& b) const {
-    return b.intersects(edge_boxes[static_cast<std::size_t>(a)]);
-  }
-  bool intersectObjectObject(int a, int b) {
-    const Edge& edge = edges[static_cast<std::size_t>(a)];
-    const std::array<int, 3>& t = triangles[static_cast<std::size_t>(b)];
-    const auto at = [this](int point) { return places[static_cast<std::size_t>(point)]; };
-    if (std::find_first_of(t.begin(), t.end(), edge.ends.begin(), edge.ends.end()) == t.end() &&
-        segment_cuts_triangle(at(edge.ends[0]), at(edge.ends[1]), {at(t[0]), at(t[1]), at(t[2])})) {
-      found.emplace_back(a, b);
-    }
-    return false;
-  }
-  // NOLINTEND(readability-identifier-naming)
-};
-
+/// Edges and the triangles that they cut through.
 std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
+                                           const std::vector<std::array<int, 3>>& edges_of_triangles,
                                            const std::vector<std::array<int, 3>>& triangles,
                                            const std::vector<Eigen::Vector3d>& places) {
-  std::vector<Box> edge_boxes;
-  std::vector<Box> triangle_boxes;
-  std::vector<int> edge_numbers;
-  std::vector<int> triangle_numbers;
-  for (const Edge& edge : edges) {
-    edge_numbers.push_back(static_cast<int>(edge_boxes.size()));
-    edge_boxes.push_back(box_of(places, edge.ends));
-  }
+  const auto at = [&places](int point) { return places[static_cast<std::size_t>(point)]; };
+  std::vector<Eigen::AlignedBox3d> boxes;
   for (const std::array<int, 3>& triangle : triangles) {
-    triangle_numbers.push_back(static_cast<int>(triangle_boxes.size()));
-    triangle_boxes.push_back(box_of(places, triangle));
+    Eigen::AlignedBox3d& box = boxes.emplace_back();
+    for (const int point : triangle) {
+      box.extend(at(point));
+    }
   }
-  using Tree = Eigen::KdBVH<double, 3, int>;
-  const Tree of_edges(edge_numbers.begin(), edge_numbers.end(), edge_boxes.begin(), edge_boxes.end());
-  const Tree of_triangles(triangle_numbers.begin(), triangle_numbers.end(), triangle_boxes.begin(),
-                          triangle_boxes.end());
-  Cuts cuts{edges, triangles, places, edge_boxes, triangle_boxes, {}};
-  Eigen::BVIntersect(of_edges, of_triangles, cuts);
-  return std::move(cuts.found);
+  std::vector<std::pair<int, int>> found;
+  const auto add = [&](int one, int other) {
+    const std::array<int, 3>& t = triangles[static_cast<std::size_t>(other)];
+    for (const int e : edges_of_triangles[static_cast<std::size_t>(one)]) {
+      if (e < 0) {
+        continue;
+      }
+      const std::array<int, 2>& ends = edges[static_cast<std::size_t>(e)].ends;
+      if (std::find_first_of(t.begin(), t.end(), ends.begin(), ends.end()) == t.end() &&
+          segment_cuts_triangle(at(ends[0]), at(ends[1]), {at(t[0]), at(t[1]), at(t[2])})) {
+        found.emplace_back(e, other);
+      }
+    }
+  };
+  BoxTree(boxes).visit_pairs([&add](int a, int b) {
+    add(a, b);
+    add(b, a);
+  });
+  return found;
 }
 
 /// Where an edge is to go, away from the triangle that it cuts through: sum over the triangles A at the edge of
@@ -152,7 +127,8 @@ std::array<int, 4> TangledMesh::particles_of(int point) const {
 }
 
 int untangle(TangledMesh& mesh) {
-  const std::vector<Edge> edges = edges_of(mesh.triangles);
+  std::vector<std::array<int, 3>> edges_of_triangles;
+  const std::vector<Edge> edges = edges_of(mesh.triangles, edges_of_triangles);
   std::vector<std::vector<int>> neighbours(mesh.particles.size());
   double side = 0;
   std::vector<Eigen::Vector3d> places = mesh.points();
@@ -173,7 +149,7 @@ int untangle(TangledMesh& mesh) {
     list.erase(std::unique(list.begin(), list.end()), list.end());
   }
   for (int sweep = 0;; ++sweep) {
-    const std::vector<std::pair<int, int>> cuts = find_cuts(edges, mesh.triangles, places);
+    const std::vector<std::pair<int, int>> cuts = find_cuts(edges, edges_of_triangles, mesh.triangles, places);
     if (cuts.empty() || sweep == most_sweeps) {
       return static_cast<int>(cuts.size());
     }

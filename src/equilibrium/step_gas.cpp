@@ -90,7 +90,9 @@ void StepGas::evaluate() {
     return;
   }
   for (std::size_t part = 0; part < parts_.size(); ++part) {
-    walls_[part] = parts_[part].chambers->volumes(*parts_[part].position);
+    if (!parts_[part].is_pushed) {
+      walls_[part] = parts_[part].chambers->volumes(*parts_[part].position);
+    }
   }
   walls_ = flow_.moved_walls(std::move(walls_), responses_, time_);
   step_ = flow_.network_step(walls_, time_);
@@ -360,7 +362,7 @@ GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, d
       walls.push_back(own.chambers->volumes(other == part ? end : own.between));
     }
     GasNetwork::Step step = flow_.network_step(walls, time);
-    step.h = h;
+    step.h = h;  // The chambers know how long it is until forces are in balance.
     const GasNetwork::End all = flow_.solve(step);
     for (std::size_t other = 0; other < parts_.size(); ++other) {
       ended_.push_back(flow_.end_step(other, walls, step, all));

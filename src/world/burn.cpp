@@ -468,7 +468,6 @@ ContactStep Burn::move_freely(State& state, double h) {
     x += h * v;
     pins_.impose(state.position, state.time + h);
   }
-  unconstrained_ = x;
   return {sheet_.particles, start_, held_, state.time + h, h, mass_, &start_velocity_};
 }
 

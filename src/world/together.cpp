@@ -64,7 +64,7 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
   const auto touching = std::count_if(objects.begin(), objects.end(),
                                       [](const ObjectOptions& object) { return object.options.contact.self; });
   std::vector<ObjectOptions*> members;
-  std::vector<const ObjectOptions*> linked;
+  const ObjectOptions* first_linked = nullptr;
   TogetherOptions together;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Options& options = objects[i].options;
@@ -77,8 +77,8 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
       together.touches.push_back(options.contact.self && (touches_others || can_balance(options)));
     }
     if (is_linked) {
-      linked.push_back(&objects[i]);
-      require_same_moment(*linked.front(), objects[i]);
+      first_linked = first_linked == nullptr ? &objects[i] : first_linked;
+      require_same_moment(*first_linked, objects[i]);
     }
   }
   if (members.size() < 2) {
