@@ -55,6 +55,8 @@ class StepGas {
     has_work_ = false;
   }
 
+  std::size_t parts() const { return parts_.size(); }
+
   // Of a part, where it is. Collective.
 
   /// Of its chambers; of prescribed volumes the pressure is the multiplier.

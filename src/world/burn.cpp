@@ -474,6 +474,7 @@ ContactStep Burn::move_freely(State& state, double h) {
 DynamicsResult Burn::dynamics(State& state, double h) {
   begin_dynamics(state, h);
   for (bool is_done = false; !is_done;) {
+    choose_pressures();
     move(state, is_done);
   }
   end_dynamics(state);
@@ -505,10 +506,19 @@ void Burn::begin_dynamics(State& state, double h) {
   moved_ = {};
 }
 
+void Burn::choose_pressures() {
+  if (push_ && !push_->has_settled()) {
+    push_->choose_pressures();
+  }
+}
+
 StageResult Burn::move(State& state, bool& is_done) {
+  if (push_ && push_->has_settled()) {
+    is_done = true;
+    return {};
+  }
   const int iterations = moved_.iterations;
   if (push_) {
-    push_->choose_pressures();
     state.pressure = push_->pressure();
     state.velocity.values() = free_velocity_ + push_->velocity().values();
     state.position.values() = free_position_ + moving_->h * push_->velocity().values();
@@ -520,8 +530,14 @@ StageResult Burn::move(State& state, bool& is_done) {
   if (push_) {
     end_.values() = state.position.values();
   }
-  // A projected sheet has no stiffness that would answer a pressure in proportion.
-  is_done = !push_ || !moved_.converged || options_.dynamics == Dynamics::projection || push_->is_done(state.position);
+  is_done = !push_ || !moved_.converged;
+  if (!is_done && options_.dynamics == Dynamics::projection) {
+    // It has no stiffness that would answer a pressure in proportion: what it is joined to takes it where it is.
+    push_->settle(state.position);
+    is_done = pushed_->is_alone();
+  } else if (!is_done) {
+    is_done = push_->is_done(state.position);
+  }
   if (is_done && push_ && moved_.converged && !push_->disagreement().empty()) {
     moved_.converged = false;
     moved_.reason = push_->disagreement();

@@ -99,6 +99,8 @@ class Burn {
     return filled_ ? static_cast<StepPart*>(&*filled_) : options_.contact.together ? elastic_.get() : nullptr;
   }
   GasFilled* gas() { return filled_ ? static_cast<GasFilled*>(&*filled_) : pushed_ ? &*pushed_ : nullptr; }
+  /// Of what has no part: takes the pressures by which it will move.
+  void choose_pressures();
   /// Moves what has begun and has no part. @param is_done set to whether it need not be done again, once what its gas
   /// is joined to has answered
   StageResult move(State& state, bool& is_done);

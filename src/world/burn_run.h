@@ -29,6 +29,7 @@ class BurnRun : public TouchingObject {
   StepResult advance(double h) override;
   StepResult begin(double h) override;
   StepPart* part() override { return burn_->part(); }
+  void choose_pressures() override { burn_->choose_pressures(); }
   StepResult move(bool& is_done) override;
   GasFilled* gas() override { return burn_->gas(); }
   std::string start_fault() const override { return burn_->start_fault(); }

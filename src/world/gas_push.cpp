@@ -104,5 +104,12 @@ bool GasPush::is_done(const Field& end) {
   return false;
 }
 
+void GasPush::settle(const Field& end) {
+  has_settled_ = true;
+  response_.walls = chambers_.volumes(end);
+  response_.compliance.setZero();
+  gas_.gas().set_response(gas_.number(), response_);
+}
+
 }  // namespace world
 }  // namespace pellicle

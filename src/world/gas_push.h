@@ -31,6 +31,8 @@ class PushedGas : public GasFilled {
 
   const Chambers& chambers() const { return chambers_; }
   StepGas& gas() { return *gas_; }
+  /// Whether it is joined to nothing but what the sheet encloses.
+  bool is_alone() const { return gas_->parts() == 1; }
   /// Of the sheet among the parts of the gas.
   std::size_t number() const { return number_; }
 
@@ -69,6 +71,9 @@ class GasPush {
   /// Whether the step that has led to these positions is the last try: it agrees with the laws, or enough others have
   /// not. If not, pressures are to be chosen anew. Collective.
   bool is_done(const Field& end);
+  /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective.
+  void settle(const Field& end);
+  bool has_settled() const { return has_settled_; }
   /// In words, how the last try does not agree with a law; empty: it does.
   const std::string& disagreement() const { return disagreement_; }
 
@@ -76,6 +81,7 @@ class GasPush {
   PushedGas& gas_;
   const Chambers& chambers_;
   int solves_ = 0;
+  bool has_settled_ = false;
   std::string disagreement_;
   std::vector<Field> moves_;           ///< h W g of each chamber, (3 x local) [m/(s Pa)]
   FlowingGas::Response response_;      ///< as far as known

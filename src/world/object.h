@@ -123,6 +123,8 @@ class TouchingObject : public Object {
   /// Of what has no part: moves it by the pressures that the gas has in the balance of the others. @param is_done set
   /// to false if both are to be done once more
   virtual StepResult move(bool& /*is_done*/) { return {}; }
+  /// Before that, of all that moves: takes these pressures.
+  virtual void choose_pressures() {}
   /// The same with the gas in its chambers; null if it has none.
   virtual GasFilled* gas() = 0;
   /// In words, what is wrong at the start of the step, so that a balance may not be found; empty if nothing is.

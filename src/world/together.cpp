@@ -282,6 +282,9 @@ StepResult Together::advance(double h) {
       }
       return all;
     }
+    for (TouchingObject* object : objects) {
+      object->choose_pressures();
+    }
     are_done = true;
     for (TouchingObject* object : objects) {
       if (object->part() != nullptr) {
