@@ -21,14 +21,6 @@ inline namespace elastic {
 
 namespace {
 
-std::vector<Eigen::Matrix3d> projectors_of(const std::vector<bool>& pinned) {
-  std::vector<Eigen::Matrix3d> projectors;
-  for (const bool is_pinned : pinned) {
-    projectors.push_back((is_pinned ? 0 : 1) * Eigen::Matrix3d::Identity());
-  }
-  return projectors;
-}
-
 /// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
 constexpr double worth_patches = 600;
 
@@ -38,35 +30,27 @@ ElasticStep::ElasticStep(const Sheet& sheet, const SheetMaterial& material, doub
                          const MaterialFactors& factors, const std::vector<bool>& pinned,
                          const std::vector<bool>& clamped, const ElasticOptions& options,
                          const std::vector<Potential*>& others)
-    : ElasticStep(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors, clamped, options, others) {
+    : ElasticStep(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors, pinned, clamped, options,
+                  others) {
   damping_ = material.damping;
   layer_distance_ = layer_distance;
-  make_solver(pinned);
+  make_solver();
 }
 
 ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
-                         const MaterialFactors& factors, const std::vector<bool>& clamped,
-                         const ElasticOptions& options, const std::vector<Potential*>& others)
-    : sheet_(sheet),
+                         const MaterialFactors& factors, const std::vector<bool>& pinned,
+                         const std::vector<bool>& clamped, const ElasticOptions& options,
+                         const std::vector<Potential*>& others)
+    : MassPart(sheet, pinned, options.newton_tolerance, options.usual_h, others),
+      sheet_(sheet),
       options_(options),
       bending_stiffness_(stiffness.bending),
       bending_factor_(factors.bending),
       material_(sheet, stiffness, weave, factors),
       springs_(sheet),
       bending_(sheet, weave, clamped),
-      inertia_(make_vertex_potential(sheet.particles,
-                                     [this](PetscInt i, const Eigen::Vector3d& x) {
-                                       const double stiffness = mass_over_square_[static_cast<std::size_t>(i)];
-                                       const Eigen::Vector3d away = x - free_.col(i);
-                                       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
-                                                             stiffness * Eigen::Matrix3d::Identity()};
-                                     })),
-      potentials_{&springs_, &bending_, inertia_.get()},
-      gradient_(3, sheet.particles.owned),
-      part_(3, sheet.particles.owned),
-      before_(sheet.particles, 3),
-      position_(sheet.particles, 3) {
-  potentials_.insert(potentials_.end(), others.begin(), others.end());
+      gradient_(3, sheet.particles.owned) {
+  potentials_.insert(potentials_.begin(), {&springs_, &bending_});
   sums_.resize(potentials_.size() + 2);
   limits_ = std::any_of(others.begin(), others.end(), [](const Potential* other) { return other->limits(); });
   if (options.strain_limit) {
@@ -77,15 +61,12 @@ ElasticStep::ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const W
   }
 }
 
-void ElasticStep::make_solver(const std::vector<bool>& pinned) {
-  projectors_ = projectors_of(pinned);
+void ElasticStep::make_solver() {
   tangent_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors_, TangentMatrix::shell, "");
   if (options_.mat_type != TangentMatrix::shell) {
     assembled_ = std::make_unique<Tangent>(sheet_.particles, potentials_, projectors_, options_.mat_type,
                                            options_.solver_prefix);
   }
-  place_ = sheet_.rest.cols() > 0 ? sheet_.rest.cwiseAbs().maxCoeff() : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &place_, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
   const RestTangent rest = rest_tangent();
   force_scale_ = rest.mean_square * place_;
   rounding_ = 10 * std::numeric_limits<double>::epsilon() * std::sqrt(3.0 * sheet_.particles.global) * force_scale_;
@@ -124,8 +105,8 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
   Field rest(sheet_.particles, 3);
   rest.values() = sheet_.rest;
   const std::vector<double> ones(particles, 1);
-  begin_step(rest, {length, ones, ones, sheet_.initial_mass, std::vector<bool>(particles), Living(sheet_), rest,
-                    options_.usual_h});
+  begin_step(rest, {{sheet_.initial_mass, std::vector<bool>(particles), rest, options_.usual_h},
+                    length, ones, ones, Living(sheet_)});
   tangent_->update(rest, Curvature::positive);
   VecHandle diagonal;
   check(MatCreateVecs(tangent_->matrix(), diagonal.create(), nullptr));
@@ -142,7 +123,6 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
 void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {
   lag_.forget();  // A step depends on its start alone, so that one tried again, or one after a restart, is the same.
   const double damping = damping_ / input.h;
-  const Layout& particles = sheet_.particles;
   stiffness_ = material_.stiffness(input.living);
   const auto factor_at = [&input](PetscInt i) { return input.stiffness_factor[static_cast<std::size_t>(i)]; };
   for (const Colour colour : all_colours) {
@@ -174,21 +154,7 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
   bending_.begin_step(input.living, input.start,
                       {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping});
 
-  mass_over_square_.resize(static_cast<std::size_t>(particles.owned));
-  for (std::size_t i = 0; i < mass_over_square_.size(); ++i) {
-    // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
-    mass_over_square_[i] = (input.mass[i] > 0 ? input.mass[i] : sheet_.initial_mass[i]) / (input.h * input.h);
-  }
-  free_ = positions.values().leftCols(particles.owned);
-}
-
-double ElasticStep::value() {
-  double sum = 0;
-  for (const Potential* potential : potentials_) {
-    sum += potential->value(position_);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
-  return sum;
+  set_masses(positions, input);
 }
 
 double ElasticStep::largest_excess() const {
@@ -249,12 +215,6 @@ void ElasticStep::renew_preconditioner(const Field& positions) {
   check(KSPSetReusePreconditioner(solver_, is_due ? PETSC_FALSE : PETSC_TRUE));
 }
 
-double ElasticStep::largest_share(const Field& positions) const {
-  double share = springs_.largest_share(positions);
-  MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
-  return share;
-}
-
 /// A preconditioner of a tangent of another pattern is of no use.
 void ElasticStep::forget_pattern() {
   lag_.forget();
@@ -265,36 +225,7 @@ void ElasticStep::forget_pattern() {
 
 void ElasticStep::begin(const Field& positions, const ElasticInput& input) {
   begin_step(positions, input);
-  held_ = &input.held;
-  before_.values() = input.start.values();
-  position_.values() = positions.values();
-  for (Potential* potential : potentials_) {
-    potential->start_from(before_, position_, input.h);
-  }
-}
-
-bool ElasticStep::leaves_held_behind() {
-  bool leaves = false;
-  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    leaves = leaves || ((*held_)[static_cast<std::size_t>(i)] && position_.vector(i) != free_.col(i));
-  }
-  return on_any_rank(sheet_.comm(), leaves);
-}
-
-/// A removed particle feels its inertia alone.
-Eigen::Matrix3Xd ElasticStep::gradient() {
-  squares_.clear();
-  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, sheet_.particles.owned);
-  for (const Potential* potential : potentials_) {
-    part_.setZero();
-    potential->add_gradient(position_, part_);
-    for (Eigen::Index i = 0; i < part_.cols(); ++i) {
-      part_.col(i) = (projectors_[static_cast<std::size_t>(i)] * part_.col(i)).eval();
-    }
-    squares_.push_back(part_.squaredNorm());
-    sum += part_;
-  }
-  return sum;
+  MassPart::begin(positions, input);
 }
 
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
@@ -312,31 +243,14 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
     result.reason = "what is pinned moves further in a step than what is near it allows";
     return result;
   }
-  if (!limit_) {
-    settle(positions, input, result);
-    return result;
-  }
-  constexpr std::array shares{0.5, 0.8, 0.95, 0.99};
-  double reached = largest_share(input.start);
-  // A step most often ends near the strain that it starts with.
-  auto exact_to = reached > shares.back() ? shares.begin() : std::lower_bound(shares.begin(), shares.end(), reached);
-  for (; exact_to != shares.end(); ++exact_to) {
-    springs_.continue_limit_beyond(*exact_to);
-    lag_.forget();
-    settle(positions, input, result);
-    if (!result.converged) {
-      break;
+  settle(positions, input, result);
+  if (limit_) {
+    if (const NetStrain strain = net_strain(sheet_, positions, input.target_length, input.living);
+        !(strain.largest <= limit_->largest)) {
+      const std::string solved = result.converged ? "where all forces are in balance" : result.reason;
+      result.converged = false;
+      result.reason = beyond_limit(strain, limit_->largest) + ": " + solved;
     }
-    reached = largest_share(positions);
-    if (reached <= *exact_to) {
-      return result;
-    }
-  }
-  if (const NetStrain strain = net_strain(sheet_, positions, input.target_length, input.living);
-      !(strain.largest <= limit_->largest)) {
-    const std::string solved = result.converged ? "where all forces are in balance" : result.reason;
-    result.converged = false;
-    result.reason = beyond_limit(strain, limit_->largest) + ": " + solved;
   }
   return result;
 }

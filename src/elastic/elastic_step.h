@@ -9,6 +9,7 @@
 #include "base/stage_result.h"
 #include "elastic/bending_potential.h"
 #include "elastic/elastic_options.h"
+#include "elastic/mass_part.h"
 #include "elastic/spring_potential.h"
 #include "parallel/field.h"
 #include "solvers/ksp.h"
@@ -21,15 +22,11 @@ namespace pellicle {
 inline namespace elastic {
 
 /// What a step of the elastic sheet needs besides the positions that it moves.
-struct ElasticInput {
+struct ElasticInput : MassInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour [m]
   const std::vector<double>& shrinkage;                     ///< length over undeformed length of each local particle
   const std::vector<double>& stiffness_factor;              ///< of each local particle, such as of char
-  const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
-  const std::vector<bool>& held;    ///< local particles that are not to move
   const Living& living;             ///< what has not burnt, ghosts up to date
-  const Field& start;               ///< positions at the beginning of the step [m]
-  double h = 0;                     ///< [s]
 };
 
 /// How a step of the elastic sheet went.
@@ -51,7 +48,7 @@ struct ElasticResult : StageResult {
 /// Its springs shrink with the mean of its layers; the difference between the layers bends it.
 ///
 /// Together with what it touches the sheet is a StepPart: its step is begun here, and brought into balance elsewhere.
-class ElasticStep : public StepPart {
+class ElasticStep : public MassPart {
  public:
   /// The sheet must outlive it. Collective.
   /// @param layer_distance see BendingPotential @param factors of the material's textures
@@ -69,30 +66,14 @@ class ElasticStep : public StepPart {
   /// `error` of the result is the residual, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
 
-  /// Begins a step that is brought into balance elsewhere; not available with a strain limit. Collective.
+  /// Begins a step that is brought into balance elsewhere, where its strain limit has to be checked. Collective.
   /// @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const ElasticInput& input);
-  const Layout& vertices() const override { return sheet_.particles; }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return sheet_.triangles; }
-  const std::vector<Eigen::Matrix3d>& projectors() const override { return projectors_; }
-  const std::vector<Potential*>& potentials() const override { return potentials_; }
-  const Field& start() const override { return before_; }
-  const Field& position() const override { return position_; }
-  void move_to(const Field& position, const Eigen::VectorXd& /*own*/) override {
-    position_.values() = position.values();
-  }
-  bool leaves_held_behind() override;
-  double value() override;
-  Eigen::Matrix3Xd gradient() override;
-  const std::vector<double>& squared_forces() const override { return squares_; }
   LowRank begin_tangent(Curvature /*curvature*/, double positive_share) override {
     springs_.set_positive_share(positive_share);
     return {};
   }
   bool blends() const override { return true; }
-  double tolerance() const override { return options_.newton_tolerance; }
-  double length_scale() const override { return place_; }
-  double force_scale() const override { return force_scale_; }
 
   /// Describes its solver, such as "cg, pbjacobi: stiffness is 130 times inertia".
   const std::string& solver_words() const { return solver_words_; }
@@ -113,8 +94,9 @@ class ElasticStep : public StepPart {
 
  private:
   ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
-              const std::vector<bool>& clamped, const ElasticOptions& options, const std::vector<Potential*>& others);
-  void make_solver(const std::vector<bool>& pinned);
+              const std::vector<bool>& pinned, const std::vector<bool>& clamped, const ElasticOptions& options,
+              const std::vector<Potential*>& others);
+  void make_solver();
   /// Figures of the diagonal of the undeformed sheet's tangent.
   struct RestTangent {
     double mean_square = 0;   ///< root of the mean of its squares [N/m]
@@ -126,8 +108,6 @@ class ElasticStep : public StepPart {
   /// iterations of `result`. Collective.
   void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
-  /// See SpringPotential::largest_share; the largest of all ranks. Collective.
-  double largest_share(const Field& positions) const;
   void forget_pattern();
   void renew_preconditioner(const Field& positions);
   /// Of all ranks.
@@ -149,31 +129,19 @@ class ElasticStep : public StepPart {
   SheetSprings material_;
   SpringPotential springs_;
   BendingPotential bending_;
-  std::vector<double> mass_over_square_;  ///< m_i / h^2 of the owned particles [N/m]
-  Eigen::Matrix3Xd free_;                 ///< x~ of the owned particles [m]
-  std::unique_ptr<Potential> inertia_;
-  std::vector<Potential*> potentials_;
   bool limits_ = false;                 ///< one of them bounds steps
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
   std::unique_ptr<Tangent> assembled_;  ///< an earlier one, to make the preconditioner from; null: from `tangent_`
   PreconditionerLag lag_;
-  double place_ = 0;                         ///< the largest coordinate of the undeformed sheet [m]
-  double force_scale_ = 0;                   ///< size of forces on a particle, for the estimate of rounding [N]
   double rounding_ = 0;                      ///< norm of forces that is rounding alone [N]
-  std::vector<Eigen::Matrix3d> projectors_;  ///< of the local particles: 0 where one is pinned
   KspHandle solver_;
   std::string solver_words_;
   std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
-  Eigen::Matrix3Xd part_;                    ///< part of the gradient that comes from one potential
   std::vector<double> sums_;                 ///< energy, squares of the norms of the gradient and its parts
   Eigen::Matrix3Xd step_;                    ///< of Newton's method
-  Field before_;                             ///< positions at the beginning of a step or an iteration
-  Field position_;                           ///< of a step that is brought into balance elsewhere
-  std::vector<double> squares_;              ///< likewise, see squared_forces
-  const std::vector<bool>* held_ = nullptr;  ///< likewise, see ElasticInput
 
   // Of the present step, with char and viscosity.
   std::array<std::vector<double>, 4> stiffness_;  ///< of the local springs by colour [N/m]

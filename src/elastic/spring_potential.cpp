@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <array>
 #include <tuple>
 
 #include "base/error.h"
@@ -18,6 +19,9 @@ template <class Spring, class Sets>
 decltype(auto) of(const Spring& spring, Sets& sets) {
   return sets[static_cast<std::size_t>(spring.colour)][static_cast<std::size_t>(spring.number)];
 }
+
+/// Shares beyond which the energy of a limit is continued (StrainLimit::exact_to), one after the other.
+constexpr std::array exact_shares{0.5, 0.8, 0.95, 0.99};
 
 }  // namespace
 
@@ -64,7 +68,25 @@ double SpringPotential::largest_share(const Field& x) const {
       largest = std::max(largest, limit_->share((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
     }
   }
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_->comm());
   return largest;
+}
+
+void SpringPotential::start_from(const Field& start, Field& /*x*/, double /*h*/) {
+  if (limit_) {
+    const double reached = largest_share(start);
+    limit_->exact_to = reached > exact_shares.back()
+                           ? exact_shares.front()
+                           : *std::lower_bound(exact_shares.begin(), exact_shares.end(), reached);
+  }
+}
+
+bool SpringPotential::renew(const Field& x) {
+  if (!limit_ || limit_->exact_to == exact_shares.back() || largest_share(x) <= limit_->exact_to) {
+    return false;
+  }
+  limit_->exact_to = *std::upper_bound(exact_shares.begin(), exact_shares.end(), limit_->exact_to);
+  return true;
 }
 
 StrainLimit::Law SpringPotential::law(const Spring& spring, double length) const {

@@ -31,10 +31,13 @@ class SpringPotential : public Potential {
   void set_limit(const std::optional<StrainLimit>& limit, const std::array<std::vector<double>, 4>& target_length,
                  const std::array<std::vector<bool>, 4>& lives);
 
-  /// See StrainLimit::exact_to.
-  void continue_limit_beyond(double share) { limit_->exact_to = share; }
+  /// Chooses the share beyond which the limit's energy is continued (StrainLimit::exact_to), by the strain at the
+  /// step's start, near which it most often ends.
+  void start_from(const Field& start, Field& x, double h) override;
+  /// Chooses a larger one where springs have gone beyond it.
+  bool renew(const Field& x) override;
 
-  /// The largest StrainLimit::share of this rank's springs; 0 where none has a limit.
+  /// The largest StrainLimit::share of all ranks' springs; 0 where none has a limit. Collective.
   double largest_share(const Field& x) const;
 
   /// Forces of the owned springs by colour, positive where they pull [N].

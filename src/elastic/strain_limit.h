@@ -11,7 +11,7 @@ inline namespace elastic {
 /// differentiable, convex, and grows without bound towards the limit. Shortening is limited only if e_max < 1.
 ///
 /// Beyond a share u of `exact_to`, B is continued by its Taylor polynomial of second order: Newton's method can then
-/// start beyond the limit. The caller checks whether the limit is kept.
+/// start beyond the limit. Whether the limit is kept has to be checked.
 struct StrainLimit {
   static constexpr double begins = 0.8;  ///< e_0 / e_max
 

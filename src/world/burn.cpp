@@ -34,6 +34,11 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
   return result;
 }
 
+/// Whether the forces of contact and bodies on a sheet are brought into balance, with inertia at least.
+bool is_balanced(const Options& options) {
+  return options.dynamics == Dynamics::elastic || options.contact.together;
+}
+
 /// Of contact [Pa/m]. A sheet that is not elastic is pushed to where it has room, as its springs are.
 double usual_stiffness_of(const Sheet& sheet, const Options& options) {
   constexpr double strain = 0.05;  // as much as a sheet may bear
@@ -69,7 +74,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(state == nullptr ? Pins(sheet, options.pins) : Pins(sheet, options.pins, state->pin)),
-      bodies_(sheet.comm(), options.dynamics == Dynamics::elastic ? no_bodies : options.bodies),
+      bodies_(sheet.comm(), is_balanced(options) ? no_bodies : options.bodies),
       chambers_(state == nullptr ? Chambers(sheet, options.gas, options.chambers)
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
@@ -82,22 +87,27 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
   usual_stiffness_ = usual_stiffness_of(sheet, options);
-  if (options.contact.together) {
-    require_going_together();
-  } else if (options.contact.self) {
+  if (options.contact.self && !options.contact.together) {
     const std::vector<bool>& pinned = pins_.pinned();
     const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
     contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
                      !on_any_rank(sheet.comm(), !is_free));
+  }
+  if (is_balanced(options) && !options.bodies.empty()) {
+    body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
     if (chambers_.count() > 0 && options.contact.together) {
       filled_.emplace(*elastic_, chambers_, options.gas.tangent);
     }
-  } else if (options.dynamics == Dynamics::spring) {
+  } else if (options.contact.together) {
+    masses_ = std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.newton_tolerance, options.time.step,
+                                         pressing());
+  }
+  if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
-  } else {
+  } else if (options.dynamics == Dynamics::projection) {
     projection_ = std::make_unique<SuccessiveProjection>(
         sheet, options.project,
         at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
@@ -129,19 +139,23 @@ void Burn::make_elastic() {
   ElasticOptions elastic = options_.elastic;
   elastic.strain_limit = options_.project.strain_limit;
   elastic.usual_h = options_.time.step;
-  std::vector<Potential*> others;
-  if (!options_.bodies.empty()) {
-    body_contact_ = std::make_unique<BodyContact>(sheet_, options_.bodies, options_.contact, usual_stiffness_);
-    others.push_back(body_contact_.get());
-  }
-  if (contact_) {
-    others.push_back(&*contact_);
-  }
   elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
                                                            factors("sheet.shear_texture", material.shear_texture),
                                                            factors("sheet.bending_texture", material.bending_texture)},
-                                           pins_.pinned(), pins_.clamped(), elastic, others);
+                                           pins_.pinned(), pins_.clamped(), elastic, pressing());
+}
+
+/// What presses on the sheet as a potential.
+std::vector<Potential*> Burn::pressing() {
+  std::vector<Potential*> potentials;
+  if (body_contact_ != nullptr) {
+    potentials.push_back(body_contact_.get());
+  }
+  if (contact_) {
+    potentials.push_back(&*contact_);
+  }
+  return potentials;
 }
 
 State Burn::initial_state() const {
@@ -175,21 +189,6 @@ void Burn::follow(State& state) {
   }
   burning_.follow(state);
   set_lengths(state);
-}
-
-/// @throws Error on what contact with other objects and links to their chambers do not go with
-void Burn::require_going_together() const {
-  const auto refuse = [this](const std::string& what) {
-    const char* why = options_.contact.self ? "contact.self: true of several objects, which touch each other, does"
-                                            : "gas_network.links to a chamber of another object do";
-    throw Error(std::string(why) + " not go with " + what);
-  };
-  if (options_.dynamics != Dynamics::elastic) {
-    refuse("dynamics: " + options_.dynamics.name() + ", expected elastic");
-  }
-  if (options_.project.strain_limit) {
-    refuse("project.strain_limit: " + number_text(*options_.project.strain_limit) + ", expected none");
-  }
 }
 
 BurnStep Burn::advance(State& state, double h) {
@@ -246,10 +245,18 @@ BurnStep Burn::begin(State& state, double h) {
   BurnStep step = begin_burning(state, h);
   if (step.converged) {
     begin_dynamics(state, h);
-    if (part() != nullptr) {
+    if (masses_ != nullptr) {
+      move_alone(state);
+      step.take(moved_);
+    }
+    if (part() != nullptr && step.converged) {
       const auto timer = clock_.time("projection");
       begin_bodies(state, h);
-      elastic_->begin(state.position, elastic_input(state, h));
+      if (masses_ != nullptr) {
+        masses_->begin(state.position, {mass_, held_, start_, h});
+      } else {
+        elastic_->begin(state.position, elastic_input(state, h));
+      }
       if (filled_) {
         filled_->begin_step(state.pressure, state.time + h, h);
       }
@@ -260,7 +267,7 @@ BurnStep Burn::begin(State& state, double h) {
 
 void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
   if (part() != nullptr) {
-    moved_ = in_balance(state, balance);
+    take_balance(state, balance);
   }
   if (moved_.converged) {
     end_dynamics(state);
@@ -269,16 +276,19 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
 }
 
 /// What has been brought into balance elsewhere. Collective.
-DynamicsResult Burn::in_balance(State& state, const ImplicitResult& balance) {
-  DynamicsResult result;
-  result.newton_iterations = balance.newton_iterations;
-  result.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
-  state.position.values() = elastic_->position().values();
+void Burn::take_balance(State& state, const ImplicitResult& balance) {
+  moved_.newton_iterations = balance.newton_iterations;
+  moved_.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
+  state.position.values() = part()->position().values();
   if (body_contact_ != nullptr) {
-    result.contacts = body_contact_->contacts(state.position);
-    result.reason = body_contact_->fault(state.position);
-    result.converged = result.reason.empty();
+    moved_.contacts = body_contact_->contacts(state.position);
+    moved_.reason = body_contact_->fault(state.position);
   }
+  if (const std::optional<double> limit = options_.project.strain_limit; limit && moved_.reason.empty()) {
+    const NetStrain strain = net_strain(state);
+    moved_.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit);
+  }
+  moved_.converged = moved_.reason.empty();
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
       state.position.vector(i) = start_.vector(i);
@@ -287,11 +297,10 @@ DynamicsResult Burn::in_balance(State& state, const ImplicitResult& balance) {
   if (filled_) {
     state.pressure = filled_->pressures();
   }
-  if (tearing_) {
+  if (tearing_ && elastic_ != nullptr) {
     force_ = elastic_->spring_forces(state.position);
   }
-  result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
-  return result;
+  moved_.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
 }
 
 StageResult Burn::heat(State& state, double h) { return burning_.heat(state, state, h); }
@@ -356,7 +365,7 @@ NetStrain Burn::net_strain(const State& state) const {
 }
 
 ElasticInput Burn::elastic_input(const State& state, double h) const {
-  return {state.target_length, volume_ratio_, stiffness_factor_, mass_, held_, state.living, start_, h};
+  return {{mass_, held_, start_, h}, state.target_length, volume_ratio_, stiffness_factor_, state.living};
 }
 
 /// What bodies may press on in the step to come. Collective.
@@ -471,12 +480,17 @@ ContactStep Burn::move_freely(State& state, double h) {
   return {sheet_.particles, start_, held_, state.time + h, h, mass_, &start_velocity_};
 }
 
-DynamicsResult Burn::dynamics(State& state, double h) {
-  begin_dynamics(state, h);
+/// With gas that is not joined to any other. Collective.
+void Burn::move_alone(State& state) {
   for (bool is_done = false; !is_done;) {
     choose_pressures();
     move(state, is_done);
   }
+}
+
+DynamicsResult Burn::dynamics(State& state, double h) {
+  begin_dynamics(state, h);
+  move_alone(state);
   end_dynamics(state);
   return moved_;
 }

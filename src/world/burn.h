@@ -96,7 +96,9 @@ class Burn {
   BurnStep begin(State& state, double h);
   /// What is brought into balance elsewhere; null: it moves by itself.
   StepPart* part() {
-    return filled_ ? static_cast<StepPart*>(&*filled_) : options_.contact.together ? elastic_.get() : nullptr;
+    return filled_                                               ? static_cast<StepPart*>(&*filled_)
+           : options_.contact.together && elastic_ != nullptr ? elastic_.get()
+                                                                 : masses_.get();
   }
   GasFilled* gas() { return filled_ ? static_cast<GasFilled*>(&*filled_) : pushed_ ? &*pushed_ : nullptr; }
   /// Of what has no part: takes the pressures by which it will move.
@@ -157,14 +159,15 @@ class Burn {
  private:
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textures textures, const State* state);
   void make_elastic();
+  std::vector<Potential*> pressing();
   void set_stiffness_factors(const Field& mass);
   void set_lengths(State& state);
   DynamicsResult advance_elastic(State& state, double h);
-  void require_going_together() const;
   BurnStep begin_burning(State& state, double h);
   ContactStep move_freely(State& state, double h);
   void begin_dynamics(State& state, double h);
-  DynamicsResult in_balance(State& state, const ImplicitResult& balance);
+  void move_alone(State& state);
+  void take_balance(State& state, const ImplicitResult& balance);
   void end_dynamics(State& state);
   void finish(State& state, BurnStep& step);
   void begin_bodies(const State& state, double h);
@@ -183,8 +186,8 @@ class Burn {
   Textures textures_;
   Burning burning_;
   Pins pins_;
-  Bodies bodies_;                              ///< of a sheet that is not elastic
-  std::unique_ptr<BodyContact> body_contact_;  ///< of an elastic sheet, if there are bodies
+  Bodies bodies_;                              ///< that move the sheet; none if there are any in body_contact_
+  std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance
   std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
   Chambers chambers_;
@@ -199,6 +202,7 @@ class Burn {
   std::unique_ptr<ElasticStep> elastic_;
   std::unique_ptr<SuccessiveProjection> projection_;
   std::unique_ptr<SpringBaseline> springs_;
+  std::unique_ptr<MassPart> masses_;  ///< of a sheet that is not elastic and touches others
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
   Field start_;                           ///< positions at the beginning

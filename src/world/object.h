@@ -109,8 +109,8 @@ class Object {
 
 /// An object that can touch others or be linked to their chambers, if its options say so (ContactOptions::together):
 /// its step is begun, its part is brought into balance together with those of the others, and then the step is ended. A
-/// sheet that is not elastic has no part: it can only be linked, and moves when the others have been brought into
-/// balance. All calls are collective.
+/// sheet that is not elastic and is only linked has no part: it moves when the others have been brought into balance.
+/// One that touches others has moved when its step has begun, and contact moves it further. All calls are collective.
 class TouchingObject : public Object {
  public:
   TouchingObject* touching() override { return this; }

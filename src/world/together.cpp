@@ -79,6 +79,12 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
     if (is_linked) {
       first_linked = first_linked == nullptr ? &objects[i] : first_linked;
       require_same_moment(*first_linked, objects[i]);
+      if (touches_others && !can_balance(options)) {
+        throw Error(objects[i].name +
+                    ": contact.self: true of several objects, and gas_network.links to a chamber of another, do not go "
+                    "with dynamics: " +
+                    options.dynamics.name() + ", expected elastic");
+      }
     }
   }
   if (members.size() < 2) {
@@ -267,6 +273,9 @@ StepResult Together::advance(double h) {
       return all;
     }
   }
+  std::vector<TouchingObject*> movers;
+  std::copy_if(objects.begin(), objects.end(), std::back_inserter(movers),
+               [](TouchingObject* object) { return object->part() == nullptr; });
   last_ = {};
   for (bool are_done = false; !are_done;) {
     const StepResult balanced = balance(h);
@@ -282,14 +291,11 @@ StepResult Together::advance(double h) {
       }
       return all;
     }
-    for (TouchingObject* object : objects) {
+    for (TouchingObject* object : movers) {
       object->choose_pressures();
     }
     are_done = true;
-    for (TouchingObject* object : objects) {
-      if (object->part() != nullptr) {
-        continue;
-      }
+    for (TouchingObject* object : movers) {
       bool is_done = true;
       const StepResult moved = object->move(is_done);
       all.iterations += moved.iterations;

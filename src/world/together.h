@@ -38,8 +38,9 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
 
 /// Objects that touch themselves and each other, or whose chambers are linked: a step brings all of them into balance
 /// at once, so that what one presses on another presses back, and gas flows by the pressures at the step's end. Sheets
-/// that are not elastic, which may be linked, enter it by how far a pressure pushes them (FlowingGas::Response), and
-/// move by the pressures that come out; both again if they have not moved so far. All calls are collective.
+/// that are not elastic enter it where they touch others as masses at the places to which they have been projected
+/// (MassPart); where they are linked, by how far a pressure pushes them (FlowingGas::Response), and move by the
+/// pressures that come out; both again if they have not moved so far. All calls are collective.
 class Together {
  public:
   /// @param objects all of the run; must outlive it

@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   PetscInitialize(&argc, &argv, nullptr, nullptr);
   PetscLogDefaultBegin();
-  for (const int cells_a_side : {10, 20, 40, 50, 100, 316}) {
+  for (const int cells_a_side : {10, 20, 40, 50, 100, 316, 632}) {
     for (const pellicle::Configuration& configuration : pellicle::configurations()) {
       const int springs = 10 * cells_a_side * cells_a_side;
       benchmark::RegisterBenchmark(("projection/" + std::to_string(springs) + "/" + configuration.name).c_str(),

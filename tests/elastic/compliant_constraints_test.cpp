@@ -198,7 +198,7 @@ double difference_after(int steps, double tensile, double bending, double h) {
     start.values() = before[0].reshaped(3, sheet.particles.owned);
     positions.values() = x[0].reshaped(3, sheet.particles.owned);
     const ElasticResult result = elastic.advance(
-        positions, {initial_lengths(sheet), ones, ones, sheet.initial_mass, pinned, Living(sheet), start, h});
+        positions, {{sheet.initial_mass, pinned, start, h}, initial_lengths(sheet), ones, ones, Living(sheet)});
     EXPECT_TRUE(result.converged) << result.reason;
     x[0] = positions.values().reshaped();
     if (n + 1 == steps) {

@@ -50,7 +50,7 @@ class Motion {
       }
     }
     const ElasticResult result = step_->advance(
-        positions, {initial_lengths(sheet_), ones_, ones_, sheet_.initial_mass, pinned_, Living(sheet_), start_, h});
+        positions, {{sheet_.initial_mass, pinned_, start_, h}, initial_lengths(sheet_), ones_, ones_, Living(sheet_)});
     EXPECT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
     return result;
@@ -280,7 +280,7 @@ TEST(ElasticStepTest, a_failed_solve_is_a_result) {
   start.values() = sheet.rest;
   positions.values() = 1.2 * sheet.rest;
   const ElasticResult result = step.advance(
-      positions, {initial_lengths(sheet), ones, ones, sheet.initial_mass, free, Living(sheet), start, 0.1});
+      positions, {{sheet.initial_mass, free, start, 0.1}, initial_lengths(sheet), ones, ones, Living(sheet)});
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.reason, "the linear solver elastic_ did not converge (DIVERGED_ITS after 1 iterations)");
 }

@@ -176,7 +176,7 @@ struct LimitedStep {
     SheetMaterial material;
     material.tensile_stiffness = 10;
     ElasticStep step(sheet, material, 0.01, MaterialFactors(), pinned, pinned, options);
-    result = step.advance(positions, {target, ones, ones, sheet.initial_mass, pinned, Living(sheet), start, 0.02});
+    result = step.advance(positions, {{sheet.initial_mass, pinned, start, 0.02}, target, ones, ones, Living(sheet)});
     strain = net_strain(sheet, positions, target, Living(sheet));
   }
   Sheet sheet;

@@ -69,7 +69,7 @@ class Touching {
       }
     }
     const ElasticResult result = step_->advance(
-        positions, {initial_lengths(sheet), ones_, ones_, sheet.initial_mass, pinned_, Living(sheet), start_, h});
+        positions, {{sheet.initial_mass, pinned_, start_, h}, initial_lengths(sheet), ones_, ones_, Living(sheet)});
     ASSERT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
   }

@@ -97,11 +97,19 @@ TEST(Together, TwoBalloonsMoveAsThePiecesOfOneMeshDo) {
   }
 }
 
+class TogetherByDynamics : public ::testing::TestWithParam<Dynamics> {};
+
+INSTANTIATE_TEST_SUITE_P(Each, TogetherByDynamics,
+                         ::testing::Values(Dynamics::elastic, Dynamics::projection, Dynamics::spring),
+                         [](const auto& info) { return Choice<Dynamics>(info.param).name(); });
+
 // Nothing else acts on them.
-TEST(Together, ASheetThatHitsABalloonGivesItItsMomentum) {
+TEST_P(TogetherByDynamics, ASheetThatHitsABalloonGivesItItsMomentum) {
   const TestFolder folder;
   std::deque<ObjectOptions> objects;
   Options& sheet = objects.emplace_back("sheet").options;
+  sheet.dynamics = GetParam();
+  sheet.force.damping = 0;
   sheet.sheet.thickness = 2e-3;
   sheet.elastic.newton_tolerance = 1e-6;
   make_touching(sheet, folder / "out");
@@ -141,10 +149,11 @@ TEST(Together, ASheetThatHitsABalloonGivesItItsMomentum) {
 }
 
 // Beside a balloon that it may touch, it meets the bodies of its own all the same.
-TEST(Together, ASheetStaysAboveItsBody) {
+TEST_P(TogetherByDynamics, ASheetStaysAboveItsBody) {
   const TestFolder folder;
   std::deque<ObjectOptions> objects;
   Options& sheet = objects.emplace_back("sheet").options;
+  sheet.dynamics = GetParam();
   make_touching(sheet, folder / "out");
   sheet.bodies["floor"].shape = BodyShape::plane;
   Options& balloon = objects.emplace_back("balloon").options;
@@ -167,11 +176,12 @@ TEST(Together, ASheetStaysAboveItsBody) {
 }
 
 // They come to rest where they begin to press, in the middle between their own thicknesses.
-TEST(Together, UnlikeThicknessesCountByTheirMean) {
+TEST_P(TogetherByDynamics, UnlikeThicknessesCountByTheirMean) {
   const TestFolder folder;
   std::deque<ObjectOptions> objects;
   for (const char* name : {"lower", "upper"}) {
     Options& options = objects.emplace_back(name).options;
+    options.dynamics = GetParam();
     make_touching(options, folder / "out");
     options.contact.thickness = name == std::string("upper") ? 2e-3 : 6e-3;
   }
@@ -190,6 +200,53 @@ TEST(Together, UnlikeThicknessesCountByTheirMean) {
   }
   EXPECT_LT(first, 4e-3);
   EXPECT_GT(first, 3.4e-3) << "a step is half a millimetre";
+}
+
+// A sheet of each dynamics on an elastic one on the floor, at rest after a while: the floor bears both.
+TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
+  const TestFolder folder;
+  constexpr double g = 9.81;  // [m/s^2]
+  std::deque<ObjectOptions> objects;
+  for (const char* name : {"lower", "upper"}) {
+    Options& options = objects.emplace_back(name).options;
+    make_touching(options, folder / "out");
+    options.bodies["floor"].shape = BodyShape::plane;
+    options.force.gravity = {0, 0, -g};
+    options.force.damping = 5;
+    options.sheet.thickness = 5e-3;
+    options.elastic.newton_tolerance = 1e-6;
+  }
+  objects.back().options.dynamics = GetParam();
+  SurfaceMesh lower = grid_mesh(6, 6, 0.02);
+  SurfaceMesh upper = grid_mesh(5, 5, 0.017);
+  for (Eigen::Vector3d& point : lower.points) {
+    point.z() += 3e-3;
+  }
+  for (Eigen::Vector3d& point : upper.points) {
+    point += Eigen::Vector3d(0.01, 0.015, 8e-3);
+  }
+  Scene scene(std::move(objects), {lower, upper});
+  double force = 0;  // on the floor, mean of the last steps
+  constexpr int steps = 150;
+  constexpr int last = 30;
+  for (int n = 0; n < steps; ++n) {
+    scene.step(2e-3);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    EXPECT_EQ(scene.last("crossings"), 0);
+    for (const char* name : {"history_lower.csv", "history_upper.csv"}) {
+      force += n >= steps - last ? scene.last("force_floor_z", name) / last : 0;
+    }
+  }
+  EXPECT_GT(scene.last("contacts"), 0);
+  double mass = 0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& run = static_cast<BurnRun&>(scene.object(i));
+    for (PetscInt p = 0; p < run.sheet().particles.owned; ++p) {
+      mass += run.sheet().initial_mass[static_cast<std::size_t>(p)];
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_NEAR(force, -mass * g, 0.01 * mass * g);
 }
 
 /// A sheet round gas, which is blown in, and a cloth that is away from it, or on its way to it.

@@ -1,0 +1,90 @@
+#include "elastic/mass_part.h"
+
+#include <numeric>
+
+#include "parallel/collective.h"
+#include "solvers/vertex_potential.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
+                   const std::vector<Potential*>& others)
+    : surface_(surface),
+      tolerance_(tolerance),
+      inertia_(make_vertex_potential(surface.particles,
+                                     [this](PetscInt i, const Eigen::Vector3d& x) {
+                                       const double stiffness = mass_over_square_[static_cast<std::size_t>(i)];
+                                       const Eigen::Vector3d away = x - free_.col(i);
+                                       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
+                                                             stiffness * Eigen::Matrix3d::Identity()};
+                                     })),
+      potentials_{inertia_.get()},
+      part_(3, surface.particles.owned),
+      before_(surface.particles, 3),
+      position_(surface.particles, 3) {
+  potentials_.insert(potentials_.end(), others.begin(), others.end());
+  for (const bool is_pinned : pinned) {
+    projectors_.push_back((is_pinned ? 0 : 1) * Eigen::Matrix3d::Identity());
+  }
+  place_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &place_, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
+  double mass = std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, surface.comm());
+  force_scale_ = mass / static_cast<double>(surface.particles.global) / (usual_h * usual_h) * place_;
+}
+
+void MassPart::set_masses(const Field& positions, const MassInput& input) {
+  mass_over_square_.resize(static_cast<std::size_t>(surface_.particles.owned));
+  for (std::size_t i = 0; i < mass_over_square_.size(); ++i) {
+    // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
+    mass_over_square_[i] = (input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]) / (input.h * input.h);
+  }
+  free_ = positions.values().leftCols(surface_.particles.owned);
+}
+
+void MassPart::begin(const Field& positions, const MassInput& input) {
+  set_masses(positions, input);
+  held_ = input.held;
+  before_.values() = input.start.values();
+  position_.values() = positions.values();
+  for (Potential* potential : potentials_) {
+    potential->start_from(before_, position_, input.h);
+  }
+}
+
+bool MassPart::leaves_held_behind() {
+  bool leaves = false;
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
+    leaves = leaves || (held_[static_cast<std::size_t>(i)] && position_.vector(i) != free_.col(i));
+  }
+  return on_any_rank(surface_.comm(), leaves);
+}
+
+double MassPart::value() {
+  double sum = 0;
+  for (const Potential* potential : potentials_) {
+    sum += potential->value(position_);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
+  return sum;
+}
+
+/// A removed particle feels its inertia alone.
+Eigen::Matrix3Xd MassPart::gradient() {
+  squares_.clear();
+  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, surface_.particles.owned);
+  for (const Potential* potential : potentials_) {
+    part_.setZero();
+    potential->add_gradient(position_, part_);
+    for (Eigen::Index i = 0; i < part_.cols(); ++i) {
+      part_.col(i) = (projectors_[static_cast<std::size_t>(i)] * part_.col(i)).eval();
+    }
+    squares_.push_back(part_.squaredNorm());
+    sum += part_;
+  }
+  return sum;
+}
+
+}  // namespace elastic
+}  // namespace pellicle

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "parallel/field.h"
+#include "solvers/step_part.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+/// What a step of masses needs besides the positions x~ to which they would go.
+struct MassInput {
+  const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
+  const std::vector<bool>& held;    ///< local particles that are not to move
+  const Field& start;               ///< positions at the beginning of the step [m]
+  double h = 0;                     ///< [s]
+};
+
+/// Masses, drawn to where they would be without forces, and what else acts on their positions:
+///
+///     sum_i m_i |x_i - x~_i|^2 / (2 h^2) + U(x).
+///
+/// By itself it is a sheet that has been projected, so that x~ is where it holds together, and that touches other
+/// objects: contact moves it from there.
+class MassPart : public StepPart {
+ public:
+  /// The surface must outlive it. Collective.
+  /// @param pinned local particles that are never to move @param tolerance see StepPart
+  /// @param usual_h of most steps, for the scale of forces [s] @param others what acts on the particles' positions; must
+  /// outlive it
+  MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
+           const std::vector<Potential*>& others);
+  MassPart(const MassPart&) = delete;  // Its potential points to it.
+  MassPart& operator=(const MassPart&) = delete;
+
+  /// Begins a step that is brought into balance elsewhere. Collective.
+  /// @param positions x~ [m], pinned particles in their places; ghosts up to date
+  void begin(const Field& positions, const MassInput& input);
+  const Layout& vertices() const override { return surface_.particles; }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const override { return surface_.triangles; }
+  const std::vector<Eigen::Matrix3d>& projectors() const override { return projectors_; }
+  const std::vector<Potential*>& potentials() const override { return potentials_; }
+  const Field& start() const override { return before_; }
+  const Field& position() const override { return position_; }
+  void move_to(const Field& position, const Eigen::VectorXd& /*own*/) override {
+    position_.values() = position.values();
+  }
+  bool leaves_held_behind() override;
+  double value() override;
+  Eigen::Matrix3Xd gradient() override;
+  const std::vector<double>& squared_forces() const override { return squares_; }
+  LowRank begin_tangent(Curvature /*curvature*/, double /*positive_share*/) override { return {}; }
+  double tolerance() const override { return tolerance_; }
+  double length_scale() const override { return place_; }
+  double force_scale() const override { return force_scale_; }
+
+ protected:
+  /// Sets what inertia is in the step to come. Not collective.
+  void set_masses(const Field& positions, const MassInput& input);
+
+  const Surface& surface_;
+  double tolerance_;
+  std::vector<double> mass_over_square_;  ///< m_i / h^2 of the owned particles [N/m]
+  Eigen::Matrix3Xd free_;                 ///< x~ of the owned particles [m]
+  std::unique_ptr<Potential> inertia_;
+  std::vector<Potential*> potentials_;
+  std::vector<Eigen::Matrix3d> projectors_;  ///< of the local particles: 0 where one is pinned
+  double place_ = 0;                         ///< the largest coordinate of the undeformed sheet [m]
+  double force_scale_ = 0;                   ///< size of forces on a particle, for the estimate of rounding [N]
+  Eigen::Matrix3Xd part_;                    ///< part of the gradient that comes from one potential
+  Field before_;                             ///< positions at the beginning of a step or an iteration
+  Field position_;                           ///< of a step that is brought into balance elsewhere
+
+ private:
+  std::vector<double> squares_;  ///< see squared_forces
+  std::vector<bool> held_;       ///< see MassInput, likewise
+};
+
+}  // namespace elastic
+}  // namespace pellicle
