@@ -50,6 +50,9 @@ class BodyContact : public Potential {
   BodyContact(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, const ContactOptions& options,
               double usual_stiffness);
 
+  /// With which bodies press from the next step on [Pa/m]. Not collective.
+  void set_stiffness(double stiffness) { stiffness_ = stiffness; }
+
   /// Which part of the surface bodies act on in the steps to come; all of it at first. Not collective.
   /// @param held local particles that do not move, pinned or not there
   /// @param living drawn triangles of the local elements that are there; null: all

@@ -26,7 +26,8 @@ double ContactSurface::Part::thickness_or_usual() const {
 }
 
 ContactSurface::ContactSurface(const std::vector<Part>& parts)
-    : particles_(layouts_of(parts, &Surface::particles)),
+    : parts_(parts),
+      particles_(layouts_of(parts, &Surface::particles)),
       elements_(layouts_of(parts, &Surface::elements)),
       local_elements_(static_cast<std::size_t>(elements_.layout().local())),
       rest_(3, particles_.layout().local()),
@@ -34,13 +35,13 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       stiffness_(thickness_.size()),
       living_(parts.size(), nullptr) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
+    set_stiffness(p, parts[p].stiffness);
     const Surface& part = *parts[p].surface;
     const double thickness = parts[p].thickness_or_usual();
     largest_thickness_ = std::max(largest_thickness_, thickness);
     for (PetscInt i = 0; i < part.particles.local(); ++i) {
       rest_.col(particles_.local(p, i)) = part.rest.col(i);
       thickness_[static_cast<std::size_t>(particles_.local(p, i))] = thickness;
-      stiffness_[static_cast<std::size_t>(particles_.local(p, i))] = parts[p].stiffness;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
       const auto number = static_cast<std::size_t>(e);
@@ -68,6 +69,12 @@ double mean_side(const Surface& surface) {
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
   return sums[0] / std::max(1.0, sums[1]);
+}
+
+void ContactSurface::set_stiffness(std::size_t part, double stiffness) {
+  for (PetscInt i = 0; i < parts_[part].surface->particles.local(); ++i) {
+    stiffness_[static_cast<std::size_t>(particles_.local(part, i))] = stiffness;
+  }
 }
 
 double usual_contact_stiffness(const Surface& surface, double tension, double areal_mass, double h) {

@@ -51,6 +51,8 @@ class ContactSurface {
   /// The largest thickness of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 
+  /// With which a part's contact with itself presses [Pa/m].
+  void set_stiffness(std::size_t part, double stiffness);
   /// Which drawn triangles of a part are still there; all by default. They must outlive it.
   void set_living(std::size_t part, const std::vector<bool>& triangles) { living_[part] = &triangles; }
   bool lives(const Element& element, std::size_t triangle) const {
@@ -59,6 +61,7 @@ class ContactSurface {
   }
 
  private:
+  std::vector<Part> parts_;
   JoinedLayout particles_;
   JoinedLayout elements_;
   std::vector<Element> local_elements_;

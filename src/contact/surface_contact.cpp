@@ -100,7 +100,8 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   Field begin(surface_.particles(), 3);
   prepare(start, x, h, begin);
   Eigen::Matrix3Xd step = whole - begin.values().leftCols(owned);
-  limit(begin, StepLimit::all_alike, step);
+  // What is held has to go all its way, whatever is in the way of others.
+  limit(begin, is_free_ ? StepLimit::all_alike : StepLimit::each_vertex, step);
   for (PetscInt i = 0; i < owned; ++i) {
     if (mesh_.has(i)) {
       x.vector(i) = begin.vector(i) + step.col(i);

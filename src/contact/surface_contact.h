@@ -49,6 +49,8 @@ class SurfaceContact : public Potential {
   SurfaceContact(const SurfaceContact&) = delete;  // Its mesh points to its surface.
   SurfaceContact& operator=(const SurfaceContact&) = delete;
 
+  /// With which a part's contact with itself presses from the next step on [Pa/m]. Not collective.
+  void set_stiffness(double stiffness, std::size_t part = 0) { surface_.set_stiffness(part, stiffness); }
   /// Which drawn triangles of a part are still there, from the next step on. Not collective.
   void set_living(const std::vector<bool>& triangles, std::size_t part = 0) { surface_.set_living(part, triangles); }
   const JoinedLayout& joined() const { return surface_.joined(); }
@@ -67,13 +69,11 @@ class SurfaceContact : public Potential {
   void set_positive_share(double share) override { positive_share_ = share; }
   void add_hessian(const HessianBlocks& blocks) const override;
 
-  /// For a sheet that is projected, before its step: looks for pairs.
-  /// @param x where the sheet would go without springs @param begin all moved alike so that nothing passes through
-  /// anything
+  /// Begins to move things apart by `correct`: looks for pairs.
+  /// @param x where they are to go @param begin all moved alike so that nothing passes through anything
   void prepare(const Field& start, const Field& x, double h, Field& begin);
-  /// To be called after each projection step: particles go where the projection moves them as far as there is room, and
-  /// contacts push apart what presses, as compliant constraints of stiffness 4 k where gaps are less than their
-  /// thickness (one sweep, all pairs at once). Collective.
+  /// Particles go where they are to go as far as there is room, and contacts push apart what presses, as compliant
+  /// constraints of stiffness 4 k where gaps are less than their thickness (one sweep, all pairs at once). Collective.
   /// @param before positions when it was last called, or `begin`, ghosts up to date; set to the new positions
   /// @param x likewise, ghosts up to date before and after @param mass of the local particles [kg]
   /// @param held which of them stay where they are

@@ -73,7 +73,6 @@ class ElasticStep : public MassPart {
     springs_.set_positive_share(positive_share);
     return {};
   }
-  bool blends() const override { return true; }
 
   /// Describes its solver, such as "cg, pbjacobi: stiffness is 130 times inertia".
   const std::string& solver_words() const { return solver_words_; }

@@ -53,6 +53,7 @@ class MassPart : public StepPart {
   Eigen::Matrix3Xd gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
   LowRank begin_tangent(Curvature /*curvature*/, double /*positive_share*/) override { return {}; }
+  bool blends() const override { return true; }
   double tolerance() const override { return tolerance_; }
   double length_scale() const override { return place_; }
   double force_scale() const override { return force_scale_; }

@@ -280,6 +280,9 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
   const auto attempt = [&] {
     result = solve_or_factorise(right_hand_side, solution);
     iterations += std::exchange(result.iterations, 0);
+    if (result.solved == Solved::bad_preconditioner && options_.mat_type == TangentMatrix::shell) {
+      result.solved = Solved::concave;  // Blocks on the diagonal of a tangent are positive definite if it is.
+    }
   };
   attempt();
   if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && system_.allows_other_preconditioning() &&

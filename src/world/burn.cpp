@@ -36,18 +36,28 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
 
 /// Whether the forces of contact and bodies on a sheet are brought into balance, with inertia at least.
 bool is_balanced(const Options& options) {
-  return options.dynamics == Dynamics::elastic || options.contact.together;
+  return options.dynamics == Dynamics::elastic || options.contact.self;
 }
 
-/// Of contact [Pa/m]. A sheet that is not elastic is pushed to where it has room, as its springs are.
+/// How a sheet that is not elastic is brought into balance with its contact.
+PrismOptions settling_options(const Options& options) {
+  PrismOptions settling;
+  settling.solver_prefix = options.elastic.solver_prefix;
+  settling.newton = NewtonEnd::converged;
+  settling.positive_elements = false;
+  settling.mat_type = TangentMatrix::shell;
+  settling.ksp_rtol = 1e-3;
+  return settling;
+}
+
+/// Of contact, in steps of the deck's length [Pa/m]. A sheet that is not elastic bears what it is projected to, whatever
+/// its mass.
 double usual_stiffness_of(const Sheet& sheet, const Options& options) {
   constexpr double strain = 0.05;  // as much as a sheet may bear
-  constexpr double rigid = 100;    // times its mass in a step
-  if (options.dynamics == Dynamics::elastic) {
-    return usual_contact_stiffness(sheet, strain * stiffness_of(options.material).tensile[0],
-                                   options.sheet.areal_density, options.time.step);
-  }
-  return usual_contact_stiffness(sheet, 0, rigid * options.sheet.areal_density, options.time.step);
+  constexpr double rigid = 10;     // times its mass in a step
+  const bool is_elastic = options.dynamics == Dynamics::elastic;
+  return usual_contact_stiffness(sheet, is_elastic ? strain * stiffness_of(options.material).tensile[0] : 0,
+                                 (is_elastic ? 1 : rigid) * options.sheet.areal_density, options.time.step);
 }
 
 }  // namespace
@@ -80,13 +90,13 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
                                             state->chamber, state->gas)),
       start_(sheet.particles, 3),
       end_(sheet.particles, 3),
-      clear_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
       contact_reach_(contact_thickness(sheet, options.contact)) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
   usual_stiffness_ = usual_stiffness_of(sheet, options);
+  stiffness_ = options.contact.stiffness.value_or(usual_stiffness_);
   if (options.contact.self && !options.contact.together) {
     const std::vector<bool>& pinned = pins_.pinned();
     const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
@@ -101,9 +111,12 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
     if (chambers_.count() > 0 && options.contact.together) {
       filled_.emplace(*elastic_, chambers_, options.gas.tangent);
     }
-  } else if (options.contact.together) {
+  } else if (options.contact.self) {
     masses_ = std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.newton_tolerance, options.time.step,
                                          pressing());
+    if (contact_) {
+      settling_ = std::make_unique<Settling>(*masses_, *contact_, settling_options(options));
+    }
   }
   if (options.dynamics == Dynamics::spring) {
     springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
@@ -152,7 +165,7 @@ std::vector<Potential*> Burn::pressing() {
   if (body_contact_ != nullptr) {
     potentials.push_back(body_contact_.get());
   }
-  if (contact_) {
+  if (contact_ && options_.dynamics == Dynamics::elastic) {
     potentials.push_back(&*contact_);
   }
   return potentials;
@@ -220,11 +233,9 @@ void Burn::finish(State& state, BurnStep& step) {
 void Burn::look_at_contact(State& state, BurnStep& step) const {
   if (contact_) {
     step.touching = contact_->figures(state.position);
-    if (elastic_ != nullptr) {
-      const ContactWork work = contact_->work(state.position).front();
-      state.contact_work += work.pressing;
-      state.friction_work += work.friction;
-    }
+    const ContactWork work = contact_->work(state.position).front();
+    state.contact_work += work.pressing;
+    state.friction_work += work.friction;
   }
 }
 
@@ -241,20 +252,30 @@ BurnStep Burn::begin_burning(State& state, double h) {
   return step;
 }
 
+StepPart* Burn::part() {
+  if (filled_) {
+    return &*filled_;
+  }
+  if (!options_.contact.together) {
+    return nullptr;
+  }
+  return elastic_ != nullptr ? elastic_.get() : masses_.get();
+}
+
 BurnStep Burn::begin(State& state, double h) {
   BurnStep step = begin_burning(state, h);
   if (step.converged) {
     begin_dynamics(state, h);
-    if (masses_ != nullptr) {
+    if (masses_ != nullptr && part() == masses_.get()) {
       move_alone(state);
       step.take(moved_);
     }
     if (part() != nullptr && step.converged) {
       const auto timer = clock_.time("projection");
-      begin_bodies(state, h);
       if (masses_ != nullptr) {
-        masses_->begin(state.position, {mass_, held_, start_, h});
+        begin_masses(state, h);
       } else {
+        begin_bodies(state, h);
         elastic_->begin(state.position, elastic_input(state, h));
       }
       if (filled_) {
@@ -279,21 +300,7 @@ void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
 void Burn::take_balance(State& state, const ImplicitResult& balance) {
   moved_.newton_iterations = balance.newton_iterations;
   moved_.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
-  state.position.values() = part()->position().values();
-  if (body_contact_ != nullptr) {
-    moved_.contacts = body_contact_->contacts(state.position);
-    moved_.reason = body_contact_->fault(state.position);
-  }
-  if (const std::optional<double> limit = options_.project.strain_limit; limit && moved_.reason.empty()) {
-    const NetStrain strain = net_strain(state);
-    moved_.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit);
-  }
-  moved_.converged = moved_.reason.empty();
-  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
-      state.position.vector(i) = start_.vector(i);
-    }
-  }
+  take_positions(state, part()->position(), moved_);
   if (filled_) {
     state.pressure = filled_->pressures();
   }
@@ -301,6 +308,25 @@ void Burn::take_balance(State& state, const ImplicitResult& balance) {
     force_ = elastic_->spring_forces(state.position);
   }
   moved_.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
+}
+
+/// To where contact has moved the sheet. Collective.
+void Burn::take_positions(State& state, const Field& positions, DynamicsResult& result) const {
+  state.position.values() = positions.values();
+  if (body_contact_ != nullptr) {
+    result.contacts = body_contact_->contacts(state.position);
+    result.reason = body_contact_->fault(state.position);
+  }
+  if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {
+    const NetStrain strain = net_strain(state);
+    result.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit);
+  }
+  result.converged = result.reason.empty();
+  for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
+    if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
+      state.position.vector(i) = start_.vector(i);
+    }
+  }
 }
 
 StageResult Burn::heat(State& state, double h) { return burning_.heat(state, state, h); }
@@ -396,6 +422,33 @@ DynamicsResult Burn::advance_elastic(State& state, double h) {
   return result;
 }
 
+/// Of a sheet that is not elastic: contact moves it from where it is now. In a shorter step it presses harder, as the
+/// projection does, which moves the sheet as far as in a longer one. Collective.
+void Burn::begin_masses(const State& state, double h) {
+  const double ratio = options_.time.step / h;
+  stiffness_ = options_.contact.stiffness.value_or(ratio * ratio * usual_stiffness_);
+  if (body_contact_ != nullptr) {
+    body_contact_->set_stiffness(stiffness_);
+  }
+  begin_bodies(state, h);
+  masses_->begin(state.position, {mass_, held_, start_, h});
+}
+
+/// Moves a sheet that is not elastic from where it would be without contact. Collective.
+void Burn::settle_contact(State& state, DynamicsResult& result) {
+  begin_masses(state, moving_->h);
+  contact_->set_stiffness(stiffness_);
+  const ImplicitResult balance = settling_->solver.advance(moving_->h);
+  result.iterations += balance.linear_iterations;
+  result.newton_iterations = balance.newton_iterations;
+  result.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
+  result.converged = balance.converged;
+  result.reason = balance.converged ? "" : "its contact: " + balance.reason;
+  if (balance.converged) {
+    take_positions(state, masses_->position(), result);
+  }
+}
+
 /// Moves the positions so that springs and bodies are content with them.
 DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   const auto timer = clock_.time("projection");  // eq. 12
@@ -407,9 +460,6 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
     bodies_.begin_step();
     const auto correct = [&](Field& positions) {
       contacts = bodies_.correct_positions(positions, contact);
-      if (contact_) {
-        contact_->correct(clear_, positions, mass_, held_);
-      }
     };
     const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
                                 tearing_ ? &force_ : nullptr};
@@ -424,6 +474,9 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
       correct(state.position);
     }
     result.contacts = contacts;
+    if (settling_ != nullptr && result.converged) {
+      settle_contact(state, result);
+    }
   }
   if (projection_ == nullptr) {
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
@@ -512,9 +565,6 @@ void Burn::begin_dynamics(State& state, double h) {
   }
   if (contact_) {
     contact_->set_living(state.living.triangles);
-  }
-  if (contact_ && elastic_ == nullptr) {
-    contact_->prepare(start_, state.position, h, clear_);
   }
   unconstrained_ = state.position.values();
   moved_ = {};

@@ -95,11 +95,7 @@ class Burn {
 
   BurnStep begin(State& state, double h);
   /// What is brought into balance elsewhere; null: it moves by itself.
-  StepPart* part() {
-    return filled_                                               ? static_cast<StepPart*>(&*filled_)
-           : options_.contact.together && elastic_ != nullptr ? elastic_.get()
-                                                                 : masses_.get();
-  }
+  StepPart* part();
   GasFilled* gas() { return filled_ ? static_cast<GasFilled*>(&*filled_) : pushed_ ? &*pushed_ : nullptr; }
   /// Of what has no part: takes the pressures by which it will move.
   void choose_pressures();
@@ -136,7 +132,7 @@ class Burn {
   const std::vector<bool>& pinned() const { return pins_.pinned(); }
   /// As what touches itself, or others.
   ContactSurface::Part contact_part() const {
-    return {&sheet_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
+    return {&sheet_, options_.contact.thickness, stiffness_};
   }
   /// See ElasticStep; empty of what is not elastic, and if its balance is found elsewhere.
   std::string solver_words() const {
@@ -157,6 +153,15 @@ class Burn {
   }
 
  private:
+  /// The balance of a sheet that is not elastic with its contact with itself.
+  struct Settling {
+    Settling(MassPart& masses, SurfaceContact& contact, const PrismOptions& options)
+        : objective({&masses}, {&contact}, options.mat_type, options.solver_prefix), solver(objective, options) {}
+
+    StepObjective objective;
+    ImplicitStep solver;
+  };
+
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textures textures, const State* state);
   void make_elastic();
   std::vector<Potential*> pressing();
@@ -168,6 +173,9 @@ class Burn {
   void begin_dynamics(State& state, double h);
   void move_alone(State& state);
   void take_balance(State& state, const ImplicitResult& balance);
+  void take_positions(State& state, const Field& positions, DynamicsResult& result) const;
+  void begin_masses(const State& state, double h);
+  void settle_contact(State& state, DynamicsResult& result);
   void end_dynamics(State& state);
   void finish(State& state, BurnStep& step);
   void begin_bodies(const State& state, double h);
@@ -202,12 +210,12 @@ class Burn {
   std::unique_ptr<ElasticStep> elastic_;
   std::unique_ptr<SuccessiveProjection> projection_;
   std::unique_ptr<SpringBaseline> springs_;
-  std::unique_ptr<MassPart> masses_;  ///< of a sheet that is not elastic and touches others
+  std::unique_ptr<MassPart> masses_;    ///< of a sheet that is not elastic and touches itself or others
+  std::unique_ptr<Settling> settling_;  ///< if it does not touch others
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
   Field start_;                           ///< positions at the beginning
   Field end_;                             ///< of a sheet that gas pushes: where it has come to
-  Field clear_;                           ///< where the projected sheet last had not passed through itself
   Field start_velocity_;                  ///< velocities then [m/s]
   Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
   std::optional<GasPush> push_;           ///< of a sheet that gas pushes
@@ -215,7 +223,8 @@ class Burn {
   Eigen::Matrix3Xd free_velocity_;        ///< velocities without them
   std::vector<bool> held_;                ///< those that are pinned or have left
   std::vector<double> mass_;              ///< that moves with them [kg]
-  double usual_stiffness_ = 0;            ///< of contact [Pa/m]
+  double usual_stiffness_ = 0;            ///< of contact in steps of the deck's length [Pa/m]
+  double stiffness_ = 0;                  ///< of contact, in the present step [Pa/m]
   double contact_reach_ = 0;              ///< gap up to which bodies note how near the sheet is [m]
   std::vector<double> volume_ratio_;      ///< see set_volume_ratios
   std::vector<double> stiffness_factor_;  ///< see set_stiffness_factors

@@ -328,6 +328,7 @@ StepResult Together::balance(double h) {
   const std::vector<TouchingObject*> objects = with_parts();
   const auto timer = clock_.time("implicit step");
   for (std::size_t p = 0; p < objects.size() && step->contact != nullptr; ++p) {
+    step->contact->set_stiffness(objects[p]->contact_part().stiffness, p);
     if (!touches(objects[p])) {
       step->contact->set_living(std::vector<bool>(objects[p]->surface().triangles.size(), false), p);
     } else if (const std::vector<bool>* living = objects[p]->living()) {

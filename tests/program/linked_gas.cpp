@@ -94,7 +94,8 @@ TEST_F(LinkedGasTest, WhatIsNotThereIsRefusedInALine) {
   refused({"-objects_bag_gas_network_links_tube_area", "2"},
           "bag: gas_network.links.tube: ends in ball, where another link has this name, expected another one");
   refused({"-objects_bag_dynamics", "projection", "-contact_self"},
-          "bag: contact.self: true of several objects, which touch each other, does not go with dynamics: projection");
+          "bag: contact.self: true of several objects, and gas_network.links to a chamber of another, do not go with "
+          "dynamics: projection, expected elastic");
   refused({"-time_scheme", "generalized_alpha"},
           "bag: time.scheme: implicit_euler, expected generalized_alpha of spectral radius 0.8 as of ball, to whose "
           "chambers its own are linked");

@@ -249,6 +249,55 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
   EXPECT_NEAR(force, -mass * g, 0.01 * mass * g);
 }
 
+// Gravity is tilted against a sheet that is held, on which another one lies.
+TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
+  constexpr double g = 9.81;      // [m/s^2]
+  constexpr double slope = 0.5;   // [rad]
+  constexpr double h = 2e-3;      // [s]
+  constexpr int settles = 40;     // steps
+  constexpr int slides = 20;      // steps after that
+  for (const double friction : {0.3, 0.8}) {
+    const TestFolder folder;
+    std::deque<ObjectOptions> objects;
+    for (const char* name : {"held", "upper"}) {
+      Options& options = objects.emplace_back(name).options;
+      make_touching(options, folder / "out");
+      options.contact.friction = friction;
+      options.contact.slip_speed = 1e-3;
+      options.force.gravity = Eigen::Vector3d(std::sin(slope), 0, -std::cos(slope)) * g;
+      options.force.damping = 0;
+      options.sheet.thickness = 4e-3;
+      options.elastic.newton_tolerance = 1e-4;
+    }
+    objects.front().options.pins["all"].box = {-1, -1, -1, 1, 1, 1};
+    objects.back().options.dynamics = GetParam();
+    SurfaceMesh upper = grid_mesh(5, 5, 0.012);
+    for (Eigen::Vector3d& point : upper.points) {
+      point += Eigen::Vector3d(0.03, 0.034, 6.1e-3);  // two thicknesses: they press from one on
+    }
+    Scene scene(std::move(objects), {grid_mesh(16, 8, 0.017), upper});
+    const auto mean_velocity = [&] {
+      const Surface& surface = scene.object(1).surface();
+      double sum = scene.object(1).state().velocity.values().row(0).leftCols(surface.particles.owned).sum();
+      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+      return sum / static_cast<double>(surface.particles.global);
+    };
+    double before = 0;
+    for (int n = 0; n < settles + slides; ++n) {
+      before = n == settles ? mean_velocity() : before;
+      scene.step(h);
+      ASSERT_FALSE(::testing::Test::HasFatalFailure());
+    }
+    EXPECT_GT(scene.last("contacts"), 0);
+    const double expected = g * (std::sin(slope) - friction * std::cos(slope));
+    if (expected > 0) {
+      EXPECT_NEAR((mean_velocity() - before) / (slides * h), expected, 0.03 * g) << "friction " << friction;
+    } else {
+      EXPECT_LT(std::abs(mean_velocity()), 1e-3) << "friction " << friction;
+    }
+  }
+}
+
 /// A sheet round gas, which is blown in, and a cloth that is away from it, or on its way to it.
 Scene lantern_and_cloth(const TestFolder& folder, const std::string& name, double distance) {
   std::deque<ObjectOptions> objects;
