@@ -123,13 +123,11 @@ class Search {
     ContactPair pair;
     pair.points = points;
     pair.are_edges = are_edges;
-    pair.normal = pair.nearest(places_).apart;
-    pair.distance = pair.normal.norm();
+    pair.measure(places_);
     const double thickness = (mesh_.thickness(points[0]) + mesh_.thickness(points[2])) / 2;
     if (pair.distance <= none * thickness) {
       return;
     }
-    pair.normal /= pair.distance;
     const double nearer = closing(pair);
     if (pair.distance - nearer >= thickness) {  // Where they may go they neither press nor pass through each other.
       return;

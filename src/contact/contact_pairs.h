@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct ContactPair {
   std::array<PetscInt, 4> points;  ///< of the mesh: the point and the triangle's corners, or the edges' ends
   bool are_edges = false;
   Barrier barrier;
-  // Where it was found:
+  // Where it was last measured:
   double distance = 0;                               ///< [m]
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
   bool may_press = false;  ///< whether it comes to press within the range of its points' movement
@@ -25,6 +26,17 @@ struct ContactPair {
     const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
                                                  places.col(points[3])};
     return are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
+  }
+  void measure(const Eigen::Matrix3Xd& places) {
+    normal = nearest(places).apart;
+    distance = normal.norm();
+    normal /= distance > 0 ? distance : 1;
+  }
+  /// A bound from below of the features' distance, from the plane between them where it was last measured [m].
+  double separation(const Eigen::Matrix3Xd& places) const {
+    const auto along = [&](std::size_t k) { return normal.dot(places.col(points[k])); };
+    return are_edges ? std::min(along(0), along(1)) - std::max(along(2), along(3))
+                     : along(0) - std::max({along(1), along(2), along(3)});
   }
   /// Second derivative of a gap, which must not be 0, by the points [1/m].
   Eigen::Matrix<double, 12, 12> gap_curvature(const Eigen::Matrix3Xd& places) const;

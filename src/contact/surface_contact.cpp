@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -16,7 +15,7 @@ namespace {
 
 /// How much further than its way a particle may go before pairs are sought again, as shares of the thickness and of the
 /// way.
-constexpr double more_of_thickness = 0.25;
+constexpr double more_of_thickness = 0.12;
 constexpr double more_of_way = 0.25;
 /// Share of the thickness below which no pair begins to press, however often pairs are sought in a step.
 constexpr double least_gap = 1e-6;
@@ -83,6 +82,7 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
   searches_ = 0;
   room_used_ = 0;
   near_.clear();
+  pressing_ = 0;
   start_.values() = start.values();
   begin.values() = start.values();
   if (is_free_) {
@@ -134,12 +134,22 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   near_ = find_contact_pairs(mesh_, places_);
   find_rubbing_stencils();
   reference_ = places_;
-  pairs_.clear();
-  std::copy_if(near_.begin(), near_.end(), std::back_inserter(pairs_),
-               [](const ContactPair& pair) { return pair.may_press; });
+  pressing_ =
+      std::stable_partition(near_.begin(), near_.end(), [](const ContactPair& pair) { return pair.may_press; }) -
+      near_.begin();
   any_held_ = false;
   blocks_.clear();  // They were in another reach.
   curved_.reset();
+}
+
+/// Gives the pairs that are known the room that is between them now. Collective.
+void SurfaceContact::measure_again(const Field& x) {
+  room_used_ = std::max(room_used_, room_used(x));
+  for (ContactPair& pair : near_) {
+    pair.measure(places_);
+  }
+  reference_ = places_;
+  any_held_ = false;
 }
 
 /// Whether a particle of this rank would be at a place for which pairs are not known.
@@ -159,7 +169,11 @@ bool SurfaceContact::leaves_room(const Field& x) const {
 template <class Take>
 void SurfaceContact::visit_pressing(const Field& x, const Take& take) const {
   mesh_.write_points(x, places_);
-  for (const ContactPair& pair : pairs_) {
+  for (auto next = near_.begin(); next != near_.begin() + pressing_; ++next) {
+    const ContactPair& pair = *next;
+    if (pair.separation(places_) >= pair.barrier.thickness) {
+      continue;
+    }
     const NearestPoints nearest = pair.nearest(places_);
     const double gap = nearest.apart.norm();
     if (gap < pair.barrier.thickness) {
@@ -198,8 +212,10 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   const PetscInt owned = surface_.particles().owned;
   trial_.values().leftCols(owned) = x.values().leftCols(owned) + step;
   trial_.update_ghosts();
-  if (any_held_ || on_any_rank(surface_.comm(), leaves_room(trial_))) {
+  if (on_any_rank(surface_.comm(), leaves_room(trial_))) {
     search(x, trial_);
+  } else if (any_held_) {
+    measure_again(x);
   }
   Eigen::Matrix3Xd from;
   Eigen::Matrix3Xd to;
@@ -207,9 +223,25 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   mesh_.write_points(trial_, to);
   from -= reference_;
   to -= reference_;
+  std::vector<double> furthest(static_cast<std::size_t>(from.cols()));  // that each point can come from its reference
+  for (PetscInt point = 0; point < from.cols(); ++point) {
+    double& way = furthest[static_cast<std::size_t>(point)];
+    way = from.col(point).norm();
+    const ContactMesh::Particles particles = mesh_.particles(point);
+    for (const PetscInt i : particles) {
+      way += particles.weight() * (to.col(i) - from.col(i)).norm();
+    }
+  }
+  const auto furthest_of = [&furthest](PetscInt point) { return furthest[static_cast<std::size_t>(point)]; };
   std::vector<double> shares(static_cast<std::size_t>(owned), 1);
   double share = 1;
   for (const ContactPair& pair : near_) {
+    const double whole_room = std::min(room_share * pair.distance, pair.distance - least_gap * pair.barrier.thickness);
+    const double middle = furthest_of(pair.points[1]);
+    const double last = std::max(furthest_of(pair.points[2]), furthest_of(pair.points[3]));
+    if (furthest_of(pair.points[0]) + middle + last <= whole_room) {
+      continue;  // whichever of them are on the same side
+    }
     std::array<double, 4> levels{};  // of the points: how much nearer they come to the other feature
     std::array<double, 4> wanted{};
     std::array<double, 2> level{};  // of the features
@@ -228,7 +260,6 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       wants[is_second] = std::max(wants[is_second], levels[k] + wanted[k]);
     }
     wants = {wants[0] - level[0], wants[1] - level[1]};
-    const double whole_room = std::min(room_share * pair.distance, pair.distance - least_gap * pair.barrier.thickness);
     const double room = std::max(whole_room - level[0] - level[1], 0.0);
     if (wants[0] + wants[1] <= room) {
       continue;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -109,6 +110,7 @@ class SurfaceContact : public Potential {
 
   Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
   void search(const Field& x, const Field& to);
+  void measure_again(const Field& x);
   bool leaves_room(const Field& x) const;
   double room_used(const Field& x) const;
   void add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
@@ -134,15 +136,15 @@ class SurfaceContact : public Potential {
   ContactMesh mesh_;
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< places of the mesh's points, as last computed
-  std::vector<ContactPair> pairs_;
   std::vector<Rubbing> rubbing_;
   std::vector<Stencil> rubbing_stencils_;  ///< of `rubbing_`, in the present reach
 
   // Data of the last search for pairs.
   Field origin_;      ///< places of the particles
   Field low_, high_;  ///< bounds of the displacements from there for which pairs are known, component by component
-  Eigen::Matrix3Xd reference_;     ///< places of the mesh's points [m]
-  std::vector<ContactPair> near_;  ///< all pairs that were found, also those that do not come to press
+  Eigen::Matrix3Xd reference_;     ///< places of the mesh's points when distances were last measured [m]
+  std::vector<ContactPair> near_;  ///< all pairs that were found
+  std::ptrdiff_t pressing_ = 0;    ///< so many of them, the first, may press
   Field trial_;                    ///< where particles would be
   bool any_held_ = false;          ///< a particle was held back since then, on any rank
   int searches_ = 0;

@@ -106,7 +106,10 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
   rest.values() = sheet_.rest;
   const std::vector<double> ones(particles, 1);
   begin_step(rest, {{sheet_.initial_mass, std::vector<bool>(particles), rest, options_.usual_h},
-                    length, ones, ones, Living(sheet_)});
+                    length,
+                    ones,
+                    ones,
+                    Living(sheet_)});
   tangent_->update(rest, Curvature::positive);
   VecHandle diagonal;
   check(MatCreateVecs(tangent_->matrix(), diagonal.create(), nullptr));

@@ -26,7 +26,7 @@ struct ElasticInput : MassInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour [m]
   const std::vector<double>& shrinkage;                     ///< length over undeformed length of each local particle
   const std::vector<double>& stiffness_factor;              ///< of each local particle, such as of char
-  const Living& living;             ///< what has not burnt, ghosts up to date
+  const Living& living;                                     ///< what has not burnt, ghosts up to date
 };
 
 /// How a step of the elastic sheet went.
@@ -132,15 +132,15 @@ class ElasticStep : public MassPart {
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
   std::unique_ptr<Tangent> assembled_;  ///< an earlier one, to make the preconditioner from; null: from `tangent_`
   PreconditionerLag lag_;
-  double rounding_ = 0;                      ///< norm of forces that is rounding alone [N]
+  double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
   KspHandle solver_;
   std::string solver_words_;
   std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid
   VecHandle residual_;
   VecHandle update_;
   Eigen::Matrix3Xd gradient_;
-  std::vector<double> sums_;                 ///< energy, squares of the norms of the gradient and its parts
-  Eigen::Matrix3Xd step_;                    ///< of Newton's method
+  std::vector<double> sums_;  ///< energy, squares of the norms of the gradient and its parts
+  Eigen::Matrix3Xd step_;     ///< of Newton's method
 
   // Of the present step, with char and viscosity.
   std::array<std::vector<double>, 4> stiffness_;  ///< of the local springs by colour [N/m]

@@ -29,7 +29,8 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
   }
   place_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
   MPI_Allreduce(MPI_IN_PLACE, &place_, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
-  double mass = std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
+  double mass =
+      std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, surface.comm());
   force_scale_ = mass / static_cast<double>(surface.particles.global) / (usual_h * usual_h) * place_;
 }

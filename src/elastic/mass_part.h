@@ -29,8 +29,8 @@ class MassPart : public StepPart {
  public:
   /// The surface must outlive it. Collective.
   /// @param pinned local particles that are never to move @param tolerance see StepPart
-  /// @param usual_h of most steps, for the scale of forces [s] @param others what acts on the particles' positions; must
-  /// outlive it
+  /// @param usual_h of most steps, for the scale of forces [s] @param others what acts on the particles' positions;
+  /// must outlive it
   MassPart(const Surface& surface, const std::vector<bool>& pinned, double tolerance, double usual_h,
            const std::vector<Potential*>& others);
   MassPart(const MassPart&) = delete;  // Its potential points to it.

@@ -35,9 +35,7 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
 }
 
 /// Whether the forces of contact and bodies on a sheet are brought into balance, with inertia at least.
-bool is_balanced(const Options& options) {
-  return options.dynamics == Dynamics::elastic || options.contact.self;
-}
+bool is_balanced(const Options& options) { return options.dynamics == Dynamics::elastic || options.contact.self; }
 
 /// How a sheet that is not elastic is brought into balance with its contact.
 PrismOptions settling_options(const Options& options) {
@@ -50,8 +48,8 @@ PrismOptions settling_options(const Options& options) {
   return settling;
 }
 
-/// Of contact, in steps of the deck's length [Pa/m]. A sheet that is not elastic bears what it is projected to, whatever
-/// its mass.
+/// Of contact, in steps of the deck's length [Pa/m]. A sheet that is not elastic bears what it is projected to,
+/// whatever its mass.
 double usual_stiffness_of(const Sheet& sheet, const Options& options) {
   constexpr double strain = 0.05;  // as much as a sheet may bear
   constexpr double rigid = 10;     // times its mass in a step
@@ -458,9 +456,7 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   } else {
     PetscInt contacts = 0;
     bodies_.begin_step();
-    const auto correct = [&](Field& positions) {
-      contacts = bodies_.correct_positions(positions, contact);
-    };
+    const auto correct = [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); };
     const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
                                 tearing_ ? &force_ : nullptr};
     if (projection_ != nullptr) {

@@ -131,9 +131,7 @@ class Burn {
   /// Of each local particle.
   const std::vector<bool>& pinned() const { return pins_.pinned(); }
   /// As what touches itself, or others.
-  ContactSurface::Part contact_part() const {
-    return {&sheet_, options_.contact.thickness, stiffness_};
-  }
+  ContactSurface::Part contact_part() const { return {&sheet_, options_.contact.thickness, stiffness_}; }
   /// See ElasticStep; empty of what is not elastic, and if its balance is found elsewhere.
   std::string solver_words() const {
     return elastic_ != nullptr && !options_.contact.together ? elastic_->solver_words() : "";
@@ -210,8 +208,8 @@ class Burn {
   std::unique_ptr<ElasticStep> elastic_;
   std::unique_ptr<SuccessiveProjection> projection_;
   std::unique_ptr<SpringBaseline> springs_;
-  std::unique_ptr<MassPart> masses_;    ///< of a sheet that is not elastic and touches itself or others
-  std::unique_ptr<Settling> settling_;  ///< if it does not touch others
+  std::unique_ptr<MassPart> masses_;        ///< of a sheet that is not elastic and touches itself or others
+  std::unique_ptr<Settling> settling_;      ///< if it does not touch others
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
   Field start_;                           ///< positions at the beginning

@@ -251,11 +251,11 @@ TEST_P(TogetherByDynamics, TheFloorBearsTheWeightOfAll) {
 
 // Gravity is tilted against a sheet that is held, on which another one lies.
 TEST_P(TogetherByDynamics, ASheetOnASlopeSticksAndSlides) {
-  constexpr double g = 9.81;      // [m/s^2]
-  constexpr double slope = 0.5;   // [rad]
-  constexpr double h = 2e-3;      // [s]
-  constexpr int settles = 40;     // steps
-  constexpr int slides = 20;      // steps after that
+  constexpr double g = 9.81;     // [m/s^2]
+  constexpr double slope = 0.5;  // [rad]
+  constexpr double h = 2e-3;     // [s]
+  constexpr int settles = 40;    // steps
+  constexpr int slides = 20;     // steps after that
   for (const double friction : {0.3, 0.8}) {
     const TestFolder folder;
     std::deque<ObjectOptions> objects;
