@@ -34,8 +34,8 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
   return result;
 }
 
-/// Whether the forces of contact and bodies on a sheet are brought into balance, with inertia at least.
-bool is_balanced(const Options& options) { return options.dynamics == Dynamics::elastic || options.contact.self; }
+/// Whether the forces of bodies on a sheet are brought into balance, with inertia at least.
+bool is_balanced(const Options& options) { return options.dynamics == Dynamics::elastic || options.contact.together; }
 
 /// How a sheet that is not elastic is brought into balance with its contact.
 PrismOptions settling_options(const Options& options) {
@@ -299,6 +299,11 @@ void Burn::take_balance(State& state, const ImplicitResult& balance) {
   moved_.newton_iterations = balance.newton_iterations;
   moved_.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
   take_positions(state, part()->position(), moved_);
+  if (const std::optional<double> limit = options_.project.strain_limit; limit && moved_.converged) {
+    const NetStrain strain = net_strain(state);
+    moved_.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit);
+    moved_.converged = moved_.reason.empty();
+  }
   if (filled_) {
     state.pressure = filled_->pressures();
   }
@@ -314,10 +319,6 @@ void Burn::take_positions(State& state, const Field& positions, DynamicsResult& 
   if (body_contact_ != nullptr) {
     result.contacts = body_contact_->contacts(state.position);
     result.reason = body_contact_->fault(state.position);
-  }
-  if (const std::optional<double> limit = options_.project.strain_limit; limit && result.reason.empty()) {
-    const NetStrain strain = net_strain(state);
-    result.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit);
   }
   result.converged = result.reason.empty();
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
@@ -438,7 +439,7 @@ void Burn::settle_contact(State& state, DynamicsResult& result) {
   contact_->set_stiffness(stiffness_);
   const ImplicitResult balance = settling_->solver.advance(moving_->h);
   result.iterations += balance.linear_iterations;
-  result.newton_iterations = balance.newton_iterations;
+  result.newton_iterations += balance.newton_iterations;
   result.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
   result.converged = balance.converged;
   result.reason = balance.converged ? "" : "its contact: " + balance.reason;
@@ -456,7 +457,15 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   } else {
     PetscInt contacts = 0;
     bodies_.begin_step();
-    const auto correct = [&](Field& positions) { contacts = bodies_.correct_positions(positions, contact); };
+    // With a strain limit it is brought into balance with its contact after each projection step, until both hold.
+    const bool settles_often = settling_ != nullptr && options_.project.strain_limit;
+    DynamicsResult settled;
+    const auto correct = [&](Field& positions) {
+      contacts = bodies_.correct_positions(positions, contact);
+      if (settles_often && settled.converged) {
+        settle_contact(state, settled);
+      }
+    };
     const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
                                 tearing_ ? &force_ : nullptr};
     if (projection_ != nullptr) {
@@ -470,8 +479,17 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
       correct(state.position);
     }
     result.contacts = contacts;
-    if (settling_ != nullptr && result.converged) {
-      settle_contact(state, result);
+    if (settling_ != nullptr && !settles_often && result.converged) {
+      settle_contact(state, settled);
+    }
+    if (settling_ != nullptr) {
+      result.iterations += settled.iterations;
+      result.newton_iterations = settled.newton_iterations;
+      result.force_residual = settled.force_residual;
+      if (!settled.converged) {
+        result.converged = false;
+        result.reason = settled.reason;
+      }
     }
   }
   if (projection_ == nullptr) {
