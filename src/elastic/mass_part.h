@@ -23,8 +23,8 @@ struct MassInput {
 ///
 ///     sum_i m_i |x_i - x~_i|^2 / (2 h^2) + U(x).
 ///
-/// By itself it is a sheet that has been projected, so that x~ is where it holds together, and that touches other
-/// objects: contact moves it from there.
+/// By itself it is a sheet that has been projected, so that x~ is where it holds together, and that touches itself or
+/// other objects: contact moves it from there.
 class MassPart : public StepPart {
  public:
   /// The surface must outlive it. Collective.

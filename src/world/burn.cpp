@@ -316,11 +316,7 @@ void Burn::take_balance(State& state, const ImplicitResult& balance) {
 /// To where contact has moved the sheet. Collective.
 void Burn::take_positions(State& state, const Field& positions, DynamicsResult& result) const {
   state.position.values() = positions.values();
-  if (body_contact_ != nullptr) {
-    result.contacts = body_contact_->contacts(state.position);
-    result.reason = body_contact_->fault(state.position);
-  }
-  result.converged = result.reason.empty();
+  ask_bodies(state, result);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
       state.position.vector(i) = start_.vector(i);
@@ -401,6 +397,15 @@ void Burn::begin_bodies(const State& state, double h) {
   }
 }
 
+/// How the sheet meets bodies at the end of a step. Collective.
+void Burn::ask_bodies(const State& state, DynamicsResult& result) const {
+  if (body_contact_ != nullptr && result.converged) {
+    result.contacts = body_contact_->contacts(state.position);
+    result.reason = body_contact_->fault(state.position);
+    result.converged = result.reason.empty();
+  }
+}
+
 DynamicsResult Burn::advance_elastic(State& state, double h) {
   begin_bodies(state, h);
   const ElasticResult moved = elastic_->advance(state.position, elastic_input(state, h));
@@ -408,11 +413,7 @@ DynamicsResult Burn::advance_elastic(State& state, double h) {
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
-  if (body_contact_ != nullptr && result.converged) {
-    result.contacts = body_contact_->contacts(state.position);
-    result.reason = body_contact_->fault(state.position);
-    result.converged = result.reason.empty();
-  }
+  ask_bodies(state, result);
   if (!result.converged) {
     if (const std::string fault = start_fault(); !fault.empty()) {
       result.reason = fault;

@@ -177,6 +177,7 @@ class Burn {
   void end_dynamics(State& state);
   void finish(State& state, BurnStep& step);
   void begin_bodies(const State& state, double h);
+  void ask_bodies(const State& state, DynamicsResult& result) const;
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
   void look_at_contact(State& state, BurnStep& step) const;
   ElasticInput elastic_input(const State& state, double h) const;
