@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "parallel/collective.h"
@@ -77,6 +78,11 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
 bool ContactMesh::is_own(PetscInt point) const {
   const Particles of_point = particles(point);
   return std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
+}
+
+bool ContactMesh::is_new(PetscInt point) const {
+  const Particles of_point = particles(point);
+  return std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return known_.values()(15, i) > 0; });
 }
 
 bool ContactMesh::touches_own(PetscInt element) const {
@@ -156,7 +162,7 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   return Route(surface_.comm(), destinations).send(sent);
 }
 
-void ContactMesh::gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further) {
+bool ContactMesh::gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further) {
   const Layout& particles = surface_.particles();
   const Layout& elements = surface_.elements();
   std::vector<PetscInt> here;  // local elements that live
@@ -209,14 +215,16 @@ void ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   std::sort(beyond.begin(), beyond.end());
   beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
   reaches_further_ = on_any_rank(surface_.comm(), !beyond.empty());
+  const std::vector<PetscInt> old_ghosts = std::move(reach_.ghost_global);
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
   numbers_ = LocalNumbers(reach_);
-  known_ = Field(reach_, 15);
+  known_ = Field(reach_, 16);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const auto particle = static_cast<std::size_t>(i);
     known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], surface_.thickness(i),
-        surface_.stiffness(i), start.vector(i), motion.low.vector(i), motion.high.vector(i);
+        surface_.stiffness(i), start.vector(i), motion.low.vector(i), motion.high.vector(i),
+        static_cast<double>(motion.is_new[particle]);
     places_.vector(i) = motion.x.vector(i);
   }
   if (reaches_further_) {
@@ -224,8 +232,8 @@ void ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
     places_.update_ghosts();
   }
 
-  triangles_.clear();
-  centres_.clear();
+  const std::vector<std::array<PetscInt, 3>> old_triangles = std::exchange(triangles_, {});
+  const std::vector<std::array<PetscInt, 4>> old_centres = std::exchange(centres_, {});
   has_.assign(static_cast<std::size_t>(reach_.local()), false);
   areas_.resize(static_cast<std::size_t>(reach_.local()));
   for (PetscInt i = 0; i < reach_.local(); ++i) {
@@ -241,6 +249,11 @@ void ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
     }
     add(element, corners);
   }
+  const bool is_same = triangles_ == old_triangles && centres_ == old_centres && reach_.ghost_global == old_ghosts;
+  if (!is_same) {
+    find_leads();
+    known_.values().row(15).setOnes();
+  }
   boxes_.clear();
   for (const std::array<PetscInt, 3>& triangle : triangles_) {
     Box box;
@@ -252,6 +265,34 @@ void ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       wider = std::max(wider, thickness(point) / 2);
     }
     boxes_.emplace_back(box.min().array() - wider, box.max().array() + wider);
+  }
+  return is_same;
+}
+
+void ContactMesh::find_leads() {
+  struct Side {
+    std::array<PetscInt, 2> ends;
+    std::size_t triangle;
+    std::size_t number;
+  };
+  std::vector<Side> sides;
+  std::vector<bool> has_leader(static_cast<std::size_t>(points()));
+  leads_.assign(triangles_.size(), {});
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const PetscInt a = triangles_[t][k];
+      const PetscInt b = triangles_[t][(k + 1) % 3];
+      sides.push_back({{std::min(a, b), std::max(a, b)}, t, k});
+      leads_[t].point[k] = !has_leader[static_cast<std::size_t>(a)];
+      has_leader[static_cast<std::size_t>(a)] = true;
+    }
+  }
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& a, const Side& b) { return std::tie(a.ends, a.triangle) < std::tie(b.ends, b.triangle); });
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    if (s == 0 || sides[s].ends != sides[s - 1].ends) {
+      leads_[sides[s].triangle].side[sides[s].number] = true;
+    }
   }
 }
 

@@ -27,13 +27,15 @@ class ContactMesh {
     const Field& x;
     const Field& low;
     const Field& high;
+    const std::vector<bool>& is_new;  ///< whether they were not all within those of the last time, of local particles
   };
 
   /// Gathers the triangles that are near: those whose boxes meet. The box of a triangle holds all places to which its
   /// corners may move, and is wider by half of the thickness. Collective.
   /// @param start places of the particles at the beginning of the step, ghosts up to date
   /// @param further global numbers of particles that are to be in reach in any case
-  void gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further);
+  /// @returns whether triangles and points are numbered as they were before; if not, all are new
+  bool gather(const Motion& motion, const Field& start, const std::vector<PetscInt>& further);
 
   /// The surface's particles, and as further ghosts those of other ranks' triangles.
   const Layout& reach() const { return reach_; }
@@ -41,6 +43,12 @@ class ContactMesh {
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+  /// Whether a triangle stands for its points, and for its sides: each point and side has one that does.
+  struct Leads {
+    std::array<bool, 3> point{};
+    std::array<bool, 3> side{};  ///< from each point to the next
+  };
+  const std::vector<Leads>& leads() const { return leads_; }
   /// The triangles, as they were gathered.
   const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
@@ -71,6 +79,8 @@ class ContactMesh {
   /// The displacements between which a point may move [m].
   Eigen::Vector3d low(PetscInt point) const { return mean(known_.values().middleRows<3>(9), point); }
   Eigen::Vector3d high(PetscInt point) const { return mean(known_.values().middleRows<3>(12), point); }
+  /// Whether it may go where it could not at the last time.
+  bool is_new(PetscInt point) const;
   /// Undeformed area round a point [m^2].
   double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }
   /// Thickness of the contact of a point's part with itself [m].
@@ -94,6 +104,7 @@ class ContactMesh {
   bool touches_own(PetscInt element) const;
   std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes) const;
   void add(const Element& element, const std::array<PetscInt, 4>& corners);
+  void find_leads();
 
   const ContactSurface& surface_;
   std::vector<double> particle_area_;  ///< round the local particles, without the parts of centres [m^2]
@@ -101,9 +112,10 @@ class ContactMesh {
   Layout reach_;
   LocalNumbers numbers_;          ///< in `reach_`
   bool reaches_further_ = false;  ///< than the surface's layout, on any rank
-  Field known_;           ///< on `reach_`: undeformed place, area, thickness, stiffness, place at the start, low, high
+  Field known_;  ///< on `reach_`: undeformed place, area, thickness, stiffness, place at the start, low, high, is new
   mutable Field places_;  ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
+  std::vector<Leads> leads_;  ///< of the triangles
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::vector<std::array<PetscInt, 4>> centres_;  ///< particles
   std::vector<double> areas_;                     ///< of the points

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "contact/lips.h"
 #include "geometry/box_tree.h"
@@ -24,7 +23,7 @@ constexpr double none = 1e-10;
 /// lengths: there what presses would be further than the thickness from where the edges cross.
 constexpr double nearly_parallel = 0.1;
 
-/// Features of drawn triangles: each point and side is represented by one triangle, so that each pair comes once.
+/// Features of drawn triangles: for each point and side one triangle stands, so that each pair comes once.
 class Search {
  public:
   Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places)
@@ -34,8 +33,7 @@ class Search {
         high_(3, mesh.points()),
         boxes_(static_cast<std::size_t>(mesh.points())),
         is_own_(boxes_.size()),
-        leads_point_(mesh.triangles().size()),
-        leads_side_(mesh.triangles().size()) {
+        is_new_(boxes_.size()) {
     for (PetscInt point = 0; point < mesh.points(); ++point) {
       const auto number = static_cast<std::size_t>(point);
       low_.col(point) = mesh.low(point);
@@ -44,63 +42,55 @@ class Search {
       boxes_[number] = {(places.col(point) + low_.col(point)).array() - wider,
                         (places.col(point) + high_.col(point)).array() + wider};
       is_own_[number] = mesh.is_own(point);
+      is_new_[number] = mesh.is_new(point);
     }
-    find_leaders();
   }
 
-  std::vector<ContactPair> run() {
-    BoxTree(mesh_.boxes()).visit_pairs([this](int a, int b) {
-      if (touches_own_[static_cast<std::size_t>(a)] || touches_own_[static_cast<std::size_t>(b)]) {
-        add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)));
+  void renew(std::vector<ContactPair>& pairs) {
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                               [this](ContactPair& pair) {
+                                 if (any_of(pair.points, is_new_)) {
+                                   return true;
+                                 }
+                                 const double nearest = measure(pair);
+                                 return !is_near(pair, nearest) || !matters(pair, nearest);
+                               }),
+                pairs.end());
+    std::vector<bool> marked;
+    std::vector<bool> touches_own;
+    for (const std::array<PetscInt, 3>& triangle : mesh_.triangles()) {
+      marked.push_back(any_of(triangle, is_new_));
+      touches_own.push_back(any_of(triangle, is_own_));
+    }
+    BoxTree(mesh_.boxes()).visit_pairs_of(marked, [&](int a, int b) {
+      if (touches_own[static_cast<std::size_t>(a)] || touches_own[static_cast<std::size_t>(b)]) {
+        add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)), pairs);
       }
     });
-    return std::move(result_);
   }
 
  private:
-  void find_leaders() {
-    struct Side {
-      std::array<PetscInt, 2> ends;
-      std::size_t triangle;
-      std::size_t number;
-    };
-    std::vector<Side> sides;
-    std::vector<bool> has_leader(boxes_.size(), false);
-    for (std::size_t t = 0; t < leads_side_.size(); ++t) {
-      const std::array<PetscInt, 3>& triangle = mesh_.triangles()[t];
-      bool touches_own = false;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const PetscInt a = triangle[k];
-        const PetscInt b = triangle[(k + 1) % 3];
-        sides.push_back({{std::min(a, b), std::max(a, b)}, t, k});
-        leads_point_[t][k] = !has_leader[static_cast<std::size_t>(a)];
-        has_leader[static_cast<std::size_t>(a)] = true;
-        touches_own = touches_own || is_own_[static_cast<std::size_t>(a)];
-      }
-      touches_own_.push_back(touches_own);
-    }
-    std::sort(sides.begin(), sides.end(),
-              [](const Side& a, const Side& b) { return std::tie(a.ends, a.triangle) < std::tie(b.ends, b.triangle); });
-    for (std::size_t s = 0; s < sides.size(); ++s) {
-      if (s == 0 || sides[s].ends != sides[s - 1].ends) {
-        leads_side_[sides[s].triangle][sides[s].number] = true;
-      }
-    }
+  template <std::size_t N>
+  static bool any_of(const std::array<PetscInt, N>& points, const std::vector<bool>& have) {
+    return std::any_of(points.begin(), points.end(),
+                       [&have](PetscInt point) { return have[static_cast<std::size_t>(point)]; });
   }
 
-  void add_triangles(std::size_t a, std::size_t b) {
+  void add_triangles(std::size_t a, std::size_t b, std::vector<ContactPair>& pairs) const {
     const std::array<PetscInt, 3>& first = mesh_.triangles()[a];
     const std::array<PetscInt, 3>& second = mesh_.triangles()[b];
+    const ContactMesh::Leads& leads = mesh_.leads()[a];
+    const ContactMesh::Leads& other_leads = mesh_.leads()[b];
     for (std::size_t k = 0; k < 3; ++k) {
-      if (leads_point_[a][k] && box(first[k]).intersects(mesh_.boxes()[b])) {
-        add({first[k], second[0], second[1], second[2]}, false);
+      if (leads.point[k] && box(first[k]).intersects(mesh_.boxes()[b])) {
+        add({first[k], second[0], second[1], second[2]}, false, pairs);
       }
-      if (leads_point_[b][k] && box(second[k]).intersects(mesh_.boxes()[a])) {
-        add({second[k], first[0], first[1], first[2]}, false);
+      if (other_leads.point[k] && box(second[k]).intersects(mesh_.boxes()[a])) {
+        add({second[k], first[0], first[1], first[2]}, false, pairs);
       }
-      for (std::size_t l = 0; l < 3 && leads_side_[a][k]; ++l) {
-        if (leads_side_[b][l] && side_box(first, k).intersects(side_box(second, l))) {
-          add({first[k], first[(k + 1) % 3], second[l], second[(l + 1) % 3]}, true);
+      for (std::size_t l = 0; l < 3 && leads.side[k]; ++l) {
+        if (other_leads.side[l] && side_box(first, k).intersects(side_box(second, l))) {
+          add({first[k], first[(k + 1) % 3], second[l], second[(l + 1) % 3]}, true, pairs);
         }
       }
     }
@@ -111,35 +101,29 @@ class Search {
     return box(triangle[side]).merged(box(triangle[(side + 1) % 3]));
   }
 
-  void add(const std::array<PetscInt, 4>& points, bool are_edges) {
+  void add(const std::array<PetscInt, 4>& points, bool are_edges, std::vector<ContactPair>& pairs) const {
     const auto second_feature = points.begin() + (are_edges ? 2 : 1);
     if (std::find_first_of(second_feature, points.end(), points.begin(), second_feature) != points.end()) {
       return;
     }
-    if (std::none_of(points.begin(), points.end(),
-                     [this](PetscInt point) { return is_own_[static_cast<std::size_t>(point)]; })) {
+    if (!any_of(points, is_new_) || !any_of(points, is_own_)) {
       return;
     }
     ContactPair pair;
     pair.points = points;
     pair.are_edges = are_edges;
-    pair.measure(places_);
-    const double thickness = (mesh_.thickness(points[0]) + mesh_.thickness(points[2])) / 2;
-    if (pair.distance <= none * thickness) {
+    const double nearest = measure(pair);
+    if (!is_near(pair, nearest)) {
       return;
     }
-    const double nearer = closing(pair);
-    if (pair.distance - nearer >= thickness) {  // Where they may go they neither press nor pass through each other.
-      return;
-    }
+    const double thickness = thickness_of(pair);
     pair.barrier.thickness = std::min(thickness, rest_distance(pair) / 2);
     const bool are_lips = pair.barrier.thickness < least_share * thickness;
     if (are_lips) {
       pair.barrier.thickness = lip_share * thickness;
     }
     pair.barrier.steep = steep_share;
-    pair.may_press = pair.distance - nearer < pair.barrier.thickness;
-    if (!pair.may_press && nearer <= room_share * pair.distance) {
+    if (!matters(pair, nearest)) {
       return;
     }
     const double stiffness = std::min(mesh_.stiffness(points[0]), mesh_.stiffness(points[2]));
@@ -150,8 +134,29 @@ class Search {
     const auto area = [&](std::size_t k) { return mesh_.area(points[k]); };
     pair.barrier.stiffness =
         share * stiffness * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
-    pair.may_press = pair.may_press && pair.barrier.stiffness > 0;
-    result_.push_back(pair);
+    pairs.push_back(pair);
+  }
+
+  double thickness_of(const ContactPair& pair) const {
+    return (mesh_.thickness(pair.points[0]) + mesh_.thickness(pair.points[2])) / 2;
+  }
+
+  /// @returns how near to each other the features may come
+  double measure(ContactPair& pair) const {
+    pair.measure(places_);
+    return pair.distance - closing(pair);
+  }
+
+  /// Otherwise both features neither press nor pass through each other wherever they may go.
+  bool is_near(const ContactPair& pair, double nearest) const {
+    const double thickness = thickness_of(pair);
+    return pair.distance > none * thickness && nearest < thickness;
+  }
+
+  /// Whether it may press, or use up its room.
+  static bool matters(ContactPair& pair, double nearest) {
+    pair.may_press = nearest < pair.barrier.thickness;
+    return pair.may_press || nearest < (1 - room_share) * pair.distance;
   }
 
   /// How much nearer features may come to each other along their normal.
@@ -196,14 +201,11 @@ class Search {
 
   const ContactMesh& mesh_;
   const Eigen::Matrix3Xd& places_;
-  Eigen::Matrix3Xd low_;                          ///< of the points: between which displacements they may move
-  Eigen::Matrix3Xd high_;                         ///< likewise
-  std::vector<Eigen::AlignedBox3d> boxes_;        ///< of the points, as ContactMesh has them of triangles
-  std::vector<bool> is_own_;                      ///< of the points
-  std::vector<std::array<bool, 3>> leads_point_;  ///< of the triangles: whether each stands for its points
-  std::vector<std::array<bool, 3>> leads_side_;   ///< and for its sides
-  std::vector<bool> touches_own_;                 ///< of the triangles
-  std::vector<ContactPair> result_;
+  Eigen::Matrix3Xd low_;                    ///< of the points: between which displacements they may move
+  Eigen::Matrix3Xd high_;                   ///< likewise
+  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of the points, as ContactMesh has them of triangles
+  std::vector<bool> is_own_;                ///< of the points
+  std::vector<bool> is_new_;                ///< likewise: whether they may go where they could not before
 };
 
 }  // namespace
@@ -260,8 +262,8 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
   return (curvature - slope * slope.transpose() / (gap * gap)) / gap;
 }
 
-std::vector<ContactPair> find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) {
-  return Search(mesh, places).run();
+void renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs) {
+  Search(mesh, places).renew(pairs);
 }
 
 }  // namespace contact

@@ -20,7 +20,7 @@ struct ContactPair {
   // Where it was last measured:
   double distance = 0;                               ///< [m]
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the second feature to the first
-  bool may_press = false;  ///< whether it comes to press within the range of its points' movement
+  bool may_press = false;                            ///< whether its gap may become less than the barrier's thickness
 
   NearestPoints nearest(const Eigen::Matrix3Xd& places) const {
     const std::array<Eigen::Vector3d, 4> corners{places.col(points[0]), places.col(points[1]), places.col(points[2]),
@@ -47,13 +47,14 @@ struct ContactPair {
 /// Share of their distance by which two features may come nearer before it is measured again.
 constexpr double room_share = 0.9;
 
-/// Looks for the pairs of features without a common point of which this rank owns a part, and which may come to press,
-/// or use up the room between them, within the range of their points' movement. They press from half of their
+/// Finds the pairs of features without a common point of which this rank owns a part, and which may come to press, or
+/// use up the room between them, within the range of their points' movement. They press from half of their
 /// undeformed distance on, if that is less than the thickness: neighbours are near each other at rest. Features that
 /// are in one place undeformed press from `lip_share` of the thickness on, and are no pair as long as they are in one
 /// place. Not collective.
 /// @param places of the mesh's points, for which the mesh was gathered [m]
-std::vector<ContactPair> find_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places);
+/// @param pairs those that were found for other ranges, to be renewed: of points whose range is not new, within it
+void renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs);
 
 }  // namespace contact
 }  // namespace pellicle

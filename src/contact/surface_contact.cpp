@@ -13,10 +13,8 @@ inline namespace contact {
 
 namespace {
 
-/// How much further than its way a particle may go before pairs are sought again, as shares of the thickness and of the
-/// way.
-constexpr double more_of_thickness = 0.12;
-constexpr double more_of_way = 0.25;
+/// How much further than its way a particle may go before pairs are sought again, as a share of the thickness.
+constexpr double more_of_thickness = 0.06;
 /// Share of the thickness below which no pair begins to press, however often pairs are sought in a step.
 constexpr double least_gap = 1e-6;
 
@@ -116,26 +114,43 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   if (searches_ > 1) {
     room_used_ = std::max(room_used_, room_used(x));
   }
-  origin_.values() = x.values();
+  const bool is_first = searches_ == 1;
+  std::vector<bool> is_new(static_cast<std::size_t>(surface_.particles().local()), is_first);
   for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
     const Eigen::Array3d way = to.vector(i) - x.vector(i);
-    const double more = more_of_thickness * surface_.thickness(i) + more_of_way * way.matrix().norm();
-    low_.vector(i) = way.min(0.0) - more;
-    high_.vector(i) = way.max(0.0) + more;
+    const double more = more_of_thickness * surface_.thickness(i);
+    Eigen::Array3d low = way.min(0.0) - more;
+    Eigen::Array3d high = way.max(0.0) + more;
+    const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
+    const Eigen::Array3d old_low = low_.vector(i).array() - moved;
+    const Eigen::Array3d old_high = high_.vector(i).array() - moved;
+    if (!is_first && (way - more / 2 >= old_low).all() &&
+        (way + more / 2 <= old_high).all()) {  // Pairs are known there.
+      low = low.max(old_low);
+      high = high.min(old_high);
+    } else {
+      is_new[static_cast<std::size_t>(i)] = true;
+    }
+    low_.vector(i) = low;
+    high_.vector(i) = high;
   }
+  origin_.values() = x.values();
   std::vector<PetscInt> further;
   for (const Rubbing& rubbing : rubbing_) {
     for (const auto& [particle, weight] : rubbing.particles) {
       further.push_back(particle);
     }
   }
-  mesh_.gather({x, low_, high_}, start_, further);
+  if (!mesh_.gather({x, low_, high_, is_new}, start_, further)) {
+    near_.clear();
+  }
   mesh_.write_points(x, places_);
-  near_ = find_contact_pairs(mesh_, places_);
+  renew_contact_pairs(mesh_, places_, near_);
   find_rubbing_stencils();
   reference_ = places_;
   pressing_ =
-      std::stable_partition(near_.begin(), near_.end(), [](const ContactPair& pair) { return pair.may_press; }) -
+      std::stable_partition(near_.begin(), near_.end(),
+                            [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
       near_.begin();
   any_held_ = false;
   blocks_.clear();  // They were in another reach.
@@ -155,12 +170,17 @@ void SurfaceContact::measure_again(const Field& x) {
 /// Whether a particle of this rank would be at a place for which pairs are not known.
 bool SurfaceContact::leaves_room(const Field& x) const {
   for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
-    const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
-    if (mesh_.has(i) && ((moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any())) {
+    if (mesh_.has(i) && leaves_range(i, x)) {
       return true;
     }
   }
   return false;
+}
+
+/// Whether a local particle would leave the range for which pairs are known.
+bool SurfaceContact::leaves_range(PetscInt i, const Field& x) const {
+  const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
+  return (moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any();
 }
 
 /// Calls `take` with each pair that presses when the particles are at x, the stencil of the way between its nearest

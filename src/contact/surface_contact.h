@@ -112,6 +112,7 @@ class SurfaceContact : public Potential {
   void search(const Field& x, const Field& to);
   void measure_again(const Field& x);
   bool leaves_room(const Field& x) const;
+  bool leaves_range(PetscInt i, const Field& x) const;
   double room_used(const Field& x) const;
   void add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
   void add_friction(Eigen::Matrix3Xd& gradient) const;

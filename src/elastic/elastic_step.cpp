@@ -23,6 +23,9 @@ namespace {
 
 /// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
 constexpr double worth_patches = 600;
+/// Share of the forces that is left, from which on Newton's method is quadratic: further away the exact tangent is
+/// seldom positive definite, or no better.
+constexpr double error_near_end = 0.3;
 
 }  // namespace
 
@@ -203,9 +206,13 @@ ElasticStep::Forces ElasticStep::compute_forces(const Field& x, const std::vecto
   return {sums_[0], std::sqrt(sums_[1]), std::sqrt(*std::max_element(sums_.begin() + 2, sums_.end()))};
 }
 
-void ElasticStep::renew_preconditioner(const Field& positions) {
+LinearResult ElasticStep::find_update(const Field& positions, double error) {
   const bool is_cheap = assembled_ == nullptr && patches_ == nullptr;
   const bool is_due = is_cheap || lag_.due(solver_);
+  const bool is_near = error <= error_near_end;
+  if (!is_near || is_due) {
+    tangent_->update(positions, Curvature::positive);
+  }
   if (is_due) {
     lag_.renewed();
     if (assembled_ != nullptr) {
@@ -216,11 +223,27 @@ void ElasticStep::renew_preconditioner(const Field& positions) {
     }
   }
   check(KSPSetReusePreconditioner(solver_, is_due ? PETSC_FALSE : PETSC_TRUE));
+  copy_to(residual_, gradient_.reshaped());
+  if (!is_near) {
+    return solve(solver_, residual_, update_);
+  }
+  tangent_->update(positions, Curvature::exact);
+  LinearResult result = solve(solver_, residual_, update_);
+  if (!result.converged) {
+    const int iterations = result.iterations;
+    tangent_->update(positions, Curvature::positive);
+    check(KSPSetReusePreconditioner(solver_, PETSC_FALSE));
+    result = solve(solver_, residual_, update_);
+    result.iterations += iterations;
+  }
+  return result;
 }
 
-/// A preconditioner of a tangent of another pattern is of no use.
+/// A preconditioner of an assembled tangent of another pattern is of no use; that of rigid patches is.
 void ElasticStep::forget_pattern() {
-  lag_.forget();
+  if (assembled_ != nullptr) {
+    lag_.forget();
+  }
   if (patches_ != nullptr) {
     patches_->forget_pattern();
   }
@@ -296,10 +319,7 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     if (tangent_->move_on(positions)) {
       forget_pattern();
     }
-    tangent_->update(positions, Curvature::positive);
-    renew_preconditioner(positions);
-    copy_to(residual_, gradient_.reshaped());
-    const LinearResult solved = solve(solver_, residual_, update_);
+    const LinearResult solved = find_update(positions, result.error);
     result.iterations += solved.iterations;
     if (!solved.converged) {
       result.reason = solved.reason;

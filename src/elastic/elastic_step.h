@@ -108,7 +108,8 @@ class ElasticStep : public MassPart {
   void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
   void forget_pattern();
-  void renew_preconditioner(const Field& positions);
+  /// Newton's step: with the exact tangent near the end, if that is positive definite, otherwise with the positive one.
+  LinearResult find_update(const Field& positions, double error);
   /// Of all ranks.
   struct Forces {
     double energy = 0;        ///< [J]

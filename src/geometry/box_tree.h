@@ -18,8 +18,34 @@ class BoxTree {
   template <class Take>
   void visit_pairs(const Take& take) const {
     if (!nodes_.empty()) {
-      visit_within(0, take);
+      visit_within(
+          0, [](int) { return true; }, take);
     }
+  }
+  /// The same for those two of which at least one is marked.
+  template <class Take>
+  void visit_pairs_of(const std::vector<bool>& marked, const Take& take) const {
+    if (nodes_.empty()) {
+      return;
+    }
+    std::vector<bool> holds_marked(nodes_.size());                        // of the nodes
+    for (auto of = static_cast<int>(nodes_.size()) - 1; of >= 0; --of) {  // Children come behind their parents.
+      bool holds = false;
+      const Node& whole = node(of);
+      for (int i = whole.first; whole.is_leaf() && i < whole.end; ++i) {
+        holds = holds || marked[static_cast<std::size_t>(number(i))];
+      }
+      holds_marked[static_cast<std::size_t>(of)] =
+          holds || (!whole.is_leaf() && (holds_marked[static_cast<std::size_t>(whole.left)] ||
+                                         holds_marked[static_cast<std::size_t>(whole.right)]));
+    }
+    visit_within(
+        0, [&holds_marked](int of) { return holds_marked[static_cast<std::size_t>(of)]; },
+        [&](int a, int b) {
+          if (marked[static_cast<std::size_t>(a)] || marked[static_cast<std::size_t>(b)]) {
+            take(a, b);
+          }
+        });
   }
 
  private:
@@ -45,8 +71,12 @@ class BoxTree {
 
   int build(int first, int end, const std::vector<std::array<float, 3>>& middles);
 
-  template <class Take>
-  void visit_within(int of, const Take& take) const {
+  /// @param counts whether a node holds anything that is asked for
+  template <class Counts, class Take>
+  void visit_within(int of, const Counts& counts, const Take& take) const {
+    if (!counts(of)) {
+      return;
+    }
     const Node& whole = node(of);
     if (whole.is_leaf()) {
       for (int i = whole.first; i < whole.end; ++i) {
@@ -58,16 +88,16 @@ class BoxTree {
       }
       return;
     }
-    visit_within(whole.left, take);
-    visit_within(whole.right, take);
-    visit_between(whole.left, whole.right, take);
+    visit_within(whole.left, counts, take);
+    visit_within(whole.right, counts, take);
+    visit_between(whole.left, whole.right, counts, take);
   }
 
-  template <class Take>
-  void visit_between(int of_one, int of_other, const Take& take) const {
+  template <class Counts, class Take>
+  void visit_between(int of_one, int of_other, const Counts& counts, const Take& take) const {
     const Node& one = node(of_one);
     const Node& other = node(of_other);
-    if (!one.bounds.meets(other.bounds)) {
+    if (!one.bounds.meets(other.bounds) || !(counts(of_one) || counts(of_other))) {
       return;
     }
     if (one.is_leaf() && other.is_leaf()) {
@@ -79,11 +109,11 @@ class BoxTree {
         }
       }
     } else if (other.is_leaf() || (!one.is_leaf() && one.end - one.first >= other.end - other.first)) {
-      visit_between(one.left, of_other, take);
-      visit_between(one.right, of_other, take);
+      visit_between(one.left, of_other, counts, take);
+      visit_between(one.right, of_other, counts, take);
     } else {
-      visit_between(of_one, other.left, take);
-      visit_between(of_one, other.right, take);
+      visit_between(of_one, other.left, counts, take);
+      visit_between(of_one, other.right, counts, take);
     }
   }
 
