@@ -114,6 +114,37 @@ TEST_P(SurfaceContactTest, FlatSurfaceDoesNotTouchItself) {
   EXPECT_EQ(contact.figures(x).contacts, 0);
 }
 
+TEST_P(SurfaceContactTest, WhereAPartMovesFurtherThePairsAreThoseOfAFreshSearch) {
+  const Field start = roll(0.6 * thickness);
+  Field x = roll(0.6 * thickness);
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, false);
+  contact.start_from(start, x, 1e-3);
+  const PetscInt owned = surface().particles.owned;
+  for (const double first : {0.0, 0.5}) {  // of the strip's length: two parts, one after the other
+    Eigen::Matrix3Xd step = Eigen::Matrix3Xd::Zero(3, owned);
+    const Field w = direction();
+    for (PetscInt i = 0; i < owned; ++i) {
+      const double along = surface().rest(0, i) / (24 * edge);
+      if (along >= first && along < first + 0.4) {
+        step.col(i) = 0.2 * thickness * w.vector(i);
+      }
+    }
+    contact.limit(x, StepLimit::each_vertex, step);
+    x.values().leftCols(owned) += step;
+    x.update_ghosts();
+  }
+  EXPECT_EQ(contact.figures(x).searches, 3);
+  SurfaceContact fresh({{&surface(), thickness, stiffness}}, options_, false);
+  Field end(surface().particles, 3);
+  end.values() = x.values();
+  fresh.start_from(start, end, 1e-3);
+  EXPECT_GT(contact.figures(x).contacts, 100);
+  EXPECT_EQ(contact.figures(x).contacts, fresh.figures(x).contacts);
+  const double expected = sum(fresh.value(x));
+  EXPECT_NEAR(sum(contact.value(x)), expected, 1e-12 * expected);
+  EXPECT_LT((gradient(contact, x) - gradient(fresh, x)).norm(), 1e-12 * gradient(fresh, x).norm());
+}
+
 TEST_P(SurfaceContactTest, ForcesAreMinusTheGradientAndInBalance) {
   options_.friction = 0.5;
   options_.slip_speed = 1;
