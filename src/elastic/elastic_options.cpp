@@ -117,9 +117,6 @@ void describe(OptionTable& table, ElasticOptions& options) {
   table.add("elastic.newton_iterations", options.newton_iterations)
       .range(1, 1000)
       .help("iterations of Newton's method in a step; one that needs more has failed and is retried smaller");
-  table.add("elastic.newton_tolerance", options.newton_tolerance)
-      .range(1e-12, 1)
-      .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add("elastic.mat_type", options.mat_type)
       .help(
           "matrix from which the preconditioner is made, once a step and again when it no longer serves; shell: none "
@@ -130,6 +127,12 @@ void describe(OptionTable& table, ElasticOptions& options) {
       .at_least(4)
       .help(
           "pc_type mg, the default of stiff sheets, takes out the rigid motions of patches of about so many particles");
+}
+
+void describe_balance(OptionTable& table, ElasticOptions& options) {
+  table.add("elastic.newton_tolerance", options.newton_tolerance)
+      .range(1e-12, 1)
+      .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add_solver_prefix("elastic_");
 }
 

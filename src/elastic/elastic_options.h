@@ -60,6 +60,8 @@ struct ElasticOptions {
 };
 
 void describe(OptionTable& table, ElasticOptions& options);
+/// Those of them that are also for the contact of a sheet of other dynamics.
+void describe_balance(OptionTable& table, ElasticOptions& options);
 
 }  // namespace elastic
 }  // namespace pellicle

@@ -139,6 +139,9 @@ void describe_sheet(OptionTable& table, Options& options) {
                     [&] { describe_strain_limit(table, options.project); });
     table.add_under(one_of("dynamics", options.dynamics, {Dynamics::spring}), [&] { describe(table, options.spring); });
     table.add_under(elastic, [&] { describe(table, options.elastic); });
+    const Condition balances{"dynamics: elastic, or contact.self: true",
+                             [&options] { return options.dynamics == Dynamics::elastic || options.contact.self; }};
+    table.add_under(balances, [&] { describe_balance(table, options.elastic); });
   });
 }
 

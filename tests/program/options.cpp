@@ -160,6 +160,18 @@ TEST_F(OptionsTest, SolverSettingsLaidOverASceneAreNamedWhereTheyDoNothing) {
   succeed(1, {"out/options.yaml"});
 }
 
+TEST_F(OptionsTest, AProjectedSheetsContactHasTheOptionsOfItsBalance) {
+  const Arguments arguments{write("small.yaml", small_deck), "-elastic_newton_tolerance", "1e-3", "-elastic_ksp_rtol",
+                            "1e-4"};
+  const CommandResult result = pellicle(1, arguments);
+  EXPECT_EQ(result.exit_code, 1) << result;
+  EXPECT_NE(result.errors.find("-elastic_newton_tolerance: has no effect in this run; expected with dynamics: elastic, "
+                               "or contact.self: true"),
+            std::string::npos)
+      << result;
+  EXPECT_EQ(last_step(arguments + Arguments{"-contact_self", "1"}), 1);
+}
+
 TEST_F(OptionsTest, TheEnvironmentGivesOptions) {
   const std::string deck = write("small.yaml", small_deck);
   const CommandResult result = run_command(
