@@ -378,25 +378,25 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   }
   double weight = 0;  // of the volumes' errors: larger than any multiplier, so that they are an exact penalty
   double slope = 0;
-  const auto merit = [&] {
-    const double value = objective_.value();
-    return value + weight * objective_.excess_volume().cwiseAbs().sum();
-  };
+  const auto volume_error = [this] { return objective_.excess_volume().cwiseAbs().sum(); };
   check(VecDot(step.residual, step.descent, &slope));
+  double before = objective_.value();
   if (bordered_) {
+    const double error = volume_error();
     check(VecWAXPY(step.trial, -1, step.descent, step.position));
     objective_.move_to(step.trial);
     weight = 2 * objective_.multiplier().cwiseAbs().maxCoeff();
+    before += weight * error;
     slope = 0;  // only a decrease is asked for
   }
-  objective_.move_to(step.position);
-  const double before = merit();
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   return backtrack(
       [&](double share) -> std::optional<double> {
         check(VecWAXPY(step.trial, -share, step.descent, step.position));
         objective_.move_to(step.trial);
-        return objective_.inverted(before_, objective_.position()) > 0 ? std::nullopt : std::optional(merit());
+        return objective_.inverted(before_, objective_.position()) > 0
+                   ? std::nullopt
+                   : std::optional(objective_.value() + weight * volume_error());
       },
       before, slope, rounding);
 }

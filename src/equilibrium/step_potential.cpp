@@ -116,16 +116,27 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
           position_.vector(i) - (position_.vector(i) - start_.vector(i)) / (rate() * integrator_.share() * h_);
     }
   }
+  const auto begin_here = [&] {
+    keep_clear();
+    damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
+    is_evaluated_ = false;
+  };
   if (integrator_.arc_length()) {
     begin_path(start);
-  } else if (inverted(start_, position_) > 0 || !std::isfinite(sum_over_ranks(comm(), wall_.value(position_)))) {
-    start_from(0);
+    begin_here();
+  } else {
+    if (inverted(start_, position_) > 0) {
+      start_from(0);
+    }
+    begin_here();
+    evaluate();
+    if (!std::isfinite(sum_over_ranks(comm(), potentials_value_))) {
+      start_from(0);
+      begin_here();
+    }
   }
-  keep_clear();
-  damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
   gas_->begin_step(time_);
   gas_->set_multiplier(part_, pressure(gas_->prescribed(part_)));
-  is_evaluated_ = false;
 }
 
 /// Where Newton's method begins nothing has passed through anything. Collective.

@@ -29,7 +29,7 @@ void GradientStiffness::update(const Field& positions, const std::vector<double>
   static const PetscLogEvent event = log_event("PrismStiffness");
   // Besides the energy, inverse edges and F, C, the shear moduli (which evaluate the density again), and stress and
   // stiffness by the inverse of a matrix (3 x 3).
-  double flops = elements_->energy_flops() + (6 + 18 + 21 + 24 + 40 + 163.0) * static_cast<double>(linearised_.size());
+  double flops = elements_->tangent_flops() + (6 + 18 + 21 + 24 + 40 + 163.0) * static_cast<double>(linearised_.size());
   for (std::size_t e = 0; e < linearised_.size(); ++e) {
     flops += energy_density_flops(wall.material_of(e));
   }

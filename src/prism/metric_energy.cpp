@@ -195,7 +195,7 @@ Eigen::Matrix3d cauchy_green_of_metric(const RestMetric& rest) {
 namespace {
 
 MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                                    const Eigen::Vector3d& a, double given_ratio) {
+                                    const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
   // t = inverse : a and d = det a / det of the undeformed metric, with their derivatives by a
   const double scale = 1 / (4 * rest.area * rest.area);
   const Eigen::Vector3d by_t(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
@@ -222,6 +222,10 @@ MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule
   MetricEnergy result;
   result.energy = rest.volume * psi.value;
   result.gradient = rest.volume * (psi.t * by_t + psi.d * by_d);
+  result.thickness_ratio = std::sqrt(state.c);
+  if (order == Derivatives::first) {
+    return result;
+  }
   const Eigen::Vector3d by_t_row = psi.tt * by_t + psi.td * by_d;
   const Eigen::Vector3d by_d_row = psi.td * by_t + psi.dd * by_d;
   result.hessian = by_t * by_t_row.transpose() + by_d * by_d_row.transpose();
@@ -229,15 +233,14 @@ MetricEnergy energy_without_tension(const Material& material, ThicknessRule rule
   result.hessian(2, 0) += psi.d * scale;
   result.hessian(1, 1) -= 2 * psi.d * scale;
   result.hessian *= rest.volume;
-  result.thickness_ratio = std::sqrt(state.c);
   return result;
 }
 
 }  // namespace
 
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                           const Eigen::Vector3d& a, double given_ratio) {
-  MetricEnergy result = energy_without_tension(material, rule, rest, a, given_ratio);
+                           const Eigen::Vector3d& a, double given_ratio, Derivatives order) {
+  MetricEnergy result = energy_without_tension(material, rule, rest, a, given_ratio, order);
   if (material.tension > 0) {
     const Eigen::Vector3d by_trace(rest.inverse[0], 2 * rest.inverse[1], rest.inverse[2]);
     result.energy += rest.volume * material.tension / 2 * (by_trace.dot(a) - 2);
@@ -246,10 +249,10 @@ MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const R
   return result;
 }
 
-int metric_energy_flops(const Material& material, ThicknessRule rule) {
+int metric_energy_flops(const Material& material, ThicknessRule rule, Derivatives order) {
   constexpr int arguments = 20;  // t, d, c and the derivatives of t and d
   const int elimination = rule == ThicknessRule::incompressible ? 18 : rule == ThicknessRule::plane_stress ? 9 : 0;
-  constexpr int derivatives = 73;  // energy, gradient and Hessian by the metric
+  const int derivatives = order == Derivatives::first ? 14 : 73;  // energy, gradient and Hessian by the metric
   return arguments + energy_density_flops(material) + elimination + derivatives;
 }
 

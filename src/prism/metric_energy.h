@@ -42,11 +42,14 @@ inline Eigen::Vector3d metric(const Eigen::Vector3d& e12, const Eigen::Vector3d&
   return {e12.squaredNorm(), e12.dot(e13), e13.squaredNorm()};
 }
 
+/// Which derivatives of an element's energy are wanted.
+enum class Derivatives { first, second };
+
 /// Energy of an element and its derivatives by a = (e12.e12, e12.e13, e13.e13), the thickness eliminated by the rule.
 struct MetricEnergy {
   double energy = 0;           ///< U [J]
   Eigen::Vector3d gradient;    ///< dU/da [J/m^2]
-  Eigen::Matrix3d hessian;     ///< d2U/da2 [J/m^4], symmetric
+  Eigen::Matrix3d hessian;     ///< d2U/da2 [J/m^4], symmetric; of Derivatives::second only
   double thickness_ratio = 1;  ///< h/h0 = sqrt(c)
 };
 
@@ -63,11 +66,11 @@ struct MetricEnergy {
 /// thickness gives zero stress across the wall.
 /// @param given_ratio h/h0 for ThicknessRule::fixed; a starting value for plane_stress
 MetricEnergy metric_energy(const Material& material, ThicknessRule rule, const RestMetric& rest,
-                           const Eigen::Vector3d& a, double given_ratio);
+                           const Eigen::Vector3d& a, double given_ratio, Derivatives order = Derivatives::second);
 
 /// Operations of metric_energy, counted as in energy_density_flops; those of the search for the thickness of
 /// plane_stress are left out.
-int metric_energy_flops(const Material& material, ThicknessRule rule);
+int metric_energy_flops(const Material& material, ThicknessRule rule, Derivatives order);
 
 /// What an element matrix is made from: gradient and Hessian by a, exact or their positive part.
 struct MetricTangent {

@@ -155,7 +155,7 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
   // Scaled entries, and the tests of positive_part; the work that it does where there is something to leave out is not
   // counted.
   const double by_element = 3 + 2 * 6 + 1 + (left_out_ > 0 ? 7 + 17 : 0);
-  const LogScope scope(event, elements_->energy_flops() + by_element * static_cast<double>(triangles.size()));
+  const LogScope scope(event, elements_->tangent_flops() + by_element * static_cast<double>(triangles.size()));
   for (std::size_t e = 0; e < triangles.size(); ++e) {
     StiffnessBatch& batch = batches_[e / lanes];
     const std::size_t lane = e % lanes;
@@ -164,7 +164,7 @@ void MetricStiffness::update(const Field& positions, const std::vector<double>& 
       batch.e12[c][lane] = e12[c];
       batch.e13[c][lane] = e13[c];
     }
-    const MetricEnergy energy = elements_->element_energy(e, positions, thickness_ratio[e]);
+    const MetricEnergy energy = elements_->element_energy(e, positions, thickness_ratio[e], Derivatives::second);
     MetricTangent tangent{energy.gradient, energy.hessian};
     if (left_out_ > 0) {
       const MetricTangent positive = positive_part(energy, elements_->rest(e));

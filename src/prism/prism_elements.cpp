@@ -32,27 +32,34 @@ Eigen::Vector3d element_area(const Field& positions, const std::array<PetscInt, 
 PrismElements::PrismElements(const Membrane& membrane, const Wall& wall) : membrane_(&membrane), wall_(&wall) {
   constexpr int metric_of_corners = 6 + 15;  // two edges and their three products
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
-    const int flops = metric_of_corners + metric_energy_flops(wall.material_of(e), wall.rule);
+    const auto flops_of = [&](Derivatives order) {
+      return metric_of_corners + metric_energy_flops(wall.material_of(e), wall.rule, order);
+    };
+    const int flops = flops_of(Derivatives::first);
+    tangent_flops_ += flops_of(Derivatives::second);
     owned_flops_ += static_cast<PetscInt>(e) < membrane.elements.owned ? flops : 0;
     local_flops_ += flops;
   }
 }
 
-MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio) const {
+MetricEnergy PrismElements::element_energy(std::size_t element, const Field& positions, double thickness_ratio,
+                                           Derivatives order) const {
   const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[element]);
   if (stiffness_.empty()) {
     return metric_energy(wall_->material_of(element), wall_->rule, wall_->rest[element], metric(e12, e13),
-                         thickness_ratio);
+                         thickness_ratio, order);
   }
   const double stiffness = stiffness_[element];
   if (stiffness == 0) {
     return {0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), thickness_ratio};
   }
   MetricEnergy energy =
-      metric_energy(wall_->material_of(element), wall_->rule, rest_[element], metric(e12, e13), thickness_ratio);
+      metric_energy(wall_->material_of(element), wall_->rule, rest_[element], metric(e12, e13), thickness_ratio, order);
   energy.energy *= stiffness;
   energy.gradient *= stiffness;
-  energy.hessian *= stiffness;
+  if (order == Derivatives::second) {
+    energy.hessian *= stiffness;
+  }
   return energy;
 }
 
@@ -80,7 +87,7 @@ std::vector<Eigen::Matrix3d> PrismElements::tensions(const Field& positions,
   for (std::size_t e = 0; e < result.size(); ++e) {
     if (stiffness(e) != 0) {
       const auto [e12, e13] = edges_of(positions.data(), membrane_->triangles[e]);
-      result[e] = tension(element_energy(e, positions, thickness_ratio[e]).gradient, e12, e13);
+      result[e] = tension(element_energy(e, positions, thickness_ratio[e], Derivatives::first).gradient, e12, e13);
     }
   }
   return result;
@@ -91,7 +98,7 @@ double PrismElements::energy(const Field& positions, const std::vector<double>& 
   const LogScope scope(event, owned_flops_ + static_cast<double>(membrane_->elements.owned));
   double sum = 0;
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
-    sum += element_energy(e, positions, thickness_ratio[e]).energy;
+    sum += element_energy(e, positions, thickness_ratio[e], Derivatives::first).energy;
   }
   return finite_or_infinite(sum);
 }
@@ -106,7 +113,7 @@ double PrismElements::add_force(const Field& positions, const std::vector<double
   for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
     const auto [e12, e13] = edges_of(positions.data(), triangle);
-    const MetricEnergy energy = element_energy(e, positions, thickness_ratio[e]);
+    const MetricEnergy energy = element_energy(e, positions, thickness_ratio[e], Derivatives::first);
     const Eigen::Vector3d& gradient = energy.gradient;
     sum += static_cast<PetscInt>(e) < membrane_->elements.owned ? energy.energy : 0;
     // dU/dx through a = (e12.e12, e12.e13, e13.e13)
@@ -127,7 +134,7 @@ void PrismElements::update_thickness(const Field& positions, std::vector<double>
     return;
   }
   for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
-    thickness_ratio[e] = element_energy(e, positions, thickness_ratio[e]).thickness_ratio;
+    thickness_ratio[e] = element_energy(e, positions, thickness_ratio[e], Derivatives::first).thickness_ratio;
   }
 }
 

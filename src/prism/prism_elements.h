@@ -36,10 +36,11 @@ class PrismElements {
   void update_thickness(const Field& positions, std::vector<double>& thickness_ratio) const;
 
   /// Energy of a local element with derivatives by its metric. Not finite where it has collapsed.
-  MetricEnergy element_energy(std::size_t element, const Field& positions, double thickness_ratio) const;
+  MetricEnergy element_energy(std::size_t element, const Field& positions, double thickness_ratio,
+                              Derivatives order) const;
 
-  /// Operations of element_energy for all local elements, as energy_density_flops counts them.
-  double energy_flops() const { return local_flops_; }
+  /// Operations of element_energy with second derivatives for all local elements, as energy_density_flops counts them.
+  double tangent_flops() const { return tangent_flops_; }
   /// Stretches and stresses of a local element that is not gone. @param e12, e13 deformed edges [m]
   PrincipalState principal(std::size_t element, const Eigen::Vector3d& e12, const Eigen::Vector3d& e13,
                            double thickness_ratio) const;
@@ -61,8 +62,9 @@ class PrismElements {
  private:
   const Membrane* membrane_;
   const Wall* wall_;
-  double owned_flops_ = 0;         ///< of element_energy, of the owned elements
+  double owned_flops_ = 0;         ///< of element_energy with first derivatives, of the owned elements
   double local_flops_ = 0;         ///< of all
+  double tangent_flops_ = 0;       ///< of all with second derivatives
   std::vector<double> stiffness_;  ///< of the local elements, or empty for 1
   std::vector<RestMetric> rest_;   ///< of the local elements, or empty for the wall's
 };

@@ -241,8 +241,8 @@ bool StepObjective::renew() {
   for (Potential* potential : potentials_) {
     goes_on = potential->renew(position_) || goes_on;
   }
-  for (StepPart* part : parts_) {
-    part->forget();
+  if (goes_on) {
+    std::for_each(parts_.begin(), parts_.end(), [](StepPart* part) { part->forget(); });
   }
   return goes_on;
 }
