@@ -206,11 +206,10 @@ ElasticStep::Forces ElasticStep::compute_forces(const Field& x, const std::vecto
   return {sums_[0], std::sqrt(sums_[1]), std::sqrt(*std::max_element(sums_.begin() + 2, sums_.end()))};
 }
 
-LinearResult ElasticStep::find_update(const Field& positions, double error) {
+LinearResult ElasticStep::find_update(const Field& positions, bool is_exact) {
   const bool is_cheap = assembled_ == nullptr && patches_ == nullptr;
   const bool is_due = is_cheap || lag_.due(solver_);
-  const bool is_near = error <= error_near_end;
-  if (!is_near || is_due) {
+  if (!is_exact || is_due) {
     tangent_->update(positions, Curvature::positive);
   }
   if (is_due) {
@@ -224,7 +223,7 @@ LinearResult ElasticStep::find_update(const Field& positions, double error) {
   }
   check(KSPSetReusePreconditioner(solver_, is_due ? PETSC_FALSE : PETSC_TRUE));
   copy_to(residual_, gradient_.reshaped());
-  if (!is_near) {
+  if (!is_exact) {
     return solve(solver_, residual_, update_);
   }
   tangent_->update(positions, Curvature::exact);
@@ -296,6 +295,7 @@ void ElasticStep::settle(Field& positions, const ElasticInput& input, ElasticRes
 
 void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {
   Forces forces = compute_forces(positions, input.held);
+  bool exact_serves = true;
   for (int iteration = 0;; ++iteration) {
     result.error = forces.norm <= rounding_ ? 0 : forces.norm / forces.largest_part;
     if (result.error <= options_.newton_tolerance) {
@@ -319,7 +319,8 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
     if (tangent_->move_on(positions)) {
       forget_pattern();
     }
-    const LinearResult solved = find_update(positions, result.error);
+    const bool is_exact = exact_serves && result.error <= error_near_end;
+    const LinearResult solved = find_update(positions, is_exact);
     result.iterations += solved.iterations;
     if (!solved.converged) {
       result.reason = solved.reason;
@@ -346,12 +347,16 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
       return std::isfinite(forces.energy) ? std::optional(forces.energy) : std::nullopt;
     };
     constexpr double rounding = 1e-12;
-    if (!backtrack(std::cref(merit), start_energy, -slope, rounding * std::abs(start_energy))) {
+    ++result.newton_iterations;
+    if (slope < 0 && backtrack(std::cref(merit), start_energy, -slope, rounding * std::abs(start_energy))) {
+      result.converged = true;
+    } else if (is_exact) {  // It need not be positive definite, which some solvers do not notice.
+      exact_serves = false;
+      merit(0);
+    } else {
       result.reason = "no part of Newton's step lowers the energy of the sheet";
       return;
     }
-    result.converged = true;
-    ++result.newton_iterations;
   }
 }
 

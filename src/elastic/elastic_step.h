@@ -108,8 +108,8 @@ class ElasticStep : public MassPart {
   void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
   void minimise(Field& positions, const ElasticInput& input, ElasticResult& result);
   void forget_pattern();
-  /// Newton's step: with the exact tangent near the end, if that is positive definite, otherwise with the positive one.
-  LinearResult find_update(const Field& positions, double error);
+  /// Newton's step with the exact tangent if that is wanted and positive definite, otherwise with the positive one.
+  LinearResult find_update(const Field& positions, bool is_exact);
   /// Of all ranks.
   struct Forces {
     double energy = 0;        ///< [J]

@@ -268,6 +268,30 @@ TEST(ElasticStepTest, rigid_patches_mind_neither_the_mesh_nor_how_the_sheet_has_
   EXPECT_NEAR(iterations(40, "", 0), fine, 1) << "the default for a stiff sheet";
 }
 
+/// Iterations of Newton's method in 10 steps of a sheet that crumples.
+int newton_iterations(double tolerance) {
+  ElasticOptions options = tight();
+  options.newton_tolerance = tolerance;
+  SheetMaterial material;
+  material.bending_stiffness = 1e-4;
+  const Sheet sheet = sheet_of(PETSC_COMM_WORLD, grid_mesh(12, 12, 0.05));
+  Motion motion(sheet, material, options);
+  motion.stir(1);
+  int sum = 0;
+  for (int n = 0; n < 10; ++n) {
+    sum += motion.advance(0.01).newton_iterations;
+  }
+  return sum;
+}
+
+TEST(ElasticStepTest, newtons_method_ends_quadratically) {
+  SolverOptions solver;
+  solver.set("elastic_ksp_rtol", "1e-6");
+  const int rough = newton_iterations(1e-2);
+  const int exact = newton_iterations(1e-10);
+  EXPECT_LE(exact, rough + 3 * 10) << "one iteration doubles the digits: 1e-2, 1e-4, 1e-8";
+}
+
 TEST(ElasticStepTest, a_failed_solve_is_a_result) {
   SolverOptions solver;
   solver.set("elastic_ksp_max_it", "1");
