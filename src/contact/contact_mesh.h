@@ -27,7 +27,7 @@ class ContactMesh {
     const Field& x;
     const Field& low;
     const Field& high;
-    const std::vector<bool>& is_new;  ///< whether they were not all within those of the last time, of local particles
+    const std::vector<bool>& is_new;  ///< of local particles: whether the last call's bounds did not include these
   };
 
   /// Gathers the triangles that are near: those whose boxes meet. The box of a triangle holds all places to which its
@@ -43,7 +43,7 @@ class ContactMesh {
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
-  /// Whether a triangle stands for its points, and for its sides: each point and side has one that does.
+  /// Which of its points and sides a triangle stands for: for each point and side of the mesh one triangle does.
   struct Leads {
     std::array<bool, 3> point{};
     std::array<bool, 3> side{};  ///< from each point to the next
@@ -79,7 +79,7 @@ class ContactMesh {
   /// The displacements between which a point may move [m].
   Eigen::Vector3d low(PetscInt point) const { return mean(known_.values().middleRows<3>(9), point); }
   Eigen::Vector3d high(PetscInt point) const { return mean(known_.values().middleRows<3>(12), point); }
-  /// Whether it may go where it could not at the last time.
+  /// Whether it may go where the last call's bounds did not let it go.
   bool is_new(PetscInt point) const;
   /// Undeformed area round a point [m^2].
   double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }

@@ -23,7 +23,8 @@ constexpr double none = 1e-10;
 /// lengths: there what presses would be further than the thickness from where the edges cross.
 constexpr double nearly_parallel = 0.1;
 
-/// Features of drawn triangles: for each point and side one triangle stands, so that each pair comes once.
+/// Looks for pairs of features of drawn triangles. One triangle stands for each point and side, so that each pair comes
+/// once.
 class Search {
  public:
   Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places)

@@ -110,12 +110,11 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
 
 /// Looks for pairs from here on, for particles that are to move to given places. Collective.
 void SurfaceContact::search(const Field& x, const Field& to) {
-  ++searches_;
-  if (searches_ > 1) {
+  const bool is_first = ++searches_ == 1;
+  if (!is_first) {
     room_used_ = std::max(room_used_, room_used(x));
   }
-  const bool is_first = searches_ == 1;
-  std::vector<bool> is_new(static_cast<std::size_t>(surface_.particles().local()), is_first);
+  std::vector<bool> is_new(static_cast<std::size_t>(surface_.particles().local()));
   for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
     const Eigen::Array3d way = to.vector(i) - x.vector(i);
     const double more = more_of_thickness * surface_.thickness(i);
@@ -124,9 +123,8 @@ void SurfaceContact::search(const Field& x, const Field& to) {
     const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
     const Eigen::Array3d old_low = low_.vector(i).array() - moved;
     const Eigen::Array3d old_high = high_.vector(i).array() - moved;
-    if (!is_first && (way - more / 2 >= old_low).all() &&
-        (way + more / 2 <= old_high).all()) {  // Pairs are known there.
-      low = low.max(old_low);
+    if (!is_first && (way - more / 2 >= old_low).all() && (way + more / 2 <= old_high).all()) {
+      low = low.max(old_low);  // Pairs are known up to there.
       high = high.min(old_high);
     } else {
       is_new[static_cast<std::size_t>(i)] = true;

@@ -238,7 +238,7 @@ LinearResult ElasticStep::find_update(const Field& positions, bool is_exact) {
   return result;
 }
 
-/// A preconditioner of an assembled tangent of another pattern is of no use; that of rigid patches is.
+/// A preconditioner made from an assembled tangent is of no use for another pattern; rigid patches still serve.
 void ElasticStep::forget_pattern() {
   if (assembled_ != nullptr) {
     lag_.forget();

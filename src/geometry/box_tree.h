@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -28,24 +29,20 @@ class BoxTree {
     if (nodes_.empty()) {
       return;
     }
-    std::vector<bool> holds_marked(nodes_.size());                        // of the nodes
+    const auto is_marked = [&marked](int box) { return marked[static_cast<std::size_t>(box)]; };
+    std::vector<bool> holds_marked(nodes_.size());
+    const auto holds = [&holds_marked](int of) { return holds_marked[static_cast<std::size_t>(of)]; };
     for (auto of = static_cast<int>(nodes_.size()) - 1; of >= 0; --of) {  // Children come behind their parents.
-      bool holds = false;
       const Node& whole = node(of);
-      for (int i = whole.first; whole.is_leaf() && i < whole.end; ++i) {
-        holds = holds || marked[static_cast<std::size_t>(number(i))];
-      }
       holds_marked[static_cast<std::size_t>(of)] =
-          holds || (!whole.is_leaf() && (holds_marked[static_cast<std::size_t>(whole.left)] ||
-                                         holds_marked[static_cast<std::size_t>(whole.right)]));
+          whole.is_leaf() ? std::any_of(numbers_.begin() + whole.first, numbers_.begin() + whole.end, is_marked)
+                          : holds(whole.left) || holds(whole.right);
     }
-    visit_within(
-        0, [&holds_marked](int of) { return holds_marked[static_cast<std::size_t>(of)]; },
-        [&](int a, int b) {
-          if (marked[static_cast<std::size_t>(a)] || marked[static_cast<std::size_t>(b)]) {
-            take(a, b);
-          }
-        });
+    visit_within(0, holds, [&](int a, int b) {
+      if (is_marked(a) || is_marked(b)) {
+        take(a, b);
+      }
+    });
   }
 
  private:
