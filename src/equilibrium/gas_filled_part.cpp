@@ -76,6 +76,7 @@ void GasFilledPart::begin_step(const std::vector<double>& pressure, double time,
   gas_->begin_step(time);
   const Eigen::Map<const Eigen::VectorXd> all(pressure.data(), static_cast<Eigen::Index>(pressure.size()));
   gas_->set_multiplier(number_, all(prescribed()));
+  gas_->balance(number_, *this);
 }
 
 std::vector<double> GasFilledPart::pressures() {

@@ -119,6 +119,27 @@ void StepGas::set_multiplier(std::size_t part, const Eigen::VectorXd& pressure) 
   }
 }
 
+void StepGas::balance(std::size_t part, StepPart& step) {
+  const Own& own = parts_[part];
+  const auto count = static_cast<Eigen::Index>(own.prescribed.size());
+  if (count == 0) {
+    return;
+  }
+  const Eigen::Matrix3Xd gradient = step.gradient();
+  const LowRank all = projected({own.chambers->volume_gradients(*own.position), Eigen::VectorXd(own.chambers->count())},
+                                step.projectors());
+  Eigen::MatrixXd columns(gradient.size(), count);
+  for (Eigen::Index c = 0; c < count; ++c) {
+    columns.col(c) = all.column(own.prescribed[static_cast<std::size_t>(c)]);
+  }
+  Eigen::MatrixXd system(count, count + 1);
+  system << columns.transpose() * columns, columns.transpose() * gradient.reshaped();
+  MPI_Allreduce(MPI_IN_PLACE, system.data(), static_cast<int>(system.size()), MPI_DOUBLE, MPI_SUM,
+                own.chambers->surface().comm());
+  const Eigen::VectorXd change = system.leftCols(count).completeOrthogonalDecomposition().solve(system.col(count));
+  set_multiplier(part, own.multiplier + change);
+}
+
 Eigen::VectorXd StepGas::pressure_scales(std::size_t part) const {
   const Own& own = parts_[part];
   Eigen::VectorXd scales(own.multiplier.size());

@@ -137,6 +137,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   }
   gas_->begin_step(time_);
   gas_->set_multiplier(part_, pressure(gas_->prescribed(part_)));
+  gas_->balance(part_, *this);
 }
 
 /// Where Newton's method begins nothing has passed through anything. Collective.

@@ -1,5 +1,6 @@
 #include "solvers/bordered_system.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <utility>
@@ -18,61 +19,110 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
   check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
   set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
   check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
-  for (int border = 0; border < size(); ++border) {
+  check(VecDuplicate(part_solution_, work_.create()));
+  for (int border = 0; border < size() && !part_.can_hold(); ++border) {
     check(VecDuplicate(part_solution_, influence_.emplace_back().create()));
   }
 }
 
 LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
-  const LowRank& low_rank = part_.low_rank();
-  const Eigen::Index rows = part_.rows();
-  const Eigen::VectorXd border_rows = border_values(right_hand_side);
-  const auto as_vector = [rows](double* values) { return Eigen::Map<Eigen::VectorXd>(values, rows); };
-
-  double* values = nullptr;
+  const Eigen::VectorXd wanted = -border_values(right_hand_side).cwiseQuotient(scales_);  // g.x
   const double* given = nullptr;
+  double* values = nullptr;
   check(VecGetArrayRead(right_hand_side, &given));
-  check(VecGetArray(part_right_hand_side_, &values));
-  as_vector(values) = Eigen::Map<const Eigen::VectorXd>(given, rows);
-  for (int border = 0; border < size(); ++border) {
-    const int column = columns_[static_cast<std::size_t>(border)];
-    as_vector(values) -=
-        low_rank.coefficients[column] * border_rows[border] / scales_[border] * low_rank.column(column);
-  }
-  check(VecRestoreArray(part_right_hand_side_, &values));
+  copy_to(part_right_hand_side_, Eigen::Map<const Eigen::VectorXd>(given, part_.rows()));
   check(VecRestoreArrayRead(right_hand_side, &given));
+  const LinearResult result = part_.can_hold() ? solve_orthogonally(wanted) : eliminate(wanted);
+  if (!result.converged) {
+    return result;
+  }
+  check(VecGetArrayRead(part_solution_, &given));
+  check(VecGetArray(solution, &values));
+  std::copy_n(given, part_.rows(), values);
+  for (int border = 0; rank_ == 0 && border < size(); ++border) {
+    values[part_.rows() + border] = scaled_border_[border] / scales_[border];
+  }
+  check(VecRestoreArray(solution, &values));
+  check(VecRestoreArrayRead(part_solution_, &given));
+  return result;
+}
+
+/// With G = Q L^T, Q orthonormal: x = Q L^-1 w + y for g.x = w, and P A P y = P (r - A Q L^-1 w). The border follows
+/// from what is left of the rows of T, which only sums of columns can be.
+LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
+  Eigen::MatrixXd columns(part_.rows(), size());
+  for (int border = 0; border < size(); ++border) {
+    columns.col(border) = part_.low_rank().column(columns_[static_cast<std::size_t>(border)]);
+  }
+  Eigen::MatrixXd products = columns.transpose() * columns;
+  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
+                PetscObjectComm(reinterpret_cast<PetscObject>(part_.sparse())));
+  const Eigen::LLT<Eigen::MatrixXd> factor(products);
+  LinearResult result;
+  const Eigen::ArrayXd pivots = factor.matrixLLT().diagonal().array().square();
+  if (factor.info() != Eigen::Success || !(pivots > 1e-14 * products.diagonal().array()).all()) {
+    result.refuse(Solved::no, "what is prescribed depends on no positions, or twice on the same");
+    return result;
+  }
+  const Eigen::MatrixXd basis = factor.matrixU().solve<Eigen::OnTheRight>(columns);
+  const Eigen::VectorXd components = factor.matrixL().solve(wanted);
+  part_.hold(basis);
+
+  const Eigen::VectorXd along = basis * components;
+  copy_to(part_solution_, along);
+  part_.multiply_whole(part_solution_, work_);
+  check(VecAYPX(work_, -1, part_right_hand_side_));
+  part_.project(work_);
+  part_.project(work_);  // Little may be left, of which rounding's share would be along the columns.
+  result = part_.solve(work_, part_solution_);
+  if (!result.converged) {
+    return result;
+  }
+  part_.project(part_solution_);
+  double curvature = 0;
+  check(VecDot(work_, part_solution_, &curvature));
+  if (curvature < 0) {
+    result.refuse(Solved::concave, "the matrix is not positive definite");
+    return result;
+  }
+  double* values = nullptr;
+  check(VecGetArray(part_solution_, &values));
+  Eigen::Map<Eigen::VectorXd>(values, part_.rows()) += along;
+  check(VecRestoreArray(part_solution_, &values));
+  part_.multiply_whole(part_solution_, work_);
+  check(VecAXPY(work_, -1, part_right_hand_side_));
+  scaled_border_ = factor.matrixU().solve(part_.project(work_));
+  scaled_border_ -= part_.low_rank().coefficients(columns_).cwiseProduct(wanted);  // A has the columns, too.
+  return result;
+}
+
+/// x = a + sum_c b_c s_c z_c with a = A^-1 (r + G C w), b = A^-1 g and g.x = w.
+LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(part_.count());
+  weights(columns_) = part_.low_rank().coefficients(columns_).cwiseProduct(wanted);
+  double* values = nullptr;
+  check(VecGetArray(part_right_hand_side_, &values));
+  Eigen::Map<Eigen::VectorXd>(values, part_.rows()) += part_.low_rank().times(weights);
+  check(VecRestoreArray(part_right_hand_side_, &values));
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
   for (int border = 0; border < size() && result.converged; ++border) {
-    check(VecGetArray(part_right_hand_side_, &values));
-    as_vector(values) = low_rank.column(columns_[static_cast<std::size_t>(border)]);
-    check(VecRestoreArray(part_right_hand_side_, &values));
+    copy_to(work_, part_.low_rank().column(columns_[static_cast<std::size_t>(border)]));
     const int iterations = result.iterations;
-    result = part_.solve(part_right_hand_side_, influence_[static_cast<std::size_t>(border)]);
+    result = part_.solve(work_, influence_[static_cast<std::size_t>(border)]);
     result.iterations += iterations;
   }
   if (!result.converged) {
     return result;
   }
-
-  // x = a + sum_c b_c s_c z_c with a = A^-1 r, b = A^-1 g and s_d g_d.x = -q_d.
   std::vector<Vec> vectors(influence_.begin(), influence_.end());
   vectors.push_back(part_solution_);
   const Eigen::MatrixXd system = part_.column_products(vectors)(columns_, Eigen::all);  // g.b, g.a
-  const Eigen::VectorXd wanted = -border_rows.cwiseQuotient(scales_) - system.col(size());
-  const Eigen::VectorXd scaled_border = system.leftCols(size()).partialPivLu().solve(wanted);  // s z
-  check(VecMAXPY(part_solution_, size(), scaled_border.data(), vectors.data()));
+  scaled_border_ = system.leftCols(size()).partialPivLu().solve(wanted - system.col(size()));
+  check(VecMAXPY(part_solution_, size(), scaled_border_.data(), vectors.data()));
 
   double curvature = 0;
-  check(MatMult(part_.matrix(), part_solution_, part_right_hand_side_));
-  check(VecDot(part_right_hand_side_, part_solution_, &curvature));
-  check(VecGetArrayRead(part_solution_, &given));
-  check(VecGetArray(solution, &values));
-  std::copy_n(given, rows, values);
-  for (int border = 0; rank_ == 0 && border < size(); ++border) {
-    values[rows + border] = scaled_border[border] / scales_[border];
-  }
-  check(VecRestoreArray(solution, &values));
-  check(VecRestoreArrayRead(part_solution_, &given));
+  check(MatMult(part_.matrix(), part_solution_, work_));
+  check(VecDot(work_, part_solution_, &curvature));
   if (curvature < 0) {
     result.refuse(Solved::concave, "the matrix is not positive definite");
   }

@@ -9,9 +9,14 @@ namespace pellicle {
 inline namespace solvers {
 
 /// [T', -G S; -S G^T, 0] [x; z] = [r; q]: some of the columns of a LowRankSystem, G, border it, with scales S; T' is
-/// its T with what its other columns add. Solved by block elimination. T' is replaced by the system's own A, with
-/// rho g g^T of the bordering columns, and r is changed accordingly: for S G^T x = -q the solution is the same, and A
-/// stays positive definite even where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
+/// its T with what its other columns add. x = x0 + y, where x0, a sum of columns, has S G^T x0 = -q and y is orthogonal
+/// to the columns, so that y alone is to be solved for, in the space in which T' is positive definite where a volume
+/// that is prescribed holds it (Gould, Hribar and Nocedal, On the solution of equality constrained quadratic
+/// programming problems, SIAM J. Sci. Comput. 23, 2001).
+///
+/// A solver that works with T alone eliminates blocks instead. T' is then replaced by the system's own A, with rho g
+/// g^T of the bordering columns, and r is changed accordingly: for S G^T x = -q the solution is the same, and A stays
+/// positive definite even where T' is so only on the x with G^T x = 0. A column's rho is its coefficient there.
 ///
 /// A vector of such a system has the rows of T, and the border's at the end of rank 0's.
 class BorderedSystem {
@@ -27,8 +32,7 @@ class BorderedSystem {
   /// Rows of the border on this rank: all of them on rank 0.
   PetscInt border_rows() const { return rank_ == 0 ? size() : 0; }
 
-  /// A solution along which the matrix A has negative curvature is rejected, as conjugate gradients would have done.
-  /// Collective.
+  /// A solution along which the matrix has negative curvature is rejected, as conjugate gradients would have done.
   /// Collective.
   LinearResult solve(Vec right_hand_side, Vec solution);
 
@@ -36,6 +40,8 @@ class BorderedSystem {
   Eigen::VectorXd border_values(Vec vector) const;
 
  private:
+  LinearResult solve_orthogonally(const Eigen::VectorXd& wanted);
+  LinearResult eliminate(const Eigen::VectorXd& wanted);
   void multiply(Vec x, Vec y);
   int size() const { return static_cast<int>(columns_.size()); }
 
@@ -46,7 +52,9 @@ class BorderedSystem {
   MatHandle matrix_;
   VecHandle part_right_hand_side_;
   VecHandle part_solution_;
-  std::vector<VecHandle> influence_;  ///< A^-1 g of the bordering columns
+  VecHandle work_;
+  Eigen::VectorXd scaled_border_;     ///< S z, of the last solve
+  std::vector<VecHandle> influence_;  ///< A^-1 g of the bordering columns, where blocks are eliminated
 };
 
 }  // namespace solvers

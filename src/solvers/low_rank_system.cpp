@@ -18,6 +18,7 @@ LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix,
     const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(sparse));
     check(MatCreateShell(comm, rows_, rows_, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.create()));
     set_symmetric_product<&LowRankSystem::multiply>(matrix_);
+    check(MatCreateVecs(sparse, projected_.create(), nullptr));
   }
   solver_ = make_ksp(matrix(), sparse, prefix, defaults);
   PetscBool is_direct = PETSC_FALSE;
@@ -34,12 +35,40 @@ void LowRankSystem::update(LowRank low_rank) {
 }
 
 void LowRankSystem::multiply(Vec x, Vec y) {
+  if (held_.cols() == 0) {
+    multiply_whole(x, y);
+    return;
+  }
+  check(VecCopy(x, projected_));
+  project(projected_);
+  if (held_.cols() < count()) {
+    multiply_whole(projected_, y);
+  } else {  // P takes every column out.
+    check(MatMult(sparse_, projected_, y));
+  }
+  project(y);
+}
+
+void LowRankSystem::multiply_whole(Vec x, Vec y) const {
   check(MatMult(sparse_, x, y));
   const Eigen::VectorXd weights = low_rank_.coefficients.cwiseProduct(column_products({x}).col(0));
   double* values = nullptr;
   check(VecGetArray(y, &values));
-  Eigen::Map<Eigen::VectorXd>(values, rows_) += low_rank_.sparse * (low_rank_.mixing * weights);
+  const Eigen::VectorXd mixed = low_rank_.mixing * weights;
+  Eigen::Map<Eigen::VectorXd>(values, rows_).noalias() += low_rank_.sparse * mixed;
   check(VecRestoreArray(y, &values));
+}
+
+Eigen::VectorXd LowRankSystem::project(Vec x) const {
+  double* values = nullptr;
+  check(VecGetArray(x, &values));
+  Eigen::Map<Eigen::VectorXd> own(values, rows_);
+  Eigen::VectorXd components = held_.transpose() * own;
+  MPI_Allreduce(MPI_IN_PLACE, components.data(), static_cast<int>(components.size()), MPI_DOUBLE, MPI_SUM,
+                PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
+  own.noalias() -= held_ * components;
+  check(VecRestoreArray(x, &values));
+  return components;
 }
 
 void LowRankSystem::precondition_from(Mat matrix) {

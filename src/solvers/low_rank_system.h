@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/handle.h"
@@ -13,6 +14,9 @@ inline namespace solvers {
 
 /// A x = b with A = T + G C G^T: T is sparse or matrix-free, the rest a LowRank. The preconditioner is made from T. A
 /// solver without iterations (preonly) solves with T alone, and the columns are added by Woodbury's formula.
+///
+/// Directions may be held: then P A P x = P b, with the projection P on what is orthogonal to them. Conjugate gradients
+/// need no more of A than that it is positive definite there.
 class LowRankSystem {
  public:
   /// Makes the solver, as make_ksp does. Collective.
@@ -23,6 +27,7 @@ class LowRankSystem {
   LowRankSystem& operator=(const LowRankSystem&) = delete;
 
   Mat sparse() const { return sparse_; }
+  /// A, or P A P.
   Mat matrix() const { return count() > 0 ? Mat(matrix_) : sparse_; }
   KSP solver() const { return solver_; }
   int count() const { return count_; }
@@ -32,6 +37,16 @@ class LowRankSystem {
 
   /// Sets what is added to T, whose values have just changed. Not collective. @param low_rank with as many columns
   void update(LowRank low_rank);
+
+  /// Whether directions can be held: there are columns, and the solver does not work with T alone.
+  bool can_hold() const { return count() > 0 && !solves_sparse_alone_; }
+  /// Holds these directions, sums of columns, in place of those held before. Not collective.
+  /// @param basis of them, (owned rows x directions), orthonormal over all ranks
+  void hold(Eigen::MatrixXd basis) { held_ = std::move(basis); }
+  /// x becomes P x. Collective. @returns the components that are taken out
+  Eigen::VectorXd project(Vec x) const;
+  /// y = A x, whatever is held. Collective.
+  void multiply_whole(Vec x, Vec y) const;
 
   /// From here on uses another solver of `matrix()`; null: its own.
   void use(KSP solver) { other_solver_ = solver; }
@@ -55,7 +70,9 @@ class LowRankSystem {
   int count_;
   PetscInt rows_ = 0;
   LowRank low_rank_;
-  MatHandle matrix_;  ///< A, if there are columns
+  Eigen::MatrixXd held_;
+  VecHandle projected_;
+  MatHandle matrix_;  ///< if there are columns
   KspHandle solver_;
   KSP other_solver_ = nullptr;        ///< in use in its place
   std::vector<VecHandle> influence_;  ///< T^-1 g of the columns, as far as they are known for the present values

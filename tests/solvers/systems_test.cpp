@@ -194,6 +194,50 @@ TEST(BorderedSystem, is_solved_where_only_the_border_holds_the_matrix) {
   EXPECT_LT(given.difference(x, dense.partialPivLu().solve(values), 1), 1e-7);
 }
 
+TEST(BorderedSystem, is_solved_where_the_border_takes_everything) {
+  System given({0.5, 2}, -1);
+  const Eigen::VectorXd scales = Eigen::Vector2d(3, 0.2);
+  BorderedSystem system(given.system, {0, 1}, scales);
+  VecHandle x;
+  VecHandle b;
+  check(MatCreateVecs(system.matrix(), x.create(), b.create()));
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(size + 2);
+  expected.tail(2) << 1.5, -4;
+  given.set(b, dense_bordered(-1, {0, 1}, scales, {0.5, 2}) * expected, 2);
+  const LinearResult result = system.solve(b, x);
+  EXPECT_TRUE(result.converged) << result.reason;
+  EXPECT_LT(given.difference(x, expected, 2), 1e-13);
+}
+
+TEST(BorderedSystem, refuses_the_same_column_twice) {
+  System given({0.5, 2}, -1);
+  const Eigen::MatrixXd twice = some_columns().col(0).replicate(1, 2);
+  given.system.update({twice.middleRows(given.first, given.end - given.first).sparseView(), Eigen::Vector2d(0.5, 2)});
+  BorderedSystem system(given.system, {0, 1}, Eigen::Vector2d(3, 0.2));
+  VecHandle x;
+  VecHandle b;
+  check(MatCreateVecs(system.matrix(), x.create(), b.create()));
+  given.set(b, some_values(size + 2), 2);
+  EXPECT_FALSE(system.solve(b, x).converged);
+}
+
+TEST(BorderedSystem, a_direct_solver_eliminates_blocks) {
+  SolverOptions options;
+  options.set("test_ksp_type", "preonly");
+  options.set("test_pc_type", "lu");
+  options.set("test_pc_factor_mat_solver_type", "mumps");
+  const Eigen::VectorXd scales = Eigen::Vector2d(3, 0.2);
+  System given({0.5, 2}, -1);
+  BorderedSystem system(given.system, {0, 1}, scales);
+  VecHandle x;
+  VecHandle b;
+  check(MatCreateVecs(system.matrix(), x.create(), b.create()));
+  const Eigen::VectorXd values = some_values(size + 2);
+  given.set(b, values, 2);
+  EXPECT_TRUE(system.solve(b, x).converged);
+  EXPECT_LT(given.difference(x, dense_bordered(-1, {0, 1}, scales, {0.5, 2}).partialPivLu().solve(values), 2), 1e-9);
+}
+
 // Where T' has a negative direction, too, which the row forbids: T less a multiple of the row's column.
 TEST(LoadBorder, solves_and_multiplies_as_the_dense_matrix_does) {
   const Eigen::VectorXd load = some_values(size).reverse();

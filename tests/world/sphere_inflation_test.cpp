@@ -84,6 +84,27 @@ TEST_P(SphereInflation, PressureIsTheFormulasToSecondOrder) {
   }
 }
 
+// The sphere grows evenly, the pressure starts as the forces leave it, and the volume takes no solve of its own.
+TEST(SphereSweep, TakesAnIterationAStep) {
+  constexpr int steps = 12;
+  std::vector<double> stretches;
+  for (int i = 1; i <= steps; ++i) {
+    stretches.push_back(1 + i / static_cast<double>(steps));
+  }
+  StaticBalloon balloon(icosphere_mesh(ranks() == 1 ? 4 : 3, radius), options_for("neo_hookean", stretches));
+  for (int i = 1; i <= 3; ++i) {
+    balloon.reach(i);
+  }
+  const int newton_before = balloon.newton_iterations;
+  const int linear_before = balloon.linear_iterations;
+  for (int i = 4; i <= steps; ++i) {
+    balloon.reach(i);
+  }
+  print_once("%d Newton and %d linear iterations for %d steps\n", balloon.newton_iterations - newton_before,
+             balloon.linear_iterations - linear_before, steps - 3);
+  EXPECT_LE(balloon.newton_iterations - newton_before, steps - 3);
+}
+
 /// A limit point: the highest or lowest pressure between two stretches.
 struct Limit {
   std::string law;
