@@ -20,6 +20,9 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
   set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
   check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
   check(VecDuplicate(part_solution_, work_.create()));
+  if (part_.can_hold()) {
+    part_.hold(columns_);
+  }
   for (int border = 0; border < size() && !part_.can_hold(); ++border) {
     check(VecDuplicate(part_solution_, influence_.emplace_back().create()));
   }
@@ -47,28 +50,18 @@ LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
   return result;
 }
 
-/// With G = Q L^T, Q orthonormal: x = Q L^-1 w + y for g.x = w, and P A P y = P (r - A Q L^-1 w). The border follows
-/// from what is left of the rows of T, which only sums of columns can be.
+/// With G = Q R, Q orthonormal: x = Q R^-T w + y for g.x = w, and P A P y = P (r - A Q R^-T w). The border follows from
+/// what is left of the rows of T, which only sums of columns can be.
 LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
-  Eigen::MatrixXd columns(part_.rows(), size());
-  for (int border = 0; border < size(); ++border) {
-    columns.col(border) = part_.low_rank().column(columns_[static_cast<std::size_t>(border)]);
-  }
-  Eigen::MatrixXd products = columns.transpose() * columns;
-  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
-                PetscObjectComm(reinterpret_cast<PetscObject>(part_.sparse())));
-  const Eigen::LLT<Eigen::MatrixXd> factor(products);
+  const Eigen::LLT<Eigen::MatrixXd>& products = part_.held_products();
+  const Eigen::MatrixXd factor = products.matrixU();  // its diagonal: of each column, what those before leave
   LinearResult result;
-  const Eigen::ArrayXd pivots = factor.matrixLLT().diagonal().array().square();
-  if (factor.info() != Eigen::Success || !(pivots > 1e-14 * products.diagonal().array()).all()) {
+  if (products.info() != Eigen::Success ||
+      !(factor.diagonal().array() > 1e-7 * factor.colwise().norm().transpose().array()).all()) {
     result.refuse(Solved::no, "what is prescribed depends on no positions, or twice on the same");
     return result;
   }
-  const Eigen::MatrixXd basis = factor.matrixU().solve<Eigen::OnTheRight>(columns);
-  const Eigen::VectorXd components = factor.matrixL().solve(wanted);
-  part_.hold(basis);
-
-  const Eigen::VectorXd along = basis * components;
+  const Eigen::VectorXd along = part_.held_basis() * products.matrixL().solve(wanted);
   copy_to(part_solution_, along);
   part_.multiply_whole(part_solution_, work_);
   check(VecAYPX(work_, -1, part_right_hand_side_));
@@ -91,7 +84,7 @@ LinearResult BorderedSystem::solve_orthogonally(const Eigen::VectorXd& wanted) {
   check(VecRestoreArray(part_solution_, &values));
   part_.multiply_whole(part_solution_, work_);
   check(VecAXPY(work_, -1, part_right_hand_side_));
-  scaled_border_ = factor.matrixU().solve(part_.project(work_));
+  scaled_border_ = products.matrixU().solve(part_.project(work_));
   scaled_border_ -= part_.low_rank().coefficients(columns_).cwiseProduct(wanted);  // A has the columns, too.
   return result;
 }

@@ -32,16 +32,38 @@ LowRankSystem::LowRankSystem(Mat sparse, int columns, const std::string& prefix,
 void LowRankSystem::update(LowRank low_rank) {
   influence_.clear();
   low_rank_ = std::move(low_rank);
+  make_basis();
+}
+
+void LowRankSystem::hold(std::vector<int> columns) {
+  held_ = std::move(columns);
+  make_basis();
+}
+
+void LowRankSystem::make_basis() {
+  const auto size = static_cast<Eigen::Index>(held_.size());
+  if (size == 0) {
+    return;
+  }
+  Eigen::MatrixXd columns(rows_, size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    columns.col(k) = low_rank_.column(held_[static_cast<std::size_t>(k)]);
+  }
+  Eigen::MatrixXd products = columns.transpose() * columns;
+  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
+                PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
+  held_products_.compute(products);
+  basis_ = held_products_.matrixU().solve<Eigen::OnTheRight>(columns);
 }
 
 void LowRankSystem::multiply(Vec x, Vec y) {
-  if (held_.cols() == 0) {
+  if (held_.empty()) {
     multiply_whole(x, y);
     return;
   }
   check(VecCopy(x, projected_));
   project(projected_);
-  if (held_.cols() < count()) {
+  if (static_cast<int>(held_.size()) < count()) {
     multiply_whole(projected_, y);
   } else {  // P takes every column out.
     check(MatMult(sparse_, projected_, y));
@@ -63,10 +85,10 @@ Eigen::VectorXd LowRankSystem::project(Vec x) const {
   double* values = nullptr;
   check(VecGetArray(x, &values));
   Eigen::Map<Eigen::VectorXd> own(values, rows_);
-  Eigen::VectorXd components = held_.transpose() * own;
+  Eigen::VectorXd components = basis_.transpose() * own;
   MPI_Allreduce(MPI_IN_PLACE, components.data(), static_cast<int>(components.size()), MPI_DOUBLE, MPI_SUM,
                 PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
-  own.noalias() -= held_ * components;
+  own.noalias() -= basis_ * components;
   check(VecRestoreArray(x, &values));
   return components;
 }

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/handle.h"
@@ -15,7 +15,7 @@ inline namespace solvers {
 /// A x = b with A = T + G C G^T: T is sparse or matrix-free, the rest a LowRank. The preconditioner is made from T. A
 /// solver without iterations (preonly) solves with T alone, and the columns are added by Woodbury's formula.
 ///
-/// Directions may be held: then P A P x = P b, with the projection P on what is orthogonal to them. Conjugate gradients
+/// Columns may be held: then P A P x = P b, with the projection P on what is orthogonal to them. Conjugate gradients
 /// need no more of A than that it is positive definite there.
 class LowRankSystem {
  public:
@@ -35,15 +35,19 @@ class LowRankSystem {
   Eigen::Index rows() const { return rows_; }
   const LowRank& low_rank() const { return low_rank_; }
 
-  /// Sets what is added to T, whose values have just changed. Not collective. @param low_rank with as many columns
+  /// Sets what is added to T, whose values have just changed. Collective. @param low_rank with as many columns
   void update(LowRank low_rank);
 
-  /// Whether directions can be held: there are columns, and the solver does not work with T alone.
+  /// Whether columns can be held: there are some, and the solver does not work with T alone.
   bool can_hold() const { return count() > 0 && !solves_sparse_alone_; }
-  /// Holds these directions, sums of columns, in place of those held before. Not collective.
-  /// @param basis of them, (owned rows x directions), orthonormal over all ranks
-  void hold(Eigen::MatrixXd basis) { held_ = std::move(basis); }
-  /// x becomes P x. Collective. @returns the components that are taken out
+  /// Holds these columns from here on. Collective.
+  void hold(std::vector<int> columns);
+  const std::vector<int>& held() const { return held_; }
+  /// Q, (owned rows x held columns), orthonormal over all ranks, of the held columns G = Q R.
+  const Eigen::MatrixXd& held_basis() const { return basis_; }
+  /// R^T R = G^T G; without success where the columns depend on each other.
+  const Eigen::LLT<Eigen::MatrixXd>& held_products() const { return held_products_; }
+  /// x becomes P x. Collective. @returns Q^T x
   Eigen::VectorXd project(Vec x) const;
   /// y = A x, whatever is held. Collective.
   void multiply_whole(Vec x, Vec y) const;
@@ -62,6 +66,7 @@ class LowRankSystem {
 
  private:
   LinearResult solve_by_woodbury(Vec right_hand_side, Vec solution);
+  void make_basis();
   void multiply(Vec x, Vec y);
 
   Mat sparse_;
@@ -70,7 +75,9 @@ class LowRankSystem {
   int count_;
   PetscInt rows_ = 0;
   LowRank low_rank_;
-  Eigen::MatrixXd held_;
+  std::vector<int> held_;
+  Eigen::MatrixXd basis_;
+  Eigen::LLT<Eigen::MatrixXd> held_products_;
   VecHandle projected_;
   MatHandle matrix_;  ///< if there are columns
   KspHandle solver_;

@@ -74,7 +74,7 @@ void TangentFactor::make_pattern() {
   }
   const PetscInt size = 3 * reach.global;
   check(MatCreateSeqSBAIJ(PETSC_COMM_SELF, 3, size, size, 0, in_row.data(), whole_.create()));
-  check(MatSetOptionsPrefix(whole_, prefix_.c_str()));
+  check(MatSetOptionsPrefixFactor(whole_, prefix_.c_str()));
   check(MatSetOption(whole_, MAT_ROW_ORIENTED, PETSC_FALSE));
   check(MatCreateVecs(whole_, right_hand_side_.create(), solution_.create()));
   fill();
@@ -121,9 +121,12 @@ std::optional<int> TangentFactor::renew() {
   PetscInt negative = 0;
   check(MatGetInertia(factor_, &negative, nullptr, nullptr));
 
+  const auto is_held = [this](int column) {
+    return std::find(system_.held().begin(), system_.held().end(), column) != system_.held().end();
+  };
   std::vector<int> counting;  // columns
   for (int column = 0; column < system_.count(); ++column) {
-    if (system_.low_rank().coefficients[column] != 0) {
+    if (is_held(column) || system_.low_rank().coefficients[column] != 0) {
       counting.push_back(column);
     }
   }
@@ -149,8 +152,8 @@ std::optional<int> TangentFactor::renew() {
     check(VecGetArrayRead(solution_, &solved));
     influence.col(k) = Eigen::Map<const Eigen::VectorXd>(solved, influence.rows());
     check(VecRestoreArrayRead(solution_, &solved));
-    border(k, k) = 1 / system_.low_rank().coefficients[column];
-    negative -= system_.low_rank().coefficients[column] > 0 ? 1 : 0;
+    border(k, k) = is_held(column) ? 0 : 1 / system_.low_rank().coefficients[column];
+    negative -= is_held(column) || system_.low_rank().coefficients[column] > 0 ? 1 : 0;
   }
   border += whole_columns.transpose() * influence;
   border = ((border + border.transpose()) / 2).eval();

@@ -21,6 +21,8 @@ inline namespace solvers {
 ///
 ///     In(M) = In(T) + In(-C^-1 - G^T T^-1 G) = In(-C^-1) + In(A).
 ///
+/// Of columns that are held C^-1 is 0: then M is A's, and the inertia A's, where x is orthogonal to them.
+///
 /// Every rank gathers the whole of T and factorises it by itself: the result of MUMPS across ranks depends on which
 /// message arrives first, and would differ in its last digits from run to run.
 class TangentFactor {

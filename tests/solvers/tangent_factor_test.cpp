@@ -6,8 +6,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "tests/support/solver_options.h"
 
 namespace pellicle {
 namespace {
@@ -180,6 +183,48 @@ TEST_P(TangentFactors, invert_the_whole_also_where_the_sparse_part_is_not_positi
   EXPECT_EQ(given.set(shift, Eigen::Vector2d(20, 0)), 0);
   EXPECT_LT(given.error_of_solution(iterations), 1e-10);
   EXPECT_LE(iterations, 2);
+}
+
+// Of a column that is held: of the space that it leaves, whatever its coefficient.
+TEST_P(TangentFactors, know_and_invert_what_held_columns_leave) {
+  FactorisedRing given(GetParam());
+  given.system.hold({0});
+  std::vector<int> seen;
+  int iterations = 0;
+  for (const double shift : {2.0, -1.0, -2.5, -6.0}) {
+    for (const Eigen::Vector2d& coefficients : {Eigen::Vector2d(0, 0), Eigen::Vector2d(5, 2), Eigen::Vector2d(0, -3)}) {
+      const std::optional<int> negative = given.set(shift, coefficients);
+      const Eigen::MatrixXd all = given.columns.col(0).householderQr().householderQ();
+      const auto space = all.rightCols(all.cols() - 1);
+      const Eigen::MatrixXd whole = given.dense;
+      ASSERT_TRUE(negative);
+      EXPECT_EQ(*negative, negative_eigenvalues(space.transpose() * whole * space)) << shift;
+      seen.push_back(*negative);
+      if (*negative == 0) {
+        VecHandle x;
+        VecHandle b;
+        check(MatCreateVecs(given.tangent.matrix(), x.create(), b.create()));
+        check(VecSet(b, 1));
+        given.system.project(b);
+        given.system.use(given.factor.solver());
+        const LinearResult result = given.system.solve(b, x);
+        EXPECT_TRUE(result.converged) << result.reason;
+        EXPECT_LE(result.iterations, 2);
+      }
+    }
+  }
+  EXPECT_EQ(*std::min_element(seen.begin(), seen.end()), 0);
+  EXPECT_GT(*std::max_element(seen.begin(), seen.end()), 10);
+}
+
+TEST_P(TangentFactors, are_made_as_the_options_of_mumps_say) {
+  SolverOptions options;
+  options.set("ring_mat_mumps_icntl_7", "4");
+  FactorisedRing given(GetParam());
+  given.set(2, Eigen::Vector2d(0, 0));
+  PetscBool is_used = PETSC_FALSE;
+  check(PetscOptionsUsed(nullptr, "ring_mat_mumps_icntl_7", &is_used));
+  EXPECT_EQ(is_used, PETSC_TRUE);
 }
 
 }  // namespace
