@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "meshing/closed_shapes.h"
 #include "surface/membrane.h"
+#include "tests/support/balls.h"
 #include "tests/support/grid_mesh.h"
 
 namespace pellicle::flowing_gas_test {

@@ -29,7 +29,8 @@ TEST_P(LongContactDecks, DoNotCross) {
 INSTANTIATE_TEST_SUITE_P(Decks, LongContactDecks,
                          testing::Values("burning_paper", "hot_sphere_c", "shirt", "burning_torus", "sheet_weights_d",
                                          "cloth_over_sphere", "folding_strip", "crumpling_sheet", "two_balloons",
-                                         "balloon_in_box", "stack_of_sheets", "cloth_on_balloon", "tied_balloon"),
+                                         "balloon_in_box", "stack_of_sheets", "cloth_on_balloon", "tied_balloon",
+                                         "deflating_balloon"),
                          [](const auto& deck) { return std::string(deck.param); });
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "meshing/closed_shapes.h"
 #include "meshing/triangulation.h"
+#include "tests/support/balls.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/world/static_balloon.h"
 #include "world/gas_of_object.h"

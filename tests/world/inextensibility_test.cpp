@@ -10,6 +10,7 @@
 #include "tests/support/solver_options.h"
 #include "world/burn.h"
 #include "world/ledger.h"
+#include "world/sheet_ledger.h"
 
 namespace pellicle::inextensibility_test {
 namespace {

@@ -10,6 +10,7 @@
 #include "meshing/closed_shapes.h"
 #include "meshing/triangulation.h"
 #include "tests/io/files.h"
+#include "tests/support/balls.h"
 #include "tests/support/by_id.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/world/several_objects.h"

@@ -8,6 +8,7 @@
 #include "meshing/generators.h"
 #include "prism/wall_stress.h"
 #include "tests/support/print_once.h"
+#include "tests/support/solver_options.h"
 #include "tests/world/static_balloon.h"
 
 namespace pellicle::tension_field_cases_test {

@@ -12,6 +12,7 @@
 #include "contact/crossings.h"
 #include "meshing/closed_shapes.h"
 #include "tests/io/files.h"
+#include "tests/support/balls.h"
 #include "tests/support/by_id.h"
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"

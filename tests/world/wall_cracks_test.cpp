@@ -14,6 +14,7 @@
 #include "tests/io/files.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
+#include "tests/support/solver_options.h"
 #include "tests/world/pulled_strip.h"
 
 namespace pellicle::wall_cracks_test {
