@@ -41,13 +41,13 @@ bool may_factorise(const PrismOptions& options, PetscInt vertices) {
          options.mat_type != TangentMatrix::shell && vertices <= most_vertices_to_factorise;
 }
 
-KspDefaults solver_defaults(const PrismOptions& options, bool prescribes_volumes, bool may_factorise) {
+KspDefaults solver_defaults(const PrismOptions& options, bool may_factorise) {
   KspDefaults defaults;
   // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
-  // motions are nearly free, and beyond a limit point only a prescribed volume holds it.
+  // motions are nearly free.
   if (options.mat_type == TangentMatrix::sbaij) {
     defaults.preconditioner = PCBJACOBI;
-  } else if (options.mat_type == TangentMatrix::shell || !options.inertia || prescribes_volumes) {
+  } else if (options.mat_type == TangentMatrix::shell || !options.inertia) {
     defaults.preconditioner = PCPBJACOBI;
   } else {
     defaults.preconditioner = PCMG;
@@ -67,7 +67,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
       before_(objective.vertices(), 3),
       may_factorise_(may_factorise(options, objective.vertices().global)),
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
-              solver_defaults(options_, !objective.prescribed().empty(), may_factorise_)),
+              solver_defaults(options_, may_factorise_)),
       patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), objective.projectors(),
                                 options.patch_size)) {
   KSPType type = nullptr;
