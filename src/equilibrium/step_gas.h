@@ -88,7 +88,7 @@ class StepGas {
   const std::vector<int>& prescribed(std::size_t part) const { return parts_[part].prescribed; }
   const Eigen::VectorXd& multiplier(std::size_t part) const { return parts_[part].multiplier; }  ///< [Pa]
   void set_multiplier(std::size_t part, const Eigen::VectorXd& pressure);
-  /// Changes the pressures to those that leave least of the step's forces where it is. Collective.
+  /// Changes the pressures to those that leave least of the forces where the step is. Collective.
   void balance(std::size_t part, StepPart& step);
   Eigen::VectorXd pressure_scales(std::size_t part) const;  ///< [Pa]
   Eigen::VectorXd excess_volume(std::size_t part);          ///< [m^3]

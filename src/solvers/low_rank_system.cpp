@@ -53,7 +53,10 @@ void LowRankSystem::make_basis() {
   MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
                 PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
   held_products_.compute(products);
-  basis_ = held_products_.matrixU().solve<Eigen::OnTheRight>(columns);
+  basis_.setZero(rows_, size);
+  if (held_products_.info() == Eigen::Success) {
+    basis_ = held_products_.matrixU().solve<Eigen::OnTheRight>(columns);
+  }
 }
 
 void LowRankSystem::multiply(Vec x, Vec y) {
