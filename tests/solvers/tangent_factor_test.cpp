@@ -190,7 +190,6 @@ TEST_P(TangentFactors, know_and_invert_what_held_columns_leave) {
   FactorisedRing given(GetParam());
   given.system.hold({0});
   std::vector<int> seen;
-  int iterations = 0;
   for (const double shift : {2.0, -1.0, -2.5, -6.0}) {
     for (const Eigen::Vector2d& coefficients : {Eigen::Vector2d(0, 0), Eigen::Vector2d(5, 2), Eigen::Vector2d(0, -3)}) {
       const std::optional<int> negative = given.set(shift, coefficients);
