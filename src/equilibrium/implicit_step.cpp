@@ -285,7 +285,7 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     }
   };
   attempt();
-  if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && system_.allows_other_preconditioning() &&
+  if (result.solved == Solved::bad_preconditioner && positive_ == nullptr && !system_.solves_sparse_alone() &&
       options_.mat_type != TangentMatrix::shell) {
     // It was made from the tangent without the gas's part, which need not be positive definite where the whole is.
     check(MatDuplicate(system_.sparse(), MAT_SHARE_NONZERO_PATTERN, positive_.create()));

@@ -128,10 +128,7 @@ void StepGas::balance(std::size_t part, StepPart& step) {
   const Eigen::Matrix3Xd gradient = step.gradient();
   const LowRank all = projected({own.chambers->volume_gradients(*own.position), Eigen::VectorXd(own.chambers->count())},
                                 step.projectors());
-  Eigen::MatrixXd columns(gradient.size(), count);
-  for (Eigen::Index c = 0; c < count; ++c) {
-    columns.col(c) = all.column(own.prescribed[static_cast<std::size_t>(c)]);
-  }
+  const Eigen::MatrixXd columns = all.columns(own.prescribed);
   Eigen::MatrixXd system(count, count + 1);
   system << columns.transpose() * columns, columns.transpose() * gradient.reshaped();
   MPI_Allreduce(MPI_IN_PLACE, system.data(), static_cast<int>(system.size()), MPI_DOUBLE, MPI_SUM,

@@ -20,10 +20,11 @@ BorderedSystem::BorderedSystem(LowRankSystem& part, std::vector<int> columns, Ei
   set_shell_operation<&BorderedSystem::multiply>(matrix_, MATOP_MULT);
   check(MatCreateVecs(part_.sparse(), part_right_hand_side_.create(), part_solution_.create()));
   check(VecDuplicate(part_solution_, work_.create()));
-  if (part_.can_hold()) {
+  if (!part_.solves_sparse_alone()) {
     part_.hold(columns_);
+    return;
   }
-  for (int border = 0; border < size() && !part_.can_hold(); ++border) {
+  for (int border = 0; border < size(); ++border) {
     check(VecDuplicate(part_solution_, influence_.emplace_back().create()));
   }
 }
@@ -35,7 +36,7 @@ LinearResult BorderedSystem::solve(Vec right_hand_side, Vec solution) {
   check(VecGetArrayRead(right_hand_side, &given));
   copy_to(part_right_hand_side_, Eigen::Map<const Eigen::VectorXd>(given, part_.rows()));
   check(VecRestoreArrayRead(right_hand_side, &given));
-  const LinearResult result = part_.can_hold() ? solve_orthogonally(wanted) : eliminate(wanted);
+  const LinearResult result = part_.solves_sparse_alone() ? eliminate(wanted) : solve_orthogonally(wanted);
   if (!result.converged) {
     return result;
   }

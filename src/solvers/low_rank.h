@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <vector>
 
 namespace pellicle {
 inline namespace solvers {
@@ -20,6 +21,8 @@ struct LowRank {
   Eigen::Index count() const { return coefficients.size(); }
   /// A column of G.
   Eigen::VectorXd column(Eigen::Index number) const { return sparse * mixing.col(number); }
+  /// Several, side by side.
+  Eigen::MatrixXd columns(const std::vector<int>& numbers) const { return sparse * mixing(Eigen::all, numbers); }
   /// G w.
   Eigen::VectorXd times(const Eigen::VectorXd& weights) const { return sparse * (mixing * weights); }
   /// G^T x, of the rows of this rank.

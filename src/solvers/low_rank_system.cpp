@@ -41,19 +41,15 @@ void LowRankSystem::hold(std::vector<int> columns) {
 }
 
 void LowRankSystem::make_basis() {
-  const auto size = static_cast<Eigen::Index>(held_.size());
-  if (size == 0) {
+  if (held_.empty()) {
     return;
   }
-  Eigen::MatrixXd columns(rows_, size);
-  for (Eigen::Index k = 0; k < size; ++k) {
-    columns.col(k) = low_rank_.column(held_[static_cast<std::size_t>(k)]);
-  }
+  const Eigen::MatrixXd columns = low_rank_.columns(held_);
   Eigen::MatrixXd products = columns.transpose() * columns;
   MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
                 PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
   held_products_.compute(products);
-  basis_.setZero(rows_, size);
+  basis_.setZero(rows_, columns.cols());
   if (held_products_.info() == Eigen::Success) {
     basis_ = held_products_.matrixU().solve<Eigen::OnTheRight>(columns);
   }

@@ -38,9 +38,7 @@ class LowRankSystem {
   /// Sets what is added to T, whose values have just changed. Collective. @param low_rank with as many columns
   void update(LowRank low_rank);
 
-  /// Whether columns can be held: there are some, and the solver does not work with T alone.
-  bool can_hold() const { return count() > 0 && !solves_sparse_alone_; }
-  /// Holds these columns from here on. Collective.
+  /// Holds these columns from here on; not with a solver that works with T alone. Collective.
   void hold(std::vector<int> columns);
   const std::vector<int>& held() const { return held_; }
   /// Q, (owned rows x held columns), orthonormal over all ranks, of the held columns G = Q R.
@@ -60,8 +58,9 @@ class LowRankSystem {
   /// g_c.v of every column (the rows of the result) and every vector (its columns). Collective.
   Eigen::MatrixXd column_products(const std::vector<Vec>& vectors) const;
 
-  /// Whether the preconditioner may be made from a matrix other than T; a solver that works with T alone may not.
-  bool allows_other_preconditioning() const { return !solves_sparse_alone_; }
+  /// Whether the solver works with T alone.
+  bool solves_sparse_alone() const { return solves_sparse_alone_; }
+  /// From here on makes the preconditioner from a matrix other than T; not with a solver that works with T alone.
   void precondition_from(Mat matrix);
 
  private:

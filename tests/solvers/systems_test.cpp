@@ -93,7 +93,7 @@ TEST(LowRankSystem, conjugate_gradients_and_a_direct_solver_solve_it) {
     }
     System given({0.5, 2}, -1);
     LowRankSystem& system = given.system;
-    EXPECT_EQ(system.allows_other_preconditioning(), !is_direct);
+    EXPECT_EQ(system.solves_sparse_alone(), is_direct);
     VecHandle x;
     VecHandle b;
     check(MatCreateVecs(given.matrix, x.create(), b.create()));
