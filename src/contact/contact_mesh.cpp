@@ -75,16 +75,6 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
   update_ghosts(surface.particles(), particle_area_);
 }
 
-bool ContactMesh::is_own(PetscInt point) const {
-  const Particles of_point = particles(point);
-  return std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
-}
-
-bool ContactMesh::is_new(PetscInt point) const {
-  const Particles of_point = particles(point);
-  return std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return known_.values()(15, i) > 0; });
-}
-
 bool ContactMesh::touches_own(PetscInt element) const {
   const std::array<PetscInt, 4>& corners = surface_.element(element).corners;
   return std::any_of(corners.begin(), corners.end(), [this](PetscInt i) { return i >= 0 && i < reach_.owned; });
@@ -218,27 +208,24 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   const std::vector<PetscInt> old_ghosts = std::move(reach_.ghost_global);
   reach_ = reaches_further_ ? with_ghosts(particles, beyond) : particles;
   numbers_ = LocalNumbers(reach_);
-  known_ = Field(reach_, 16);
+  Field known(reach_, 16);
   places_ = Field(reach_, 3);
   for (PetscInt i = 0; i < particles.local(); ++i) {
     const auto particle = static_cast<std::size_t>(i);
-    known_.values().col(i) << surface_.rest().col(i), particle_area_[particle], surface_.thickness(i),
+    known.values().col(i) << surface_.rest().col(i), particle_area_[particle], surface_.thickness(i),
         surface_.stiffness(i), start.vector(i), motion.low.vector(i), motion.high.vector(i),
         static_cast<double>(motion.is_new[particle]);
     places_.vector(i) = motion.x.vector(i);
   }
   if (reaches_further_) {
-    known_.update_ghosts();
+    known.update_ghosts();
     places_.update_ghosts();
   }
 
   const std::vector<std::array<PetscInt, 3>> old_triangles = std::exchange(triangles_, {});
   const std::vector<std::array<PetscInt, 4>> old_centres = std::exchange(centres_, {});
   has_.assign(static_cast<std::size_t>(reach_.local()), false);
-  areas_.resize(static_cast<std::size_t>(reach_.local()));
-  for (PetscInt i = 0; i < reach_.local(); ++i) {
-    areas_[static_cast<std::size_t>(i)] = known_.values()(3, i);
-  }
+  centre_area_.clear();
   for (const PetscInt e : here) {
     add(element(e), surface_.element(e).corners);
   }
@@ -252,21 +239,49 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   const bool is_same = triangles_ == old_triangles && centres_ == old_centres && reach_.ghost_global == old_ghosts;
   if (!is_same) {
     find_leads();
-    known_.values().row(15).setOnes();
+    known.values().row(15).setOnes();
   }
+  find_points(known);
   boxes_.clear();
-  for (const std::array<PetscInt, 3>& triangle : triangles_) {
-    Box box;
-    double wider = 0;
-    for (const PetscInt point : triangle) {
-      const Eigen::Vector3d place = mean(places_.values(), point);
-      box.extend(place + low(point));
-      box.extend(place + high(point));
-      wider = std::max(wider, thickness(point) / 2);
-    }
-    boxes_.emplace_back(box.min().array() - wider, box.max().array() + wider);
+  for (const auto& [a, b, c] : triangles_) {
+    boxes_.push_back(point(a).box.merged(point(b).box).merged(point(c).box));
+  }
+  if (std::all_of(points_.begin(), points_.end(), [](const Point& point) { return point.is_new; })) {
+    tree_ = BoxTree(boxes_);
+  } else {
+    tree_.move_to(boxes_);
   }
   return is_same;
+}
+
+/// @param known in reach: undeformed place, area, thickness, stiffness, place at the start, low, high, is new
+void ContactMesh::find_points(const Field& known) {
+  points_.resize(static_cast<std::size_t>(points()));
+  for (PetscInt number = 0; number < points(); ++number) {
+    Point& point = points_[static_cast<std::size_t>(number)];
+    const Particles of_point = particles(number);
+    const auto mean = [&of_point](const auto& values) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const PetscInt i : of_point) {
+        sum += values.col(i);
+      }
+      return Eigen::Vector3d(of_point.weight() * sum);
+    };
+    const auto& values = known.values();
+    point.rest = mean(values.topRows<3>());
+    point.start = mean(values.middleRows<3>(6));
+    point.low = mean(values.middleRows<3>(9));
+    point.high = mean(values.middleRows<3>(12));
+    const PetscInt first = *of_point.begin();
+    point.area =
+        number < reach_.local() ? values(3, first) : centre_area_[static_cast<std::size_t>(number - reach_.local())];
+    point.thickness = values(4, first);
+    point.stiffness = values(5, first);
+    point.is_own = std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
+    point.is_new = std::any_of(of_point.begin(), of_point.end(), [&](PetscInt i) { return values(15, i) > 0; });
+    const Eigen::Vector3d place = mean(places_.values());
+    point.box = {(place + point.low).array() - point.thickness / 2, (place + point.high).array() + point.thickness / 2};
+  }
 }
 
 void ContactMesh::find_leads() {
@@ -309,7 +324,7 @@ void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& cor
   }
   const PetscInt centre = points();
   centres_.push_back(corners);
-  areas_.push_back(centre_share * element.area);
+  centre_area_.push_back(centre_share * element.area);
   for (std::size_t t = 0; t < 4; ++t) {
     if (element.lives[t]) {
       triangles_.push_back({corners[t], corners[(t + 1) % 4], centre});
@@ -326,7 +341,10 @@ void ContactMesh::write_points(const Field& x, Eigen::Matrix3Xd& points) const {
   points.resize(3, this->points());
   points.leftCols(reach_.local()) = places_.values();
   for (PetscInt point = reach_.local(); point < points.cols(); ++point) {
-    points.col(point) = mean(places_.values(), point);
+    points.col(point).setZero();
+    for (const PetscInt i : particles(point)) {
+      points.col(point) += places_.values().col(i) / 4;
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/contact_surface.h"
+#include "geometry/box_tree.h"
 #include "parallel/field.h"
 
 namespace pellicle {
@@ -49,8 +50,10 @@ class ContactMesh {
     std::array<bool, 3> side{};  ///< from each point to the next
   };
   const std::vector<Leads>& leads() const { return leads_; }
-  /// The triangles, as they were gathered.
+  /// The boxes of the triangles, as they were gathered.
   const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
+  /// Of those boxes.
+  const BoxTree& tree() const { return tree_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
 
   /// Particles of a point, all with the same weight, by their numbers in `reach()`.
@@ -67,44 +70,32 @@ class ContactMesh {
   }
   /// Whether a triangle has an owned particle as a corner, or through its centre.
   bool has(PetscInt particle) const { return has_[static_cast<std::size_t>(particle)]; }
-  /// Whether this rank owns a particle of a point.
-  bool is_own(PetscInt point) const;
-
   /// Places of all points when the particles are at x, whose ghosts need not be up to date. Collective.
   void write_points(const Field& x, Eigen::Matrix3Xd& points) const;
-  /// The same for undeformed places. Not collective.
-  Eigen::Vector3d rest(PetscInt point) const { return mean(known_.values().topRows<3>(), point); }
-  /// The places at the beginning of the step.
-  Eigen::Vector3d start(PetscInt point) const { return mean(known_.values().middleRows<3>(6), point); }
-  /// The displacements between which a point may move [m].
-  Eigen::Vector3d low(PetscInt point) const { return mean(known_.values().middleRows<3>(9), point); }
-  Eigen::Vector3d high(PetscInt point) const { return mean(known_.values().middleRows<3>(12), point); }
-  /// Whether it may go where the last call's bounds did not let it go.
-  bool is_new(PetscInt point) const;
-  /// Undeformed area round a point [m^2].
-  double area(PetscInt point) const { return areas_[static_cast<std::size_t>(point)]; }
-  /// Thickness of the contact of a point's part with itself [m].
-  double thickness(PetscInt point) const { return known_.values()(4, *particles(point).begin()); }
-  /// Stiffness of that contact [Pa/m].
-  double stiffness(PetscInt point) const { return known_.values()(5, *particles(point).begin()); }
+  /// What is known of a point since triangles were gathered.
+  struct Point {
+    Eigen::Vector3d rest;     ///< undeformed place [m]
+    Eigen::Vector3d start;    ///< at the beginning of the step
+    Eigen::Vector3d low;      ///< between which displacements it may move [m]
+    Eigen::Vector3d high;     ///< likewise
+    Eigen::AlignedBox3d box;  ///< of the places to which it may move, and wider by half of the thickness
+    double area = 0;          ///< undeformed, round it [m^2]
+    double thickness = 0;     ///< of the contact of its part with itself [m]
+    double stiffness = 0;     ///< of that contact [Pa/m]
+    bool is_own = false;      ///< whether this rank owns a particle of it
+    bool is_new = false;      ///< whether it may go where the last call's bounds did not let it go
+  };
+  const Point& point(PetscInt number) const { return points_[static_cast<std::size_t>(number)]; }
 
  private:
   struct Element;
-  template <class Values>
-  Eigen::Vector3d mean(const Values& values, PetscInt point) const {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    const Particles of_point = particles(point);
-    for (const PetscInt i : of_point) {
-      sum += values.col(i);
-    }
-    return of_point.weight() * sum;
-  }
   Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
   bool touches_own(PetscInt element) const;
   std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes) const;
   void add(const Element& element, const std::array<PetscInt, 4>& corners);
   void find_leads();
+  void find_points(const Field& known);
 
   const ContactSurface& surface_;
   std::vector<double> particle_area_;  ///< round the local particles, without the parts of centres [m^2]
@@ -112,14 +103,15 @@ class ContactMesh {
   Layout reach_;
   LocalNumbers numbers_;          ///< in `reach_`
   bool reaches_further_ = false;  ///< than the surface's layout, on any rank
-  Field known_;  ///< on `reach_`: undeformed place, area, thickness, stiffness, place at the start, low, high, is new
-  mutable Field places_;  ///< on `reach_`
+  mutable Field places_;          ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Leads> leads_;  ///< of the triangles
   std::vector<Eigen::AlignedBox3d> boxes_;
+  BoxTree tree_;
   std::vector<std::array<PetscInt, 4>> centres_;  ///< particles
-  std::vector<double> areas_;                     ///< of the points
-  std::vector<bool> has_;                         ///< of the particles in reach
+  std::vector<double> centre_area_;               ///< of the quads [m^2]
+  std::vector<Point> points_;
+  std::vector<bool> has_;  ///< of the particles in reach
 };
 
 }  // namespace contact

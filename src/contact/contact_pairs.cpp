@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "contact/lips.h"
-#include "geometry/box_tree.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -27,30 +26,12 @@ constexpr double nearly_parallel = 0.1;
 /// once.
 class Search {
  public:
-  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places)
-      : mesh_(mesh),
-        places_(places),
-        low_(3, mesh.points()),
-        high_(3, mesh.points()),
-        boxes_(static_cast<std::size_t>(mesh.points())),
-        is_own_(boxes_.size()),
-        is_new_(boxes_.size()) {
-    for (PetscInt point = 0; point < mesh.points(); ++point) {
-      const auto number = static_cast<std::size_t>(point);
-      low_.col(point) = mesh.low(point);
-      high_.col(point) = mesh.high(point);
-      const double wider = mesh.thickness(point) / 2;
-      boxes_[number] = {(places.col(point) + low_.col(point)).array() - wider,
-                        (places.col(point) + high_.col(point)).array() + wider};
-      is_own_[number] = mesh.is_own(point);
-      is_new_[number] = mesh.is_new(point);
-    }
-  }
+  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) : mesh_(mesh), places_(places) { find_parts(); }
 
   void renew(std::vector<ContactPair>& pairs) {
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
                                [this](ContactPair& pair) {
-                                 if (any_of(pair.points, is_new_)) {
+                                 if (any_of(pair.points, &ContactMesh::Point::is_new)) {
                                    return true;
                                  }
                                  const double nearest = measure(pair);
@@ -60,54 +41,86 @@ class Search {
     std::vector<bool> marked;
     std::vector<bool> touches_own;
     for (const std::array<PetscInt, 3>& triangle : mesh_.triangles()) {
-      marked.push_back(any_of(triangle, is_new_));
-      touches_own.push_back(any_of(triangle, is_own_));
+      marked.push_back(any_of(triangle, &ContactMesh::Point::is_new));
+      touches_own.push_back(any_of(triangle, &ContactMesh::Point::is_own));
     }
-    BoxTree(mesh_.boxes()).visit_pairs_of(marked, [&](int a, int b) {
+    mesh_.tree().visit_pairs_of(marked, [&](int a, int b) {
       if (touches_own[static_cast<std::size_t>(a)] || touches_own[static_cast<std::size_t>(b)]) {
-        add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)), pairs);
+        add_triangles(triangles_[static_cast<std::size_t>(std::min(a, b))],
+                      triangles_[static_cast<std::size_t>(std::max(a, b))], pairs);
       }
     });
   }
 
  private:
   template <std::size_t N>
-  static bool any_of(const std::array<PetscInt, N>& points, const std::vector<bool>& have) {
-    return std::any_of(points.begin(), points.end(),
-                       [&have](PetscInt point) { return have[static_cast<std::size_t>(point)]; });
+  bool any_of(const std::array<PetscInt, N>& points, bool ContactMesh::Point::*are) const {
+    return std::any_of(points.begin(), points.end(), [&](PetscInt point) { return mesh_.point(point).*are; });
   }
 
-  void add_triangles(std::size_t a, std::size_t b, std::vector<ContactPair>& pairs) const {
-    const std::array<PetscInt, 3>& first = mesh_.triangles()[a];
-    const std::array<PetscInt, 3>& second = mesh_.triangles()[b];
-    const ContactMesh::Leads& leads = mesh_.leads()[a];
-    const ContactMesh::Leads& other_leads = mesh_.leads()[b];
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (leads.point[k] && box(first[k]).intersects(mesh_.boxes()[b])) {
-        add({first[k], second[0], second[1], second[2]}, false, pairs);
+  /// A point or a side of a triangle, and where it may go.
+  struct Part {
+    Bounds box;
+    std::size_t corner;  ///< of the triangle: the point, or the side's first one
+  };
+  /// A triangle, and those of its points and sides for which it stands: `points` to `sides`, and `sides` to `end` of
+  /// the parts.
+  struct Triangle {
+    Bounds box;
+    std::array<PetscInt, 3> corners;
+    std::size_t points;
+    std::size_t sides;
+    std::size_t end;
+  };
+
+  void find_parts() {
+    const auto box = [this](PetscInt point) -> const Eigen::AlignedBox3d& { return mesh_.point(point).box; };
+    for (std::size_t t = 0; t < mesh_.triangles().size(); ++t) {
+      const std::array<PetscInt, 3>& corners = mesh_.triangles()[t];
+      const ContactMesh::Leads& leads = mesh_.leads()[t];
+      const std::size_t points = parts_.size();
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (leads.point[k]) {
+          parts_.push_back({Bounds(box(corners[k])), k});
+        }
       }
-      if (other_leads.point[k] && box(second[k]).intersects(mesh_.boxes()[a])) {
-        add({second[k], first[0], first[1], first[2]}, false, pairs);
+      const std::size_t sides = parts_.size();
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (leads.side[k]) {
+          parts_.push_back({Bounds(box(corners[k]).merged(box(corners[(k + 1) % 3]))), k});
+        }
       }
-      for (std::size_t l = 0; l < 3 && leads.side[k]; ++l) {
-        if (other_leads.side[l] && side_box(first, k).intersects(side_box(second, l))) {
-          add({first[k], first[(k + 1) % 3], second[l], second[(l + 1) % 3]}, true, pairs);
+      triangles_.push_back({Bounds(mesh_.boxes()[t]), corners, points, sides, parts_.size()});
+    }
+  }
+
+  void add_triangles(const Triangle& first, const Triangle& second, std::vector<ContactPair>& pairs) const {
+    add_points(first, second, pairs);
+    add_points(second, first, pairs);
+    for (std::size_t s = first.sides; s < first.end; ++s) {
+      for (std::size_t t = second.sides; t < second.end; ++t) {
+        if (parts_[s].box.meets(parts_[t].box)) {
+          const std::size_t k = parts_[s].corner;
+          const std::size_t l = parts_[t].corner;
+          add({first.corners[k], first.corners[(k + 1) % 3], second.corners[l], second.corners[(l + 1) % 3]}, true,
+              pairs);
         }
       }
     }
   }
 
-  const Eigen::AlignedBox3d& box(PetscInt point) const { return boxes_[static_cast<std::size_t>(point)]; }
-  Eigen::AlignedBox3d side_box(const std::array<PetscInt, 3>& triangle, std::size_t side) const {
-    return box(triangle[side]).merged(box(triangle[(side + 1) % 3]));
+  void add_points(const Triangle& of, const Triangle& other, std::vector<ContactPair>& pairs) const {
+    for (std::size_t p = of.points; p < of.sides; ++p) {
+      if (parts_[p].box.meets(other.box)) {
+        add({of.corners[parts_[p].corner], other.corners[0], other.corners[1], other.corners[2]}, false, pairs);
+      }
+    }
   }
 
   void add(const std::array<PetscInt, 4>& points, bool are_edges, std::vector<ContactPair>& pairs) const {
     const auto second_feature = points.begin() + (are_edges ? 2 : 1);
-    if (std::find_first_of(second_feature, points.end(), points.begin(), second_feature) != points.end()) {
-      return;
-    }
-    if (!any_of(points, is_new_) || !any_of(points, is_own_)) {
+    if (std::find_first_of(second_feature, points.end(), points.begin(), second_feature) != points.end() ||
+        !any_of(points, &ContactMesh::Point::is_new) || !any_of(points, &ContactMesh::Point::is_own)) {
       return;
     }
     ContactPair pair;
@@ -127,19 +140,19 @@ class Search {
     if (!matters(pair, nearest)) {
       return;
     }
-    const double stiffness = std::min(mesh_.stiffness(points[0]), mesh_.stiffness(points[2]));
+    const double stiffness = std::min(mesh_.point(points[0]).stiffness, mesh_.point(points[2]).stiffness);
     // The lips of a crack have less of a gap to press in, and few pairs to resist being pushed together in the sheet's
     // plane.
     const double share =
         (are_lips ? 1 / (lip_share * lip_share) : 1) * (are_edges ? share_of_edges(points, pair.barrier.thickness) : 1);
-    const auto area = [&](std::size_t k) { return mesh_.area(points[k]); };
+    const auto area = [&](std::size_t k) { return mesh_.point(points[k]).area; };
     pair.barrier.stiffness =
         share * stiffness * (are_edges ? (area(0) + area(1) + area(2) + area(3)) / 16 : area(0) / 2);
     pairs.push_back(pair);
   }
 
   double thickness_of(const ContactPair& pair) const {
-    return (mesh_.thickness(pair.points[0]) + mesh_.thickness(pair.points[2])) / 2;
+    return (mesh_.point(pair.points[0]).thickness + mesh_.point(pair.points[2]).thickness) / 2;
   }
 
   /// @returns how near to each other the features may come
@@ -165,9 +178,9 @@ class Search {
     double first = -std::numeric_limits<double>::infinity();
     double second = first;
     for (int k = 0; k < 4; ++k) {
-      const PetscInt point = pair.points[static_cast<std::size_t>(k)];
-      const Eigen::Vector3d with = pair.normal.cwiseProduct(high_.col(point));
-      const Eigen::Vector3d against = pair.normal.cwiseProduct(low_.col(point));
+      const ContactMesh::Point& point = mesh_.point(pair.points[static_cast<std::size_t>(k)]);
+      const Eigen::Vector3d with = pair.normal.cwiseProduct(point.high);
+      const Eigen::Vector3d against = pair.normal.cwiseProduct(point.low);
       if (k < pair.first_feature()) {
         first = std::max(first, -with.cwiseMin(against).sum());
       } else {
@@ -180,8 +193,8 @@ class Search {
   /// Where edges are parallel there are many nearest points, and it is chance which of them is found. Such edges press
   /// the less, the nearer they are to parallel when the step starts (points and triangles press there instead).
   double share_of_edges(const std::array<PetscInt, 4>& points, double thickness) const {
-    const Eigen::Vector3d first = mesh_.start(points[1]) - mesh_.start(points[0]);
-    const Eigen::Vector3d second = mesh_.start(points[3]) - mesh_.start(points[2]);
+    const Eigen::Vector3d first = mesh_.point(points[1]).start - mesh_.point(points[0]).start;
+    const Eigen::Vector3d second = mesh_.point(points[3]).start - mesh_.point(points[2]).start;
     const double lengths = first.squaredNorm() * second.squaredNorm();
     if (lengths == 0) {
       return 0;
@@ -195,18 +208,15 @@ class Search {
   double rest_distance(const ContactPair& pair) const {
     std::array<Eigen::Vector3d, 4> corners;
     std::transform(pair.points.begin(), pair.points.end(), corners.begin(),
-                   [this](PetscInt point) { return mesh_.rest(point); });
+                   [this](PetscInt point) { return mesh_.point(point).rest; });
     const NearestPoints nearest = pair.are_edges ? nearest_of_edges(corners) : nearest_of_point_and_triangle(corners);
     return nearest.apart.norm();
   }
 
   const ContactMesh& mesh_;
   const Eigen::Matrix3Xd& places_;
-  Eigen::Matrix3Xd low_;                    ///< of the points: between which displacements they may move
-  Eigen::Matrix3Xd high_;                   ///< likewise
-  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of the points, as ContactMesh has them of triangles
-  std::vector<bool> is_own_;                ///< of the points
-  std::vector<bool> is_new_;                ///< likewise: whether they may go where they could not before
+  std::vector<Part> parts_;
+  std::vector<Triangle> triangles_;
 };
 
 }  // namespace

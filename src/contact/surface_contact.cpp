@@ -34,34 +34,44 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
       trial_(surface_.particles(), 3) {}
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
-  for (int k = 0; k < count; ++k) {
-    if (particles[static_cast<std::size_t>(k)] == particle) {
-      weights[static_cast<std::size_t>(k)] += weight;
-      return;
-    }
+  if (const std::size_t known = find(particle); known < count) {
+    weights[known] += weight;
+    return;
   }
-  particles[static_cast<std::size_t>(count)] = particle;
-  weights[static_cast<std::size_t>(count)] = weight;
+  particles[count] = particle;
+  weights[count] = weight;
   ++count;
+}
+
+std::size_t SurfaceContact::Stencil::find(PetscInt particle) const {
+  const auto end = particles.begin() + static_cast<std::ptrdiff_t>(count);
+  return static_cast<std::size_t>(std::find(particles.begin(), end, particle) - particles.begin());
 }
 
 SurfaceContact::Stencil SurfaceContact::stencil(const ContactPair& pair, const std::array<double, 4>& weights) const {
   Stencil stencil;
   for (std::size_t k = 0; k < 4; ++k) {
-    const ContactMesh::Particles particles = mesh_.particles(pair.points[k]);
-    for (const PetscInt i : particles) {
-      stencil.add(i, weights[k] * particles.weight());
+    if (weights[k] != 0) {
+      const ContactMesh::Particles particles = mesh_.particles(pair.points[k]);
+      for (const PetscInt i : particles) {
+        stencil.add(i, weights[k] * particles.weight());
+      }
     }
   }
   return stencil;
 }
 
 /// In a sum over all ranks each pair counts on one of them: that of the particle with the lowest number.
-bool SurfaceContact::counts(const Stencil& stencil) const {
-  PetscInt lowest = stencil.particles[0];
-  for (int k = 1; k < stencil.count; ++k) {
-    const PetscInt i = stencil.particles[static_cast<std::size_t>(k)];
-    lowest = mesh_.reach().to_global(i) < mesh_.reach().to_global(lowest) ? i : lowest;
+bool SurfaceContact::counts(const ContactPair& pair) const {
+  PetscInt lowest = -1;
+  PetscInt number = std::numeric_limits<PetscInt>::max();
+  for (const PetscInt point : pair.points) {
+    for (const PetscInt i : mesh_.particles(point)) {
+      if (const PetscInt global = mesh_.reach().to_global(i); global < number) {
+        number = global;
+        lowest = i;
+      }
+    }
   }
   return lowest < mesh_.reach().owned;
 }
@@ -87,6 +97,7 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
     begin.values().colwise() += mean_step(start, x);
   }
   rubbing_.clear();
+  places_of_rubbing_.clear();
   search(begin, x);
   note_rubbing(begin);
   find_rubbing_stencils();
@@ -98,8 +109,7 @@ void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   Field begin(surface_.particles(), 3);
   prepare(start, x, h, begin);
   Eigen::Matrix3Xd step = whole - begin.values().leftCols(owned);
-  // What is held has to go all its way, whatever is in the way of others.
-  limit(begin, is_free_ ? StepLimit::all_alike : StepLimit::each_vertex, step);
+  limit(begin, StepLimit::each_vertex, step);
   for (PetscInt i = 0; i < owned; ++i) {
     if (mesh_.has(i)) {
       x.vector(i) = begin.vector(i) + step.col(i);
@@ -152,7 +162,6 @@ void SurfaceContact::search(const Field& x, const Field& to) {
       near_.begin();
   any_held_ = false;
   blocks_.clear();  // They were in another reach.
-  curved_.reset();
 }
 
 /// Gives the pairs that are known the room that is between them now. Collective.
@@ -209,21 +218,24 @@ void SurfaceContact::note_rubbing(const Field& x) {
       return;
     }
     Rubbing rubbing;
-    for (int k = 0; k < whole.count; ++k) {
-      rubbing.particles.emplace_back(mesh_.reach().to_global(whole.particles[static_cast<std::size_t>(k)]),
-                                     whole.weights[static_cast<std::size_t>(k)]);
+    for (std::size_t k = 0; k < whole.count; ++k) {
+      rubbing.particles.emplace_back(mesh_.reach().to_global(whole.particles[k]), whole.weights[k]);
     }
+    add_places(whole, places_of_rubbing_);
     rubbing.normal = normal;
     rubbing.start = gap * normal;
     rubbing.force = -options_.friction * pair.barrier.slope(gap);
-    rubbing.counts = counts(whole);
+    rubbing.counts = counts(pair);
     rubbing_.push_back(std::move(rubbing));
   });
 }
 
 void SurfaceContact::move_on(const Field& x) {
   find_blocks(x);
-  extend_pattern();
+  if (on_any_rank(surface_.comm(), pattern_.size() > told_)) {
+    told_ = pattern_.size();
+    ++version_;
+  }
 }
 
 bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) {
@@ -314,9 +326,15 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
 
 double SurfaceContact::value(const Field& x) const {
   double sum = 0;
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d&) {
-    sum += counts(stencil) ? pair.barrier.value(gap) : 0;
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
+    sum += counts(pair) ? pair.barrier.value(gap) : 0;
   });
+  return sum + friction_energy();
+}
+
+/// On this rank, with the particles where `places_` has them [J].
+double SurfaceContact::friction_energy() const {
+  double sum = 0;
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     if (rubbing_[r].counts) {
       sum += rubbing_[r].force * slip_.value(slip_of(r).norm());
@@ -327,7 +345,7 @@ double SurfaceContact::value(const Field& x) const {
 
 /// Adds the effect of a force between two features on their particles (3 x owned).
 void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const {
-  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+  for (std::size_t k = 0; k < count; ++k) {
     if (particles[k] < sum.cols()) {
       sum.col(particles[k]) += weights[k] * force;
     }
@@ -337,6 +355,16 @@ void SurfaceContact::Stencil::spread(const Eigen::Vector3d& force, Eigen::Matrix
 void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   add_pressing(x, gradient);
   add_friction(gradient);
+}
+
+double SurfaceContact::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  double sum = 0;
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
+    sum += counts(pair) ? pair.barrier.value(gap) : 0;
+    stencil.spread(pair.barrier.slope(gap) * normal, gradient);
+  });
+  add_friction(gradient);
+  return sum + friction_energy();
 }
 
 /// Energy of the barriers. Leaves the places of the points in `places_`. Collective.
@@ -397,8 +425,8 @@ Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
   const Stencil& stencil = rubbing_stencils_[number];
   const Rubbing& rubbing = rubbing_[number];
   Eigen::Vector3d moved = -rubbing.start;
-  for (int k = 0; k < stencil.count; ++k) {
-    moved += stencil.weights[static_cast<std::size_t>(k)] * places_.col(stencil.particles[static_cast<std::size_t>(k)]);
+  for (std::size_t k = 0; k < stencil.count; ++k) {
+    moved += stencil.weights[k] * places_.col(stencil.particles[k]);
   }
   return moved - rubbing.normal * rubbing.normal.dot(moved);
 }
@@ -416,105 +444,90 @@ void SurfaceContact::find_rubbing_stencils() {
 /// Collective.
 void SurfaceContact::find_blocks(const Field& x) {
   blocks_.clear();
-  curved_.reset();
+  places_of_blocks_.clear();
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
-    blocks_.push_back({stencil, pair.barrier.curvature(gap) * normal * normal.transpose()});
+    blocks_.push_back({pair, stencil, gap > 0 ? pair.barrier.slope(gap) : 0,
+                       pair.barrier.curvature(gap) * normal * normal.transpose(),
+                       add_places(stencil, places_of_blocks_)});
   });
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    Rubbing& rubbing = rubbing_[r];
-    rubbing.tangent.move_to(slip_, slip_of(r));
-    blocks_.push_back({rubbing_stencils_[r], rubbing.force * rubbing.tangent.hessian(slip_, rubbing.normal)});
+    rubbing_[r].tangent.move_to(slip_, slip_of(r));
   }
+}
+
+/// Number in the pattern, which gets a pair of particles in reach and its opposite if it does not have them.
+std::size_t SurfaceContact::number_of(PetscInt row, PetscInt column) {
+  const PetscInt first = mesh_.reach().to_global(row);
+  const PetscInt second = mesh_.reach().to_global(column);
+  const bool is_first = first <= second;
+  const auto key = static_cast<std::uint64_t>(std::min(first, second)) * mesh_.reach().global + std::max(first, second);
+  const auto [known, is_missing] = number_.emplace(key, pattern_.size());
+  if (is_missing) {
+    pattern_.push_back({is_first ? row : column, std::max(first, second)});
+    pattern_.push_back({is_first ? column : row, std::min(first, second)});
+  }
+  return is_first ? known->second : known->second + 1;
+}
+
+/// Adds where in the pattern every two particles of a stencil are: those of the first with itself, of the second with
+/// the first, with itself, and so on. @returns number of the first place
+std::size_t SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>& places) {
+  const std::size_t first = places.size();
+  for (std::size_t k = 0; k < stencil.count; ++k) {
+    for (std::size_t l = 0; l <= k; ++l) {
+      places.push_back(number_of(stencil.particles[k], stencil.particles[l]));
+    }
+  }
+  return first;
 }
 
 void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
   kept_curvature_ = curvature == Curvature::positive ? 0 : 1 - positive_share_;
-  if (kept_curvature_ > 0 && !curved_) {
-    find_curved(x);
+  if (kept_curvature_ > 0) {
+    mesh_.write_points(x, curved_at_);
   }
-}
-
-/// What the exact second derivative has in addition to the blocks. Collective.
-void SurfaceContact::find_curved(const Field& x) {
-  curved_.emplace();
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
-    if (gap > 0) {
-      curved_->push_back({pair.points, pair.barrier.slope(gap) * pair.gap_curvature(places_)});
-    }
-  });
-}
-
-/// Calls `take` with the owned particle, the global number of the other and the product of their weights.
-template <class Take>
-void SurfaceContact::visit_couplings(const Stencil& stencil, const Take& take) const {
-  for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
-    const PetscInt row = stencil.particles[k];
-    for (std::size_t l = 0; l < static_cast<std::size_t>(stencil.count) && row < surface_.particles().owned; ++l) {
-      take(row, mesh_.reach().to_global(stencil.particles[l]), stencil.weights[k] * stencil.weights[l]);
-    }
-  }
-}
-
-/// Adds the pairs of particles that the present blocks couple to the pattern. Earlier contacts stay in it, which costs
-/// less than a new pattern. Collective.
-void SurfaceContact::extend_pattern() {
-  columns_.resize(static_cast<std::size_t>(surface_.particles().owned));
-  bool is_longer = false;
-  for (const Block& block : blocks_) {
-    visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double) {
-      std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
-      const auto place = std::lower_bound(columns.begin(), columns.end(), column);
-      if (place == columns.end() || *place != column) {
-        columns.insert(place, column);
-        is_longer = true;
-      }
-    });
-  }
-  if (on_any_rank(surface_.comm(), is_longer)) {
-    ++version_;
-    offsets_.assign(1, 0);
-    for (const std::vector<PetscInt>& columns : columns_) {
-      offsets_.push_back(offsets_.back() + static_cast<PetscInt>(columns.size()));
-    }
-  }
-}
-
-std::vector<VertexPair> SurfaceContact::pattern() const {
-  std::vector<VertexPair> pairs;
-  for (std::size_t row = 0; row < columns_.size(); ++row) {
-    for (const PetscInt column : columns_[row]) {
-      pairs.push_back({static_cast<PetscInt>(row), column});
-    }
-  }
-  return pairs;
-}
-
-/// Number of a pair in the pattern.
-std::size_t SurfaceContact::place_of(PetscInt row, PetscInt column) const {
-  const std::vector<PetscInt>& columns = columns_[static_cast<std::size_t>(row)];
-  const auto place = std::lower_bound(columns.begin(), columns.end(), column);
-  return static_cast<std::size_t>(offsets_[static_cast<std::size_t>(row)] + (place - columns.begin()));
 }
 
 void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
-  for (const Block& block : blocks_) {
-    visit_couplings(block.stencil, [&](PetscInt row, PetscInt column, double weight) {
-      blocks.add(place_of(row, column), weight * block.stiffness);
-    });
+  const auto add = [&blocks](const Stencil& stencil, const Eigen::Matrix3d& stiffness, const std::size_t* place) {
+    for (std::size_t k = 0; k < stencil.count; ++k) {
+      for (std::size_t l = 0; l < k; ++l, ++place) {
+        const Eigen::Matrix3d block = stencil.weights[k] * stencil.weights[l] * stiffness;
+        blocks.add(*place, block);
+        blocks.add(*place ^ 1, block);
+      }
+      blocks.add(*place++, stencil.weights[k] * stencil.weights[k] * stiffness);
+    }
+    return place;
+  };
+  const std::size_t* of_rubbing = places_of_rubbing_.data();
+  for (std::size_t r = 0; r < rubbing_.size(); ++r) {
+    const Eigen::Matrix3d stiffness = rubbing_[r].force * rubbing_[r].tangent.hessian(slip_, rubbing_[r].normal);
+    of_rubbing = add(rubbing_stencils_[r], stiffness, of_rubbing);
   }
-  for (std::size_t c = 0; kept_curvature_ > 0 && c < curved_->size(); ++c) {
-    const Curved& curved = (*curved_)[c];
-    for (int k = 0; k < 4; ++k) {
-      const ContactMesh::Particles rows = mesh_.particles(curved.points[static_cast<std::size_t>(k)]);
-      for (int l = 0; l < 4; ++l) {
-        const ContactMesh::Particles others = mesh_.particles(curved.points[static_cast<std::size_t>(l)]);
-        const Eigen::Matrix3d block =
-            kept_curvature_ * rows.weight() * others.weight() * curved.stiffness.block<3, 3>(3 * k, 3 * l);
-        for (const PetscInt row : rows) {
-          for (const PetscInt other : others) {
-            if (row < surface_.particles().owned) {
-              blocks.add(place_of(row, mesh_.reach().to_global(other)), block);
-            }
+  for (const Block& block : blocks_) {
+    const std::size_t* places = places_of_blocks_.data() + block.first;
+    add(block.stencil, block.stiffness, places);
+    if (kept_curvature_ > 0 && block.slope != 0) {
+      add_curved(block, places, blocks);
+    }
+  }
+}
+
+/// What the curvature of a gap adds to the second derivative.
+void SurfaceContact::add_curved(const Block& block, const std::size_t* places, const HessianBlocks& blocks) const {
+  const Eigen::Matrix<double, 12, 12> stiffness = kept_curvature_ * block.slope * block.pair.gap_curvature(curved_at_);
+  for (int k = 0; k < 4; ++k) {
+    const ContactMesh::Particles rows = mesh_.particles(block.pair.points[static_cast<std::size_t>(k)]);
+    for (int l = 0; l < 4; ++l) {
+      const ContactMesh::Particles columns = mesh_.particles(block.pair.points[static_cast<std::size_t>(l)]);
+      const Eigen::Matrix3d of_points = rows.weight() * columns.weight() * stiffness.block<3, 3>(3 * k, 3 * l);
+      for (const PetscInt row : rows) {
+        const std::size_t i = block.stencil.find(row);
+        for (const PetscInt column : columns) {
+          const std::size_t j = block.stencil.find(column);
+          if (i < block.stencil.count && j < block.stencil.count) {  // Otherwise a point is not among the nearest.
+            blocks.add(i < j ? places[j * (j + 1) / 2 + i] ^ 1 : places[i * (i + 1) / 2 + j], of_points);
           }
         }
       }
@@ -523,8 +536,12 @@ void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
 }
 
 void SurfaceContact::forget() {
-  columns_.clear();
+  pattern_.clear();
+  number_.clear();
+  told_ = 0;
   blocks_.clear();
+  rubbing_.clear();
+  rubbing_stencils_.clear();
   ++version_;
 }
 
@@ -554,12 +571,12 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
   Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& whole, double gap, const Eigen::Vector3d& normal) {
     double compliance = 1 / (pair.barrier.stiffness * h_ * h_);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
+    for (std::size_t k = 0; k < whole.count; ++k) {
       compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
     }
     const double push = (pair.barrier.thickness - gap) / compliance;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(whole.count); ++k) {
-      if (const PetscInt i = whole.particles[k]; i < owned && whole.weights[k] != 0) {
+    for (std::size_t k = 0; k < whole.count; ++k) {
+      if (const PetscInt i = whole.particles[k]; i < owned) {
         pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] * normal;
         pushes(3, i) += 1;
       }
@@ -574,8 +591,8 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
 ContactFigures SurfaceContact::figures(const Field& x) const {
   ContactFigures figures;
   double smallest = thickness_;
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d&) {
-    if (counts(stencil)) {
+  visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
+    if (counts(pair)) {
       ++figures.contacts;
       smallest = std::min(smallest, gap);
       figures.energy += pair.barrier.value(gap);

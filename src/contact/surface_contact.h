@@ -2,7 +2,8 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
+#include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "contact/contact_options.h"
@@ -63,7 +64,8 @@ class SurfaceContact : public Potential {
 
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
-  std::vector<VertexPair> pattern() const override;
+  double add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
+  std::vector<VertexPair> pattern() const override { return pattern_; }
   PetscInt pattern_version() const override { return version_; }
   /// The Hessian where Newton's method was at the last `move_on`. The positive one leaves out the curvature of gaps.
   void update_hessian(const Field& x, Curvature curvature) override;
@@ -93,9 +95,10 @@ class SurfaceContact : public Potential {
   /// Particles, and weights with which they make up the vector between two features.
   struct Stencil {
     std::array<PetscInt, 16> particles;  ///< in reach
-    std::array<double, 16> weights;
-    int count = 0;
+    std::array<double, 16> weights;      ///< none of them 0
+    std::size_t count = 0;
     void add(PetscInt particle, double weight);
+    std::size_t find(PetscInt particle) const;
     void spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const;
   };
   /// A contact with friction in a step.
@@ -121,13 +124,13 @@ class SurfaceContact : public Potential {
   void note_rubbing(const Field& x);
   void find_rubbing_stencils();
   void find_blocks(const Field& x);
-  void extend_pattern();
+  double friction_energy() const;
+  std::size_t number_of(PetscInt row, PetscInt column);
+  std::size_t add_places(const Stencil& stencil, std::vector<std::size_t>& places);
   Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
-  template <class Take>
-  void visit_couplings(const Stencil& stencil, const Take& take) const;
-  void find_curved(const Field& x);
-  std::size_t place_of(PetscInt row, PetscInt column) const;
-  bool counts(const Stencil& stencil) const;
+  struct Block;
+  void add_curved(const Block& block, const std::size_t* places, const HessianBlocks& blocks) const;
+  bool counts(const ContactPair& pair) const;
   Eigen::Vector3d slip_of(std::size_t number) const;
 
   ContactSurface surface_;
@@ -151,26 +154,27 @@ class SurfaceContact : public Potential {
   int searches_ = 0;
   double room_used_ = 0;  ///< see ContactFigures, before the last search, on this rank
 
-  // What presses, and where there is friction, at the present point of Newton's method.
+  // What presses at the present point of Newton's method.
   struct Block {
+    ContactPair pair;
     Stencil stencil;
+    double slope;               ///< of the barrier [N]
     Eigen::Matrix3d stiffness;  ///< [N/m]
+    std::size_t first;          ///< of its places
   };
   std::vector<Block> blocks_;
-  /// What the curvature of a gap adds to the second derivative by the four points of a pair [N/m].
-  struct Curved {
-    std::array<PetscInt, 4> points;
-    Eigen::Matrix<double, 12, 12> stiffness;
-  };
-  /// Where the blocks are in the pattern, once that has been asked for.
-  std::optional<std::vector<Curved>> curved_;
+  std::vector<std::size_t> places_of_blocks_;   ///< see add_places
+  std::vector<std::size_t> places_of_rubbing_;  ///< of the stencils of the step's friction, one after the other
+  Eigen::Matrix3Xd curved_at_;                  ///< places of the mesh's points for the exact Hessian
   double positive_share_ = 0;
   double kept_curvature_ = 0;  ///< share of the curvature of gaps in the second derivative
+  /// Two by two, (i, j) and (j, i). Earlier contacts stay in it, which costs less than a new pattern.
+  std::vector<VertexPair> pattern_;
+  std::unordered_map<std::uint64_t, std::size_t> number_;  ///< there, by the global numbers of i < j
+  std::size_t told_ = 0;                                   ///< size of the pattern of this version
   PetscInt version_ = 0;
-  std::vector<std::vector<PetscInt>> columns_;  ///< of the pattern, of each owned particle, sorted
-  std::vector<PetscInt> offsets_;               ///< of its rows
-  double h_ = 0;                                ///< [s]
-  SmoothSlip slip_;                             ///< of the step
+  double h_ = 0;     ///< [s]
+  SmoothSlip slip_;  ///< of the step
 };
 
 }  // namespace contact

@@ -13,17 +13,21 @@ namespace {
 constexpr int most_of_leaf = 4;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-float rounded_down(double value) {
-  const auto near = static_cast<float>(value);
-  return near > value ? std::nextafter(near, -infinity) : near;
-}
-
-float rounded_up(double value) {
-  const auto near = static_cast<float>(value);
-  return near < value ? std::nextafter(near, infinity) : near;
+/// More than what rounding a number to a float changes.
+float rounding(float value) {
+  return std::abs(value) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
 }
 
 }  // namespace
+
+Bounds::Bounds(const Eigen::AlignedBox3d& box) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k] = static_cast<float>(box.min()[static_cast<Eigen::Index>(k)]);
+    high[k] = static_cast<float>(box.max()[static_cast<Eigen::Index>(k)]);
+    low[k] -= rounding(low[k]);
+    high[k] += rounding(high[k]);
+  }
+}
 
 BoxTree::BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes) : bounds_(boxes.size()), numbers_(boxes.size()) {
   std::iota(numbers_.begin(), numbers_.end(), 0);
@@ -38,12 +42,12 @@ BoxTree::BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes) : bounds_(boxes.
   }
   nodes_.reserve(boxes.size());
   build(0, static_cast<int>(boxes.size()), middles);
+  move_to(boxes);
+}
+
+void BoxTree::move_to(const std::vector<Eigen::AlignedBox3d>& boxes) {
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Eigen::AlignedBox3d& box = boxes[static_cast<std::size_t>(numbers_[i])];
-    for (std::size_t k = 0; k < 3; ++k) {
-      bounds_[i].low[k] = rounded_down(box.min()[static_cast<Eigen::Index>(k)]);
-      bounds_[i].high[k] = rounded_up(box.max()[static_cast<Eigen::Index>(k)]);
-    }
+    bounds_[i] = Bounds(boxes[static_cast<std::size_t>(numbers_[i])]);
   }
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {  // Children come behind their parents.
     node->bounds = node->is_leaf() ? bounds(node->first) : this->node(node->left).bounds;

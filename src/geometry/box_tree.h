@@ -8,12 +8,29 @@
 namespace pellicle {
 inline namespace geometry {
 
+/// A box in floats, rounded outwards.
+struct Bounds {
+  std::array<float, 3> low;
+  std::array<float, 3> high;
+
+  explicit Bounds(const Eigen::AlignedBox3d& box);
+  Bounds() = default;
+  bool meets(const Bounds& other) const {
+    return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
+           low[2] <= other.high[2] && other.low[2] <= high[2];
+  }
+};
+
 /// Finds which of many boxes meet: a binary tree of bounding boxes, halved along the longest side of their middles, in
-/// n log n. Bounds are kept as floats, rounded outwards, so that a pair may be given that is apart by rounding. Whether
-/// a pair is given depends on its two boxes alone.
+/// n log n. A pair may be given that is apart by rounding. Whether a pair is given depends on its two boxes alone.
 class BoxTree {
  public:
+  BoxTree() = default;
   explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
+
+  /// The boxes have moved a little: the tree keeps its shape.
+  /// @param boxes as many as before
+  void move_to(const std::vector<Eigen::AlignedBox3d>& boxes);
 
   /// Calls `take` with the numbers of every two boxes that meet, once, in any order.
   template <class Take>
@@ -46,14 +63,6 @@ class BoxTree {
   }
 
  private:
-  struct Bounds {
-    std::array<float, 3> low;
-    std::array<float, 3> high;
-    bool meets(const Bounds& other) const {
-      return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
-             low[2] <= other.high[2] && other.low[2] <= high[2];
-    }
-  };
   struct Node {
     Bounds bounds;
     int first = 0;  ///< of the items below
