@@ -1,6 +1,7 @@
 #include "contact/contact_mesh.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -51,14 +52,6 @@ struct RankBox {
 };
 
 }  // namespace
-
-/// An element as it is sent to other ranks.
-struct ContactMesh::Element {
-  PetscInt number = 0;                              ///< global
-  std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< global numbers of the particles
-  std::array<bool, 4> lives{};                      ///< of its drawn triangles
-  double area = 0;                                  ///< [m^2]
-};
 
 ContactMesh::ContactMesh(const ContactSurface& surface)
     : surface_(surface),
@@ -174,22 +167,23 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   }
   int ranks = 1;
   MPI_Comm_size(surface_.comm(), &ranks);
-  std::vector<Element> received;
+  if (std::all_of(motion.is_new.begin(), motion.is_new.end(), [](bool is) { return is; })) {
+    received_.clear();
+  }
   if (ranks > 1) {
-    received = receive(sent, sent_boxes);
+    std::vector<PetscInt> known_elements;
+    for (PetscInt e = elements.owned; e < elements.local(); ++e) {
+      known_elements.push_back(elements.to_global(e));
+    }
+    for (const Element& element : received_) {
+      known_elements.push_back(element.number);
+    }
+    std::sort(known_elements.begin(), known_elements.end());
+    const std::vector<Element> sent_here = receive(sent, sent_boxes);
+    std::copy_if(sent_here.begin(), sent_here.end(), std::back_inserter(received_), [&](const Element& element) {
+      return !std::binary_search(known_elements.begin(), known_elements.end(), element.number);
+    });
   }
-
-  std::vector<PetscInt> known_elements;
-  for (PetscInt e = elements.owned; e < elements.local(); ++e) {
-    known_elements.push_back(elements.to_global(e));
-  }
-  std::sort(known_elements.begin(), known_elements.end());
-  received.erase(std::remove_if(received.begin(), received.end(),
-                                [&](const Element& element) {
-                                  return std::binary_search(known_elements.begin(), known_elements.end(),
-                                                            element.number);
-                                }),
-                 received.end());
 
   numbers_ = LocalNumbers(particles);
   std::vector<PetscInt> beyond;
@@ -198,7 +192,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       beyond.push_back(global);
     }
   };
-  for (const Element& element : received) {
+  for (const Element& element : received_) {
     std::for_each(element.corners.begin(), element.corners.end(), note);
   }
   std::for_each(further.begin(), further.end(), note);
@@ -229,7 +223,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   for (const PetscInt e : here) {
     add(element(e), surface_.element(e).corners);
   }
-  for (const Element& element : received) {
+  for (const Element& element : received_) {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};
     for (std::size_t k = 0; k < 4 && element.corners[k] >= 0; ++k) {
       corners[k] = numbers_.find(element.corners[k]);

@@ -88,7 +88,13 @@ class ContactMesh {
   const Point& point(PetscInt number) const { return points_[static_cast<std::size_t>(number)]; }
 
  private:
-  struct Element;
+  /// An element as it is sent to other ranks.
+  struct Element {
+    PetscInt number = 0;                              ///< global
+    std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< global numbers of the particles
+    std::array<bool, 4> lives{};                      ///< of its drawn triangles
+    double area = 0;                                  ///< [m^2]
+  };
   Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
   bool touches_own(PetscInt element) const;
@@ -101,6 +107,7 @@ class ContactMesh {
   std::vector<double> particle_area_;  ///< round the local particles, without the parts of centres [m^2]
 
   Layout reach_;
+  std::vector<Element> received_;  ///< of other ranks, as long as numbers stay
   LocalNumbers numbers_;          ///< in `reach_`
   bool reaches_further_ = false;  ///< than the surface's layout, on any rank
   mutable Field places_;          ///< on `reach_`
