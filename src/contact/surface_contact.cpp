@@ -156,10 +156,9 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   renew_contact_pairs(mesh_, places_, near_);
   find_rubbing_stencils();
   reference_ = places_;
-  pressing_ =
-      std::stable_partition(near_.begin(), near_.end(),
-                            [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
-      near_.begin();
+  pressing_ = std::partition(near_.begin(), near_.end(),
+                             [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
+              near_.begin();
   any_held_ = false;
   blocks_.clear();  // They were in another reach.
 }
