@@ -108,9 +108,9 @@ class ContactMesh {
 
   Layout reach_;
   std::vector<Element> received_;  ///< of other ranks, as long as numbers stay
-  LocalNumbers numbers_;          ///< in `reach_`
-  bool reaches_further_ = false;  ///< than the surface's layout, on any rank
-  mutable Field places_;          ///< on `reach_`
+  LocalNumbers numbers_;           ///< in `reach_`
+  bool reaches_further_ = false;   ///< than the surface's layout, on any rank
+  mutable Field places_;           ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Leads> leads_;  ///< of the triangles
   std::vector<Eigen::AlignedBox3d> boxes_;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "parallel/collective.h"
 
@@ -145,9 +144,8 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   origin_.values() = x.values();
   std::vector<PetscInt> further;
   for (const Rubbing& rubbing : rubbing_) {
-    for (const auto& [particle, weight] : rubbing.particles) {
-      further.push_back(particle);
-    }
+    const auto first = rubbing.stencil.particles.begin();
+    further.insert(further.end(), first, first + static_cast<std::ptrdiff_t>(rubbing.stencil.count));
   }
   if (!mesh_.gather({x, low_, high_, is_new}, start_, further)) {
     near_.clear();
@@ -217,15 +215,16 @@ void SurfaceContact::note_rubbing(const Field& x) {
       return;
     }
     Rubbing rubbing;
+    rubbing.stencil = whole;
     for (std::size_t k = 0; k < whole.count; ++k) {
-      rubbing.particles.emplace_back(mesh_.reach().to_global(whole.particles[k]), whole.weights[k]);
+      rubbing.stencil.particles[k] = mesh_.reach().to_global(whole.particles[k]);
     }
     add_places(whole, places_of_rubbing_);
     rubbing.normal = normal;
     rubbing.start = gap * normal;
     rubbing.force = -options_.friction * pair.barrier.slope(gap);
     rubbing.counts = counts(pair);
-    rubbing_.push_back(std::move(rubbing));
+    rubbing_.push_back(rubbing);
   });
 }
 
@@ -433,9 +432,9 @@ Eigen::Vector3d SurfaceContact::slip_of(std::size_t number) const {
 void SurfaceContact::find_rubbing_stencils() {
   rubbing_stencils_.clear();
   for (const Rubbing& rubbing : rubbing_) {
-    Stencil& stencil = rubbing_stencils_.emplace_back();
-    for (const auto& [particle, weight] : rubbing.particles) {
-      stencil.add(mesh_.find(particle), weight);
+    Stencil& stencil = rubbing_stencils_.emplace_back(rubbing.stencil);
+    for (std::size_t k = 0; k < stencil.count; ++k) {
+      stencil.particles[k] = mesh_.find(stencil.particles[k]);
     }
   }
 }

@@ -103,7 +103,7 @@ class SurfaceContact : public Potential {
   };
   /// A contact with friction in a step.
   struct Rubbing {
-    std::vector<std::pair<PetscInt, double>> particles;  ///< global numbers, and weights
+    Stencil stencil;  ///< with global numbers
     Eigen::Vector3d normal;
     Eigen::Vector3d start;  ///< the weighted sum at the step's start [m]
     double force = 0;       ///< the most that friction can be [N]
