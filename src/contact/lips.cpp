@@ -1,54 +1,165 @@
 #include "contact/lips.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <map>
+#include <utility>
 
+#include "geometry/triangle_intersection.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace contact {
 
-std::vector<PetscInt> parted_ids(const Surface& surface, const SplitCorners& corners) {
-  std::vector<PetscInt> ids;
-  for (const SplitCorners::Copy& copy : corners.copies) {
-    ids.push_back(copy.id);
-    ids.push_back(surface.persistent_id[static_cast<std::size_t>(copy.original)]);
+namespace {
+
+/// A living triangle round a lip, by the ways from the lip to its other corners.
+struct FanTriangle {
+  PetscInt id;  ///< of the lip
+  std::array<double, 3> first;
+  std::array<double, 3> second;
+  bool is_held;
+};
+
+/// What lives round a lip, from where it is split.
+struct Fan {
+  std::vector<std::array<Eigen::Vector3d, 2>> triangles;  ///< the corners other than the lip
+  bool is_held = false;
+  Eigen::Vector3d way = Eigen::Vector3d::Zero();
+};
+
+/// Towards the middle: unit vectors into the triangles, summed over their angles.
+Eigen::Vector3d inwards(const Fan& fan) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& [a, b] : fan.triangles) {
+    const Eigen::Vector3d first = a.stableNormalized();
+    const Eigen::Vector3d second = b.stableNormalized();
+    sum += (first - second).norm() * (first + second).stableNormalized();  // twice the sine of half of the angle
   }
-  ids = of_all_ranks(surface.comm(), ids);
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
+  return sum.stableNormalized();
 }
 
-void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living, const std::vector<PetscInt>& ids,
+/// Whether a side of a triangle of one fan cuts through one of the other. Sides that end in one place do not count.
+bool cuts(const Fan& one, const Fan& other) {
+  for (const auto& [a, b] : one.triangles) {
+    for (const auto& [c, d] : other.triangles) {
+      const bool has_a = a == c || a == d;
+      const bool has_b = b == c || b == d;
+      const Triangle triangle{other.way, c, d};
+      if ((!has_a && segment_cuts_triangle(one.way, a, triangle)) ||
+          (!has_b && segment_cuts_triangle(one.way, b, triangle)) ||
+          (!has_a && !has_b && segment_cuts_triangle(a, b, triangle))) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Gives the lips of a corner ways of a length, so that none of what lives round them cuts through another's: inwards,
+/// or else in the first of other directions that will do, each as near to inwards as may be.
+void find_ways(Fan* fans, std::size_t count, double length) {
+  std::vector<Eigen::Vector3d> directions;
+  for (int n = 0; n < 27; ++n) {
+    directions.push_back(Eigen::Vector3d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1).stableNormalized());
+  }
+  std::vector<std::vector<Eigen::Vector3d>> ways;  // of each, from the best on
+  for (std::size_t k = 0; k < count; ++k) {
+    const Fan& fan = fans[k];
+    const Eigen::Vector3d middle = inwards(fan);
+    std::stable_sort(directions.begin(), directions.end(),
+                     [&middle](const auto& a, const auto& b) { return a.dot(middle) > b.dot(middle); });
+    ways.push_back({fan.is_held ? Eigen::Vector3d::Zero().eval() : Eigen::Vector3d(length * middle)});
+    for (std::size_t n = 0; n < directions.size() && !fan.is_held; ++n) {
+      ways.back().push_back(length * directions[n]);
+    }
+  }
+  const auto fits = [&](std::size_t k) {
+    return std::none_of(fans, fans + k, [&](const Fan& before) {
+      return (fans[k].way - before.way).norm() < length / 2 || cuts(fans[k], before) || cuts(before, fans[k]);
+    });
+  };
+  const auto place = [&](std::size_t k) {
+    return std::any_of(ways[k].begin(), ways[k].end(), [&](const Eigen::Vector3d& way) {
+      fans[k].way = way;
+      return fits(k);
+    });
+  };
+  for (const Eigen::Vector3d& first : ways.front()) {
+    fans[0].way = first;
+    std::size_t k = 1;
+    while (k < count && place(k)) {
+      ++k;
+    }
+    if (k == count) {
+      return;
+    }
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    fans[k].way = ways[k].front();
+  }
+}
+
+}  // namespace
+
+std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners) {
+  std::vector<Lip> lips;
+  for (const SplitCorners::Copy& copy : corners.copies) {
+    const PetscInt original = surface.persistent_id[static_cast<std::size_t>(copy.original)];
+    lips.push_back({original, original});
+    lips.push_back({original, copy.id});
+  }
+  lips = of_all_ranks(surface.comm(), lips);
+  const auto both = [](const Lip& lip) { return std::pair(lip.of, lip.id); };
+  std::sort(lips.begin(), lips.end(), [&both](const Lip& a, const Lip& b) { return both(a) < both(b); });
+  lips.erase(std::unique(lips.begin(), lips.end(), [&both](const Lip& a, const Lip& b) { return both(a) == both(b); }),
+             lips.end());
+  return lips;
+}
+
+void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living, const std::vector<Lip>& lips,
                const std::vector<bool>& held, Field& position) {
   const Surface& surface = *part.surface;
-  const double way = lip_share * part.thickness_or_usual();
-  const auto owned = static_cast<std::size_t>(surface.particles.owned);
-  std::vector<bool> is_parted(owned, false);
-  for (std::size_t i = 0; i < owned; ++i) {
-    is_parted[i] = !held[i] && std::binary_search(ids.begin(), ids.end(), surface.persistent_id[i]);
+  std::map<PetscInt, std::size_t> number;  // in `lips`, of each id
+  for (std::size_t n = 0; n < lips.size(); ++n) {
+    number[lips[n].id] = n;
   }
-  // Unit vectors into the triangles round a particle, summed over their angles there.
-  Eigen::Matrix3Xd inwards = Eigen::Matrix3Xd::Zero(3, surface.particles.owned);
+  std::vector<FanTriangle> own;
   const auto each = static_cast<std::size_t>(surface.triangles_per_element);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const std::array<PetscInt, 3>& triangle = surface.triangles[t];
     const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is not a corner.
     for (std::size_t k = 0; living[t] && k < corners; ++k) {
       const auto particle = static_cast<std::size_t>(triangle[k]);
-      if (particle < owned && is_parted[particle]) {
-        const std::array<Eigen::Vector3d, 3> at = DrawnPlaces(surface, position.data(), t / each)(triangle);
-        const Eigen::Vector3d first = (at[(k + 1) % 3] - at[k]).stableNormalized();
-        const Eigen::Vector3d second = (at[(k + 2) % 3] - at[k]).stableNormalized();
-        const double sine = (first - second).norm();  // of half of the angle, twice
-        inwards.col(triangle[k]) += sine * (first + second).stableNormalized();
+      if (triangle[k] >= surface.particles.owned || number.count(surface.persistent_id[particle]) == 0) {
+        continue;
       }
+      const std::array<Eigen::Vector3d, 3> at = DrawnPlaces(surface, position.data(), t / each)(triangle);
+      FanTriangle& of_fan = own.emplace_back();
+      of_fan.id = surface.persistent_id[particle];
+      Eigen::Map<Eigen::Vector3d>(of_fan.first.data()) = at[(k + 1) % 3] - at[k];
+      Eigen::Map<Eigen::Vector3d>(of_fan.second.data()) = at[(k + 2) % 3] - at[k];
+      of_fan.is_held = held[particle];
     }
   }
+  std::vector<Fan> fans(lips.size());
+  for (const FanTriangle& triangle : of_all_ranks(surface.comm(), own)) {
+    Fan& fan = fans[number.at(triangle.id)];
+    fan.triangles.push_back({Eigen::Vector3d(triangle.first.data()), Eigen::Vector3d(triangle.second.data())});
+    fan.is_held = triangle.is_held;
+  }
+  const double length = lip_share * part.thickness_or_usual();
+  for (std::size_t first = 0, end = 0; first < lips.size(); first = end) {
+    while (end < lips.size() && lips[end].of == lips[first].of) {
+      ++end;
+    }
+    find_ways(fans.data() + first, end - first, length);
+  }
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    position.vector(i) += way * inwards.col(i).stableNormalized();
+    if (const auto lip = number.find(surface.persistent_id[static_cast<std::size_t>(i)]); lip != number.end()) {
+      position.vector(i) += fans[lip->second].way;
+    }
   }
   position.update_ghosts();
 }

@@ -12,16 +12,23 @@ inline namespace contact {
 /// begin to press.
 constexpr double lip_share = 0.05;
 
-/// Persistent ids of the corners that are split and of their copies, of all ranks, sorted. Collective.
-std::vector<PetscInt> parted_ids(const Surface& surface, const SplitCorners& corners);
+/// A corner that is split, or one of its copies, by persistent ids.
+struct Lip {
+  PetscInt of = 0;  ///< the corner that is split
+  PetscInt id = 0;
+};
+
+/// All of them, of all ranks, sorted. Collective.
+std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners);
 
 /// Moves the lips of fresh cracks apart, since surfaces in one place have no side of each other on which they could be
-/// kept: each of the particles moves towards the middle of the living triangles round it by `lip_share` of the
-/// thickness. Collective.
+/// kept. Each goes towards the middle of the living triangles round it by `lip_share` of the thickness, unless these
+/// would then cut through those round another lip of the same corner, as folded ones may: then it goes another way.
+/// Collective.
 /// @param part whose surface is that with the copies @param living of its drawn triangles
-/// @param ids see parted_ids @param held local particles that stay where they are
+/// @param lips see find_lips @param held local particles that stay where they are
 /// @param position ghosts up to date before and after
-void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living, const std::vector<PetscInt>& ids,
+void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living, const std::vector<Lip>& lips,
                const std::vector<bool>& held, Field& position);
 
 }  // namespace contact

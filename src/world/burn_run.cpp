@@ -278,11 +278,11 @@ void BurnRun::split() {
   const SplitCorners corners = find_split_corners(*sheet_, state_->living);
   if (corners.count > 0) {
     const auto [particles, copies, cells] = packed(*state_, *sheet_, corners);
-    const std::vector<PetscInt> parted = parted_ids(*sheet_, corners);
+    const std::vector<Lip> lips = find_lips(*sheet_, corners);
     take_over(pellicle::split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
     update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
     if (options_.contact.self) {
-      open_lips(burn_->contact_part(), state_->living.triangles, parted, burn_->pinned(), state_->position);
+      open_lips(burn_->contact_part(), state_->living.triangles, lips, burn_->pinned(), state_->position);
     }
   }
 }

@@ -167,7 +167,7 @@ void InflateRun::split() {
     return;
   }
   const auto [particles, copies, cells] = packed(*state_, *membrane_, corners);
-  const std::vector<PetscInt> parted = parted_ids(*membrane_, corners);
+  const std::vector<Lip> lips = find_lips(*membrane_, corners);
   LoadedMembrane loaded = pellicle::split(*membrane_, corners, particles, copies, cells, options_.sheet);
   std::unique_ptr<Membrane> membrane = burnable(std::move(loaded.membrane), options_);
   auto state = std::make_unique<BalloonState>(state_at_rest(*membrane, options_, inflate_->chambers().count()));
@@ -180,7 +180,7 @@ void InflateRun::split() {
   inflate_->follow(*state_);
   update_pieces(state_->burning->pieces, *membrane_, state_->burning->living, state_->time);
   if (options_.contact.self) {
-    open_lips(inflate_->contact_part(), state_->burning->living.triangles, parted, inflate_->held(), state_->position);
+    open_lips(inflate_->contact_part(), state_->burning->living.triangles, lips, inflate_->held(), state_->position);
   }
 }
 
