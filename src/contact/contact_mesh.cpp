@@ -254,18 +254,11 @@ void ContactMesh::find_points(const Field& known) {
   for (PetscInt number = 0; number < points(); ++number) {
     Point& point = points_[static_cast<std::size_t>(number)];
     const Particles of_point = particles(number);
-    const auto mean = [&of_point](const auto& values) {
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (const PetscInt i : of_point) {
-        sum += values.col(i);
-      }
-      return Eigen::Vector3d(of_point.weight() * sum);
-    };
     const auto& values = known.values();
-    point.rest = mean(values.topRows<3>());
-    point.start = mean(values.middleRows<3>(6));
-    point.low = mean(values.middleRows<3>(9));
-    point.high = mean(values.middleRows<3>(12));
+    point.rest = mean(values.topRows<3>(), number);
+    point.start = mean(values.middleRows<3>(6), number);
+    point.low = mean(values.middleRows<3>(9), number);
+    point.high = mean(values.middleRows<3>(12), number);
     const PetscInt first = *of_point.begin();
     point.area =
         number < reach_.local() ? values(3, first) : centre_area_[static_cast<std::size_t>(number - reach_.local())];
@@ -273,7 +266,7 @@ void ContactMesh::find_points(const Field& known) {
     point.stiffness = values(5, first);
     point.is_own = std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
     point.is_new = std::any_of(of_point.begin(), of_point.end(), [&](PetscInt i) { return values(15, i) > 0; });
-    const Eigen::Vector3d place = mean(places_.values());
+    const Eigen::Vector3d place = mean(places_.values(), number);
     point.box = {(place + point.low).array() - point.thickness / 2, (place + point.high).array() + point.thickness / 2};
   }
 }
@@ -335,10 +328,7 @@ void ContactMesh::write_points(const Field& x, Eigen::Matrix3Xd& points) const {
   points.resize(3, this->points());
   points.leftCols(reach_.local()) = places_.values();
   for (PetscInt point = reach_.local(); point < points.cols(); ++point) {
-    points.col(point).setZero();
-    for (const PetscInt i : particles(point)) {
-      points.col(point) += places_.values().col(i) / 4;
-    }
+    points.col(point) = mean(places_.values(), point);
   }
 }
 

@@ -70,8 +70,10 @@ class ContactMesh {
   }
   /// Whether a triangle has an owned particle as a corner, or through its centre.
   bool has(PetscInt particle) const { return has_[static_cast<std::size_t>(particle)]; }
+
   /// Places of all points when the particles are at x, whose ghosts need not be up to date. Collective.
   void write_points(const Field& x, Eigen::Matrix3Xd& points) const;
+
   /// What is known of a point since triangles were gathered.
   struct Point {
     Eigen::Vector3d rest;     ///< undeformed place [m]
@@ -95,6 +97,15 @@ class ContactMesh {
     std::array<bool, 4> lives{};                      ///< of its drawn triangles
     double area = 0;                                  ///< [m^2]
   };
+  template <class Values>
+  Eigen::Vector3d mean(const Values& values, PetscInt point) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    const Particles of_point = particles(point);
+    for (const PetscInt i : of_point) {
+      sum += values.col(i);
+    }
+    return of_point.weight() * sum;
+  }
   Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
   bool touches_own(PetscInt element) const;
@@ -107,7 +118,7 @@ class ContactMesh {
   std::vector<double> particle_area_;  ///< round the local particles, without the parts of centres [m^2]
 
   Layout reach_;
-  std::vector<Element> received_;  ///< of other ranks, as long as numbers stay
+  std::vector<Element> received_;  ///< from other ranks, since a search in which all was new
   LocalNumbers numbers_;           ///< in `reach_`
   bool reaches_further_ = false;   ///< than the surface's layout, on any rank
   mutable Field places_;           ///< on `reach_`

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <utility>
 
 #include "geometry/triangle_intersection.h"
 #include "parallel/collective.h"
@@ -40,16 +39,11 @@ Eigen::Vector3d inwards(const Fan& fan) {
   return sum.stableNormalized();
 }
 
-/// Whether a side of a triangle of one fan cuts through one of the other. Sides that end in one place do not count.
-bool cuts(const Fan& one, const Fan& other) {
+/// Whether what lives round two lips of a corner would cut through each other.
+bool intersect(const Fan& one, const Fan& other) {
   for (const auto& [a, b] : one.triangles) {
     for (const auto& [c, d] : other.triangles) {
-      const bool has_a = a == c || a == d;
-      const bool has_b = b == c || b == d;
-      const Triangle triangle{other.way, c, d};
-      if ((!has_a && segment_cuts_triangle(one.way, a, triangle)) ||
-          (!has_b && segment_cuts_triangle(one.way, b, triangle)) ||
-          (!has_a && !has_b && segment_cuts_triangle(a, b, triangle))) {
+      if (triangles_intersect({one.way, a, b}, {other.way, c, d})) {
         return true;
       }
     }
@@ -77,7 +71,7 @@ void find_ways(Fan* fans, std::size_t count, double length) {
   }
   const auto fits = [&](std::size_t k) {
     return std::none_of(fans, fans + k, [&](const Fan& before) {
-      return (fans[k].way - before.way).norm() < length / 2 || cuts(fans[k], before) || cuts(before, fans[k]);
+      return (fans[k].way - before.way).norm() < length / 2 || intersect(fans[k], before);
     });
   };
   const auto place = [&](std::size_t k) {
@@ -111,10 +105,8 @@ std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners) 
     lips.push_back({original, copy.id});
   }
   lips = of_all_ranks(surface.comm(), lips);
-  const auto both = [](const Lip& lip) { return std::pair(lip.of, lip.id); };
-  std::sort(lips.begin(), lips.end(), [&both](const Lip& a, const Lip& b) { return both(a) < both(b); });
-  lips.erase(std::unique(lips.begin(), lips.end(), [&both](const Lip& a, const Lip& b) { return both(a) == both(b); }),
-             lips.end());
+  std::sort(lips.begin(), lips.end());
+  lips.erase(std::unique(lips.begin(), lips.end()), lips.end());
   return lips;
 }
 

@@ -16,6 +16,8 @@ constexpr double lip_share = 0.05;
 struct Lip {
   PetscInt of = 0;  ///< the corner that is split
   PetscInt id = 0;
+  bool operator<(const Lip& other) const { return of != other.of ? of < other.of : id < other.id; }
+  bool operator==(const Lip& other) const { return of == other.of && id == other.id; }
 };
 
 /// All of them, of all ranks, sorted. Collective.

@@ -356,23 +356,23 @@ void SurfaceContact::add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) co
 }
 
 double SurfaceContact::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
+  const double pressing = add_pressing(x, gradient);
+  add_friction(gradient);
+  return pressing + friction_energy();
+}
+
+/// Adds the derivative of the barriers' energy. Leaves the places of the points in `places_`. @returns that energy, on
+/// this rank [J]. Collective.
+double SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const {
   double sum = 0;
   visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
     sum += counts(pair) ? pair.barrier.value(gap) : 0;
     stencil.spread(pair.barrier.slope(gap) * normal, gradient);
   });
-  add_friction(gradient);
-  return sum + friction_energy();
+  return sum;
 }
 
-/// Energy of the barriers. Leaves the places of the points in `places_`. Collective.
-void SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const {
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
-    stencil.spread(pair.barrier.slope(gap) * normal, gradient);
-  });
-}
-
-/// The same, with the particles where `places_` has them.
+/// Adds the derivative of friction's, with the particles where `places_` has them.
 void SurfaceContact::add_friction(Eigen::Matrix3Xd& gradient) const {
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     const Eigen::Vector3d slip = slip_of(r);

@@ -117,7 +117,7 @@ class SurfaceContact : public Potential {
   bool leaves_room(const Field& x) const;
   bool leaves_range(PetscInt i, const Field& x) const;
   double room_used(const Field& x) const;
-  void add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
+  double add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
   void add_friction(Eigen::Matrix3Xd& gradient) const;
   template <class Take>
   void visit_pressing(const Field& x, const Take& take) const;
