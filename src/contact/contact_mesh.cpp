@@ -267,7 +267,8 @@ void ContactMesh::find_points(const Field& known) {
     point.is_own = std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
     point.is_new = std::any_of(of_point.begin(), of_point.end(), [&](PetscInt i) { return values(15, i) > 0; });
     const Eigen::Vector3d place = mean(places_.values(), number);
-    point.box = {(place + point.low).array() - point.thickness / 2, (place + point.high).array() + point.thickness / 2};
+    const double wider = point.thickness / 2;
+    point.box = Bounds(Box((place + point.low).array() - wider, (place + point.high).array() + wider));
   }
 }
 

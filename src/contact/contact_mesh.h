@@ -51,7 +51,7 @@ class ContactMesh {
   };
   const std::vector<Leads>& leads() const { return leads_; }
   /// The boxes of the triangles, as they were gathered.
-  const std::vector<Eigen::AlignedBox3d>& boxes() const { return boxes_; }
+  const std::vector<Bounds>& boxes() const { return boxes_; }
   /// Of those boxes.
   const BoxTree& tree() const { return tree_; }
   PetscInt points() const { return reach_.local() + static_cast<PetscInt>(centres_.size()); }
@@ -76,16 +76,16 @@ class ContactMesh {
 
   /// What is known of a point since triangles were gathered.
   struct Point {
-    Eigen::Vector3d rest;     ///< undeformed place [m]
-    Eigen::Vector3d start;    ///< at the beginning of the step
-    Eigen::Vector3d low;      ///< between which displacements it may move [m]
-    Eigen::Vector3d high;     ///< likewise
-    Eigen::AlignedBox3d box;  ///< of the places to which it may move, and wider by half of the thickness
-    double area = 0;          ///< undeformed, round it [m^2]
-    double thickness = 0;     ///< of the contact of its part with itself [m]
-    double stiffness = 0;     ///< of that contact [Pa/m]
-    bool is_own = false;      ///< whether this rank owns a particle of it
-    bool is_new = false;      ///< whether it may go where the last call's bounds did not let it go
+    Eigen::Vector3d rest;   ///< undeformed place [m]
+    Eigen::Vector3d start;  ///< at the beginning of the step
+    Eigen::Vector3d low;    ///< between which displacements it may move [m]
+    Eigen::Vector3d high;   ///< likewise
+    Bounds box;             ///< of the places to which it may move, and wider by half of the thickness
+    double area = 0;        ///< undeformed, round it [m^2]
+    double thickness = 0;   ///< of the contact of its part with itself [m]
+    double stiffness = 0;   ///< of that contact [Pa/m]
+    bool is_own = false;    ///< whether this rank owns a particle of it
+    bool is_new = false;    ///< whether it may go where the last call's bounds did not let it go
   };
   const Point& point(PetscInt number) const { return points_[static_cast<std::size_t>(number)]; }
 
@@ -124,7 +124,7 @@ class ContactMesh {
   mutable Field places_;           ///< on `reach_`
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<Leads> leads_;  ///< of the triangles
-  std::vector<Eigen::AlignedBox3d> boxes_;
+  std::vector<Bounds> boxes_;
   BoxTree tree_;
   std::vector<std::array<PetscInt, 4>> centres_;  ///< particles
   std::vector<double> centre_area_;               ///< of the quads [m^2]

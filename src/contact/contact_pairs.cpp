@@ -26,7 +26,7 @@ constexpr double nearly_parallel = 0.1;
 /// once.
 class Search {
  public:
-  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) : mesh_(mesh), places_(places) { find_parts(); }
+  Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) : mesh_(mesh), places_(places) {}
 
   void renew(std::vector<ContactPair>& pairs) {
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
@@ -46,8 +46,7 @@ class Search {
     }
     mesh_.tree().visit_pairs_of(marked, [&](int a, int b) {
       if (touches_own[static_cast<std::size_t>(a)] || touches_own[static_cast<std::size_t>(b)]) {
-        add_triangles(triangles_[static_cast<std::size_t>(std::min(a, b))],
-                      triangles_[static_cast<std::size_t>(std::max(a, b))], pairs);
+        add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)), pairs);
       }
     });
   }
@@ -58,69 +57,43 @@ class Search {
     return std::any_of(points.begin(), points.end(), [&](PetscInt point) { return mesh_.point(point).*are; });
   }
 
-  /// A point or a side of a triangle, and where it may go.
-  struct Part {
-    Bounds box;
-    std::size_t corner;  ///< of the triangle: the point, or the side's first one
-  };
-  /// A triangle, and those of its points and sides for which it stands: `points` to `sides`, and `sides` to `end` of
-  /// the parts.
-  struct Triangle {
-    Bounds box;
-    std::array<PetscInt, 3> corners;
-    std::size_t points;
-    std::size_t sides;
-    std::size_t end;
-  };
+  const Bounds& box(PetscInt point) const { return mesh_.point(point).box; }
 
-  void find_parts() {
-    const auto box = [this](PetscInt point) -> const Eigen::AlignedBox3d& { return mesh_.point(point).box; };
-    for (std::size_t t = 0; t < mesh_.triangles().size(); ++t) {
-      const std::array<PetscInt, 3>& corners = mesh_.triangles()[t];
-      const ContactMesh::Leads& leads = mesh_.leads()[t];
-      const std::size_t points = parts_.size();
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (leads.point[k]) {
-          parts_.push_back({Bounds(box(corners[k])), k});
-        }
-      }
-      const std::size_t sides = parts_.size();
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (leads.side[k]) {
-          parts_.push_back({Bounds(box(corners[k]).merged(box(corners[(k + 1) % 3]))), k});
-        }
-      }
-      triangles_.push_back({Bounds(mesh_.boxes()[t]), corners, points, sides, parts_.size()});
-    }
-  }
-
-  void add_triangles(const Triangle& first, const Triangle& second, std::vector<ContactPair>& pairs) const {
+  void add_triangles(std::size_t first, std::size_t second, std::vector<ContactPair>& pairs) const {
     add_points(first, second, pairs);
     add_points(second, first, pairs);
-    for (std::size_t s = first.sides; s < first.end; ++s) {
-      for (std::size_t t = second.sides; t < second.end; ++t) {
-        if (parts_[s].box.meets(parts_[t].box)) {
-          const std::size_t k = parts_[s].corner;
-          const std::size_t l = parts_[t].corner;
-          add({first.corners[k], first.corners[(k + 1) % 3], second.corners[l], second.corners[(l + 1) % 3]}, true,
-              pairs);
+    const std::array<PetscInt, 3>& a = mesh_.triangles()[first];
+    const std::array<PetscInt, 3>& b = mesh_.triangles()[second];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!mesh_.leads()[first].side[k]) {
+        continue;
+      }
+      const std::array<PetscInt, 2> side{a[k], a[(k + 1) % 3]};
+      const Bounds whole = box(side[0]).merged(box(side[1]));
+      const auto ends_at = [&side](PetscInt point) { return point == side[0] || point == side[1]; };
+      for (std::size_t l = 0; l < 3; ++l) {
+        const std::array<PetscInt, 2> other{b[l], b[(l + 1) % 3]};
+        if (mesh_.leads()[second].side[l] && !ends_at(other[0]) && !ends_at(other[1]) &&
+            whole.meets(box(other[0]).merged(box(other[1])))) {
+          add({side[0], side[1], other[0], other[1]}, true, pairs);
         }
       }
     }
   }
 
-  void add_points(const Triangle& of, const Triangle& other, std::vector<ContactPair>& pairs) const {
-    for (std::size_t p = of.points; p < of.sides; ++p) {
-      if (parts_[p].box.meets(other.box)) {
-        add({of.corners[parts_[p].corner], other.corners[0], other.corners[1], other.corners[2]}, false, pairs);
+  void add_points(std::size_t of, std::size_t other, std::vector<ContactPair>& pairs) const {
+    const auto [a, b, c] = mesh_.triangles()[other];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const PetscInt point = mesh_.triangles()[of][k];
+      if (mesh_.leads()[of].point[k] && point != a && point != b && point != c &&
+          box(point).meets(mesh_.boxes()[other])) {
+        add({point, a, b, c}, false, pairs);
       }
     }
   }
 
   void add(const std::array<PetscInt, 4>& points, bool are_edges, std::vector<ContactPair>& pairs) const {
-    const auto second_feature = points.begin() + (are_edges ? 2 : 1);
-    if (std::find_first_of(second_feature, points.end(), points.begin(), second_feature) != points.end() ||
-        !any_of(points, &ContactMesh::Point::is_new) || !any_of(points, &ContactMesh::Point::is_own)) {
+    if (!any_of(points, &ContactMesh::Point::is_new) || !any_of(points, &ContactMesh::Point::is_own)) {
       return;
     }
     ContactPair pair;
@@ -131,7 +104,8 @@ class Search {
       return;
     }
     const double thickness = thickness_of(pair);
-    pair.barrier.thickness = std::min(thickness, rest_distance(pair) / 2);
+    pair.barrier.thickness =
+        are_far_at_rest(pair, thickness) ? thickness : std::min(thickness, rest_distance(pair) / 2);
     const bool are_lips = pair.barrier.thickness < least_share * thickness;
     if (are_lips) {
       pair.barrier.thickness = lip_share * thickness;
@@ -205,6 +179,15 @@ class Search {
     return c < 1 ? c * (2 - c) : 1;
   }
 
+  /// Whether boxes of the features are further apart than twice the thickness undeformed, as most are.
+  bool are_far_at_rest(const ContactPair& pair, double thickness) const {
+    std::array<Eigen::AlignedBox3d, 2> boxes;
+    for (std::size_t k = 0; k < 4; ++k) {
+      boxes[k >= static_cast<std::size_t>(pair.first_feature())].extend(mesh_.point(pair.points[k]).rest);
+    }
+    return boxes[0].squaredExteriorDistance(boxes[1]) > 4 * thickness * thickness;
+  }
+
   double rest_distance(const ContactPair& pair) const {
     std::array<Eigen::Vector3d, 4> corners;
     std::transform(pair.points.begin(), pair.points.end(), corners.begin(),
@@ -215,8 +198,6 @@ class Search {
 
   const ContactMesh& mesh_;
   const Eigen::Matrix3Xd& places_;
-  std::vector<Part> parts_;
-  std::vector<Triangle> triangles_;
 };
 
 }  // namespace

@@ -89,7 +89,6 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
   searches_ = 0;
   room_used_ = 0;
   near_.clear();
-  pressing_ = 0;
   start_.values() = start.values();
   begin.values() = start.values();
   if (is_free_) {
@@ -154,11 +153,12 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   renew_contact_pairs(mesh_, places_, near_);
   find_rubbing_stencils();
   reference_ = places_;
-  pressing_ = std::partition(near_.begin(), near_.end(),
-                             [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
-              near_.begin();
+  may_press_ = std::partition(near_.begin(), near_.end(),
+                              [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
+               near_.begin();
   any_held_ = false;
-  blocks_.clear();  // They were in another reach.
+  is_pressing_known_ = false;
+  curved_.clear();  // They were in another reach.
 }
 
 /// Gives the pairs that are known the room that is between them now. Collective.
@@ -187,13 +187,14 @@ bool SurfaceContact::leaves_range(PetscInt i, const Field& x) const {
   return (moved < low_.vector(i).array()).any() || (moved > high_.vector(i).array()).any();
 }
 
-/// Calls `take` with each pair that presses when the particles are at x, the stencil of the way between its nearest
-/// points, its gap, and the normal, towards the first feature, which is 0 where there is no gap. Leaves the places of
-/// the points in `places_`. Collective.
-template <class Take>
-void SurfaceContact::visit_pressing(const Field& x, const Take& take) const {
+/// The pairs that press when the particles are at x. Leaves the places of the points in `places_`. Collective.
+const std::vector<SurfaceContact::Contact>& SurfaceContact::pressing(const Field& x) const {
   mesh_.write_points(x, places_);
-  for (auto next = near_.begin(); next != near_.begin() + pressing_; ++next) {
+  if (is_pressing_known_ && places_ == pressing_at_) {
+    return pressing_;
+  }
+  pressing_.clear();
+  for (auto next = near_.begin(); next != near_.begin() + may_press_; ++next) {
     const ContactPair& pair = *next;
     if (pair.separation(places_) >= pair.barrier.thickness) {
       continue;
@@ -201,35 +202,38 @@ void SurfaceContact::visit_pressing(const Field& x, const Take& take) const {
     const NearestPoints nearest = pair.nearest(places_);
     const double gap = nearest.apart.norm();
     if (gap < pair.barrier.thickness) {
-      take(pair, stencil(pair, nearest.weights), gap, Eigen::Vector3d(nearest.apart / (gap > 0 ? gap : 1)));
+      pressing_.push_back({&pair, stencil(pair, nearest.weights), gap, nearest.apart / (gap > 0 ? gap : 1)});
     }
   }
+  pressing_at_ = places_;
+  is_pressing_known_ = true;
+  return pressing_;
 }
 
 void SurfaceContact::note_rubbing(const Field& x) {
   if (options_.friction == 0) {
     return;
   }
-  visit_pressing(x, [this](const ContactPair& pair, const Stencil& whole, double gap, const Eigen::Vector3d& normal) {
-    if (gap == 0) {
-      return;
+  for (const Contact& contact : pressing(x)) {
+    if (contact.gap == 0) {
+      continue;
     }
     Rubbing rubbing;
-    rubbing.stencil = whole;
-    for (std::size_t k = 0; k < whole.count; ++k) {
-      rubbing.stencil.particles[k] = mesh_.reach().to_global(whole.particles[k]);
+    rubbing.stencil = contact.stencil;
+    for (std::size_t k = 0; k < rubbing.stencil.count; ++k) {
+      rubbing.stencil.particles[k] = mesh_.reach().to_global(rubbing.stencil.particles[k]);
     }
-    add_places(whole, places_of_rubbing_);
-    rubbing.normal = normal;
-    rubbing.start = gap * normal;
-    rubbing.force = -options_.friction * pair.barrier.slope(gap);
-    rubbing.counts = counts(pair);
+    add_places(contact.stencil, places_of_rubbing_);
+    rubbing.normal = contact.normal;
+    rubbing.start = contact.gap * contact.normal;
+    rubbing.force = -options_.friction * contact.pair->barrier.slope(contact.gap);
+    rubbing.counts = counts(*contact.pair);
     rubbing_.push_back(rubbing);
-  });
+  }
 }
 
 void SurfaceContact::move_on(const Field& x) {
-  find_blocks(x);
+  find_curved(x);
   if (on_any_rank(surface_.comm(), pattern_.size() > told_)) {
     told_ = pattern_.size();
     ++version_;
@@ -324,9 +328,9 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
 
 double SurfaceContact::value(const Field& x) const {
   double sum = 0;
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
-    sum += counts(pair) ? pair.barrier.value(gap) : 0;
-  });
+  for (const Contact& contact : pressing(x)) {
+    sum += counts(*contact.pair) ? contact.pair->barrier.value(contact.gap) : 0;
+  }
   return sum + friction_energy();
 }
 
@@ -365,10 +369,11 @@ double SurfaceContact::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& 
 /// this rank [J]. Collective.
 double SurfaceContact::add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const {
   double sum = 0;
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
-    sum += counts(pair) ? pair.barrier.value(gap) : 0;
-    stencil.spread(pair.barrier.slope(gap) * normal, gradient);
-  });
+  for (const Contact& contact : pressing(x)) {
+    const Barrier& barrier = contact.pair->barrier;
+    sum += counts(*contact.pair) ? barrier.value(contact.gap) : 0;
+    contact.stencil.spread(barrier.slope(contact.gap) * contact.normal, gradient);
+  }
   return sum;
 }
 
@@ -440,14 +445,12 @@ void SurfaceContact::find_rubbing_stencils() {
 }
 
 /// Collective.
-void SurfaceContact::find_blocks(const Field& x) {
-  blocks_.clear();
-  places_of_blocks_.clear();
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil& stencil, double gap, const Eigen::Vector3d& normal) {
-    blocks_.push_back({pair, stencil, gap > 0 ? pair.barrier.slope(gap) : 0,
-                       pair.barrier.curvature(gap) * normal * normal.transpose(),
-                       add_places(stencil, places_of_blocks_)});
-  });
+void SurfaceContact::find_curved(const Field& x) {
+  curved_ = pressing(x);
+  places_of_curved_.clear();
+  for (const Contact& contact : curved_) {
+    add_places(contact.stencil, places_of_curved_);
+  }
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
     rubbing_[r].tangent.move_to(slip_, slip_of(r));
   }
@@ -468,15 +471,13 @@ std::size_t SurfaceContact::number_of(PetscInt row, PetscInt column) {
 }
 
 /// Adds where in the pattern every two particles of a stencil are: those of the first with itself, of the second with
-/// the first, with itself, and so on. @returns number of the first place
-std::size_t SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>& places) {
-  const std::size_t first = places.size();
+/// the first, with itself, and so on.
+void SurfaceContact::add_places(const Stencil& stencil, std::vector<std::size_t>& places) {
   for (std::size_t k = 0; k < stencil.count; ++k) {
     for (std::size_t l = 0; l <= k; ++l) {
       places.push_back(number_of(stencil.particles[k], stencil.particles[l]));
     }
   }
-  return first;
 }
 
 void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
@@ -487,45 +488,66 @@ void SurfaceContact::update_hessian(const Field& x, Curvature curvature) {
 }
 
 void SurfaceContact::add_hessian(const HessianBlocks& blocks) const {
-  const auto add = [&blocks](const Stencil& stencil, const Eigen::Matrix3d& stiffness, const std::size_t* place) {
+  LowerBlocks lower;
+  const auto add = [&](const Stencil& stencil, const std::size_t* place) {
+    const Eigen::Matrix3d* block = lower.data();
     for (std::size_t k = 0; k < stencil.count; ++k) {
-      for (std::size_t l = 0; l < k; ++l, ++place) {
-        const Eigen::Matrix3d block = stencil.weights[k] * stencil.weights[l] * stiffness;
-        blocks.add(*place, block);
-        blocks.add(*place ^ 1, block);
+      for (std::size_t l = 0; l < k; ++l, ++place, ++block) {
+        blocks.add(*place, *block);
+        blocks.add(*place ^ 1, block->transpose());
       }
-      blocks.add(*place++, stencil.weights[k] * stencil.weights[k] * stiffness);
+      blocks.add(*place++, *block++);
     }
     return place;
   };
+  const auto spread = [&lower](const Stencil& stencil, const Eigen::Matrix3d& stiffness) {
+    for (std::size_t k = 0, n = 0; k < stencil.count; ++k) {
+      for (std::size_t l = 0; l <= k; ++l, ++n) {
+        lower[n] = stencil.weights[k] * stencil.weights[l] * stiffness;
+      }
+    }
+  };
   const std::size_t* of_rubbing = places_of_rubbing_.data();
   for (std::size_t r = 0; r < rubbing_.size(); ++r) {
-    const Eigen::Matrix3d stiffness = rubbing_[r].force * rubbing_[r].tangent.hessian(slip_, rubbing_[r].normal);
-    of_rubbing = add(rubbing_stencils_[r], stiffness, of_rubbing);
+    const Stencil& stencil = rubbing_stencils_[r];
+    spread(stencil, rubbing_[r].force * rubbing_[r].tangent.hessian(slip_, rubbing_[r].normal));
+    of_rubbing = add(stencil, of_rubbing);
   }
-  for (const Block& block : blocks_) {
-    const std::size_t* places = places_of_blocks_.data() + block.first;
-    add(block.stencil, block.stiffness, places);
-    if (kept_curvature_ > 0 && block.slope != 0) {
-      add_curved(block, places, blocks);
+  const std::size_t* of_curved = places_of_curved_.data();
+  for (const Contact& contact : curved_) {
+    const auto& [pair, stencil, gap, normal] = contact;
+    spread(stencil, pair->barrier.curvature(gap) * normal * normal.transpose());
+    if (kept_curvature_ > 0 && gap > 0) {
+      add_curvature(contact, lower);
     }
+    of_curved = add(stencil, of_curved);
   }
 }
 
 /// What the curvature of a gap adds to the second derivative.
-void SurfaceContact::add_curved(const Block& block, const std::size_t* places, const HessianBlocks& blocks) const {
-  const Eigen::Matrix<double, 12, 12> stiffness = kept_curvature_ * block.slope * block.pair.gap_curvature(curved_at_);
-  for (int k = 0; k < 4; ++k) {
-    const ContactMesh::Particles rows = mesh_.particles(block.pair.points[static_cast<std::size_t>(k)]);
-    for (int l = 0; l < 4; ++l) {
-      const ContactMesh::Particles columns = mesh_.particles(block.pair.points[static_cast<std::size_t>(l)]);
-      const Eigen::Matrix3d of_points = rows.weight() * columns.weight() * stiffness.block<3, 3>(3 * k, 3 * l);
-      for (const PetscInt row : rows) {
-        const std::size_t i = block.stencil.find(row);
-        for (const PetscInt column : columns) {
-          const std::size_t j = block.stencil.find(column);
-          if (i < block.stencil.count && j < block.stencil.count) {  // Otherwise a point is not among the nearest.
-            blocks.add(i < j ? places[j * (j + 1) / 2 + i] ^ 1 : places[i * (i + 1) / 2 + j], of_points);
+void SurfaceContact::add_curvature(const Contact& contact, LowerBlocks& lower) const {
+  const ContactPair& pair = *contact.pair;
+  const Stencil& stencil = contact.stencil;
+  const Eigen::Matrix<double, 12, 12> stiffness =
+      kept_curvature_ * pair.barrier.slope(contact.gap) * pair.gap_curvature(curved_at_);
+  std::array<std::array<std::size_t, 4>, 4> numbers{};  // in the stencil, of the points' particles
+  std::array<std::size_t, 4> count{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (const PetscInt particle : mesh_.particles(pair.points[k])) {
+      if (const std::size_t i = stencil.find(particle); i < stencil.count) {
+        numbers[k][count[k]++] = i;  // Otherwise the point is not among the nearest.
+      }
+    }
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t l = 0; l < 4; ++l) {
+      const double weight = mesh_.particles(pair.points[k]).weight() * mesh_.particles(pair.points[l]).weight();
+      const Eigen::Matrix3d of_points =
+          weight * stiffness.block<3, 3>(3 * static_cast<Eigen::Index>(k), 3 * static_cast<Eigen::Index>(l));
+      for (std::size_t m = 0; m < count[k]; ++m) {
+        for (std::size_t n = 0; n < count[l]; ++n) {
+          if (const std::size_t i = numbers[k][m], j = numbers[l][n]; i >= j) {
+            lower[i * (i + 1) / 2 + j] += of_points;
           }
         }
       }
@@ -537,7 +559,7 @@ void SurfaceContact::forget() {
   pattern_.clear();
   number_.clear();
   told_ = 0;
-  blocks_.clear();
+  curved_.clear();
   rubbing_.clear();
   rubbing_stencils_.clear();
   ++version_;
@@ -567,19 +589,20 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
   }
   mobility.update_ghosts();
   Eigen::Matrix4Xd pushes = Eigen::Matrix4Xd::Zero(4, owned);  // sums, and how many
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil& whole, double gap, const Eigen::Vector3d& normal) {
-    double compliance = 1 / (pair.barrier.stiffness * h_ * h_);
+  for (const Contact& contact : pressing(x)) {
+    const auto& [pair, whole, gap, normal] = contact;
+    double compliance = 1 / (pair->barrier.stiffness * h_ * h_);
     for (std::size_t k = 0; k < whole.count; ++k) {
       compliance += whole.weights[k] * whole.weights[k] * mobility.data()[whole.particles[k]];
     }
-    const double push = (pair.barrier.thickness - gap) / compliance;
+    const double push = (pair->barrier.thickness - gap) / compliance;
     for (std::size_t k = 0; k < whole.count; ++k) {
       if (const PetscInt i = whole.particles[k]; i < owned) {
         pushes.col(i).head<3>() += push * whole.weights[k] * mobility.data()[i] * normal;
         pushes(3, i) += 1;
       }
     }
-  });
+  }
   for (PetscInt i = 0; i < owned; ++i) {
     x.vector(i) += pushes.col(i).head<3>() / std::max(pushes(3, i), 1.0);
   }
@@ -589,13 +612,13 @@ void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>&
 ContactFigures SurfaceContact::figures(const Field& x) const {
   ContactFigures figures;
   double smallest = thickness_;
-  visit_pressing(x, [&](const ContactPair& pair, const Stencil&, double gap, const Eigen::Vector3d&) {
-    if (counts(pair)) {
+  for (const Contact& contact : pressing(x)) {
+    if (counts(*contact.pair)) {
       ++figures.contacts;
-      smallest = std::min(smallest, gap);
-      figures.energy += pair.barrier.value(gap);
+      smallest = std::min(smallest, contact.gap);
+      figures.energy += contact.pair->barrier.value(contact.gap);
     }
-  });
+  }
   MPI_Allreduce(MPI_IN_PLACE, &figures.energy, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
   MPI_Allreduce(MPI_IN_PLACE, &figures.contacts, 1, MPIU_INT, MPI_SUM, surface_.comm());
   MPI_Allreduce(&smallest, &figures.smallest_gap, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());

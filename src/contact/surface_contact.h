@@ -101,6 +101,13 @@ class SurfaceContact : public Potential {
     std::size_t find(PetscInt particle) const;
     void spread(const Eigen::Vector3d& force, Eigen::Matrix3Xd& sum) const;
   };
+  /// A pair that presses.
+  struct Contact {
+    const ContactPair* pair;
+    Stencil stencil;         ///< of the way between its nearest points
+    double gap;              ///< length of that way [m]
+    Eigen::Vector3d normal;  ///< towards the first feature; 0 where there is no gap
+  };
   /// A contact with friction in a step.
   struct Rubbing {
     Stencil stencil;  ///< with global numbers
@@ -119,17 +126,17 @@ class SurfaceContact : public Potential {
   double room_used(const Field& x) const;
   double add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
   void add_friction(Eigen::Matrix3Xd& gradient) const;
-  template <class Take>
-  void visit_pressing(const Field& x, const Take& take) const;
+  const std::vector<Contact>& pressing(const Field& x) const;
   void note_rubbing(const Field& x);
   void find_rubbing_stencils();
-  void find_blocks(const Field& x);
+  void find_curved(const Field& x);
   double friction_energy() const;
   std::size_t number_of(PetscInt row, PetscInt column);
-  std::size_t add_places(const Stencil& stencil, std::vector<std::size_t>& places);
+  void add_places(const Stencil& stencil, std::vector<std::size_t>& places);
   Stencil stencil(const ContactPair& pair, const std::array<double, 4>& weights) const;
-  struct Block;
-  void add_curved(const Block& block, const std::size_t* places, const HessianBlocks& blocks) const;
+  /// Of a symmetric matrix of 3 x 3 blocks, those of each particle of a stencil with those up to it.
+  using LowerBlocks = std::array<Eigen::Matrix3d, 16 * 17 / 2>;
+  void add_curvature(const Contact& contact, LowerBlocks& lower) const;
   bool counts(const ContactPair& pair) const;
   Eigen::Vector3d slip_of(std::size_t number) const;
 
@@ -148,22 +155,20 @@ class SurfaceContact : public Potential {
   Field low_, high_;  ///< bounds of the displacements from there for which pairs are known, component by component
   Eigen::Matrix3Xd reference_;     ///< places of the mesh's points when distances were last measured [m]
   std::vector<ContactPair> near_;  ///< all pairs that were found
-  std::ptrdiff_t pressing_ = 0;    ///< so many of them, the first, may press
+  std::ptrdiff_t may_press_ = 0;   ///< so many of them, the first, may press
   Field trial_;                    ///< where particles would be
   bool any_held_ = false;          ///< a particle was held back since then, on any rank
   int searches_ = 0;
   double room_used_ = 0;  ///< see ContactFigures, before the last search, on this rank
 
+  // What presses where it was last asked for.
+  mutable std::vector<Contact> pressing_;
+  mutable Eigen::Matrix3Xd pressing_at_;  ///< places of the mesh's points
+  mutable bool is_pressing_known_ = false;
+
   // What presses at the present point of Newton's method.
-  struct Block {
-    ContactPair pair;
-    Stencil stencil;
-    double slope;               ///< of the barrier [N]
-    Eigen::Matrix3d stiffness;  ///< [N/m]
-    std::size_t first;          ///< of its places
-  };
-  std::vector<Block> blocks_;
-  std::vector<std::size_t> places_of_blocks_;   ///< see add_places
+  std::vector<Contact> curved_;
+  std::vector<std::size_t> places_of_curved_;   ///< see add_places, one contact after the other
   std::vector<std::size_t> places_of_rubbing_;  ///< of the stencils of the step's friction, one after the other
   Eigen::Matrix3Xd curved_at_;                  ///< places of the mesh's points for the exact Hessian
   double positive_share_ = 0;

@@ -54,12 +54,13 @@ std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
                                            const std::vector<std::array<int, 3>>& triangles,
                                            const std::vector<Eigen::Vector3d>& places) {
   const auto at = [&places](int point) { return places[static_cast<std::size_t>(point)]; };
-  std::vector<Eigen::AlignedBox3d> boxes;
+  std::vector<Bounds> boxes;
   for (const std::array<int, 3>& triangle : triangles) {
-    Eigen::AlignedBox3d& box = boxes.emplace_back();
+    Eigen::AlignedBox3d box;
     for (const int point : triangle) {
       box.extend(at(point));
     }
+    boxes.emplace_back(box);
   }
   std::vector<std::pair<int, int>> found;
   const auto add = [&](int one, int other) {

@@ -25,7 +25,10 @@ namespace {
 constexpr double worth_patches = 600;
 /// Share of the forces that is left, from which on Newton's method is quadratic: further away the exact tangent is
 /// seldom positive definite, or no better.
-constexpr double error_near_end = 0.3;
+constexpr double error_near_end = 0.1;
+/// Tolerance below which that saves iterations. With few digits to go it costs some, as where much presses the exact
+/// tangent is nearly indefinite for long, and its steps then lead far and gain little.
+constexpr double worth_exact = 1e-3;
 
 }  // namespace
 
@@ -295,7 +298,7 @@ void ElasticStep::settle(Field& positions, const ElasticInput& input, ElasticRes
 
 void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {
   Forces forces = compute_forces(positions, input.held);
-  bool exact_serves = true;
+  bool exact_serves = options_.newton_tolerance < worth_exact;
   for (int iteration = 0;; ++iteration) {
     result.error = forces.norm <= rounding_ ? 0 : forces.norm / forces.largest_part;
     if (result.error <= options_.newton_tolerance) {

@@ -10,15 +10,20 @@ inline namespace geometry {
 
 /// A box in floats, rounded outwards.
 struct Bounds {
-  std::array<float, 3> low;
-  std::array<float, 3> high;
+  Eigen::Array4f low = Eigen::Array4f::Zero();  ///< the last is 0
+  Eigen::Array4f high = Eigen::Array4f::Zero();
 
-  explicit Bounds(const Eigen::AlignedBox3d& box);
   Bounds() = default;
-  bool meets(const Bounds& other) const {
-    return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] && other.low[1] <= high[1] &&
-           low[2] <= other.high[2] && other.low[2] <= high[2];
+  explicit Bounds(const Eigen::AlignedBox3d& box);
+  void extend(const Bounds& other) {
+    low = low.min(other.low);
+    high = high.max(other.high);
   }
+  Bounds merged(Bounds other) const {
+    other.extend(*this);
+    return other;
+  }
+  bool meets(const Bounds& other) const { return (other.high - low).min(high - other.low).minCoeff() >= 0; }
 };
 
 /// Finds which of many boxes meet: a binary tree of bounding boxes, halved along the longest side of their middles, in
@@ -26,11 +31,11 @@ struct Bounds {
 class BoxTree {
  public:
   BoxTree() = default;
-  explicit BoxTree(const std::vector<Eigen::AlignedBox3d>& boxes);
+  explicit BoxTree(const std::vector<Bounds>& boxes);
 
   /// The boxes have moved a little: the tree keeps its shape.
   /// @param boxes as many as before
-  void move_to(const std::vector<Eigen::AlignedBox3d>& boxes);
+  void move_to(const std::vector<Bounds>& boxes);
 
   /// Calls `take` with the numbers of every two boxes that meet, once, in any order.
   template <class Take>
@@ -75,7 +80,7 @@ class BoxTree {
   const Bounds& bounds(int item) const { return bounds_[static_cast<std::size_t>(item)]; }
   int number(int item) const { return numbers_[static_cast<std::size_t>(item)]; }
 
-  int build(int first, int end, const std::vector<std::array<float, 3>>& middles);
+  int build(int first, int end, const std::vector<Eigen::Array4f>& middles);
 
   /// @param counts whether a node holds anything that is asked for
   template <class Counts, class Take>

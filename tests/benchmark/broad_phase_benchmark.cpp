@@ -72,7 +72,7 @@ void by_pellicle(benchmark::State& state, const Boxes& boxes) {
   double pairs = 0;
   for (auto _ : state) {
     pairs = 0;
-    BoxTree(boxes).visit_pairs([&pairs](int, int) { ++pairs; });
+    BoxTree({boxes.begin(), boxes.end()}).visit_pairs([&pairs](int, int) { ++pairs; });
   }
   state.counters["pairs"] = pairs;
 }
