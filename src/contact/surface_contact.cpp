@@ -318,10 +318,12 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
     return false;
   }
   any_held_ = true;
+  if (how == StepLimit::all_alike) {
+    step *= share;
+    return true;
+  }
   for (PetscInt i = 0; i < owned; ++i) {
-    if (mesh_.has(i)) {
-      step.col(i) *= how == StepLimit::all_alike ? share : shares[static_cast<std::size_t>(i)];
-    }
+    step.col(i) *= shares[static_cast<std::size_t>(i)];
   }
   return true;
 }

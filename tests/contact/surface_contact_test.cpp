@@ -284,7 +284,13 @@ TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
     for (int iteration = 0; iteration < 4; ++iteration) {
       contact.move_on(x);
       Eigen::Matrix3Xd whole = -x.values().leftCols(surface().particles.owned) * 1.5;
-      EXPECT_TRUE(contact.limit(x, iteration % 2 == 0 ? StepLimit::each_vertex : StepLimit::all_alike, whole));
+      const Eigen::Matrix3Xd given = whole;
+      const StepLimit how = iteration % 2 == 0 ? StepLimit::each_vertex : StepLimit::all_alike;
+      EXPECT_TRUE(contact.limit(x, how, whole));
+      if (how == StepLimit::all_alike) {
+        EXPECT_LE((whole * given.norm() - given * whole.norm()).norm(), 1e-12 * given.norm() * whole.norm())
+            << "also what is not drawn";
+      }
       for (PetscInt i = 0; i < surface().particles.owned; ++i) {
         x.vector(i) += whole.col(i);
       }
