@@ -33,7 +33,7 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       rest_(3, particles_.layout().local()),
       thickness_(static_cast<std::size_t>(particles_.layout().local())),
       stiffness_(thickness_.size()),
-      living_(parts.size(), nullptr) {
+      living_(parts.size()) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     set_stiffness(p, parts[p].stiffness);
     const Surface& part = *parts[p].surface;
@@ -50,6 +50,9 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
       element.first_triangle = number * static_cast<std::size_t>(part.triangles_per_element);
       for (std::size_t k = 0; k < static_cast<std::size_t>(part.sides_per_element()); ++k) {
         element.corners[k] = particles_.local(p, part.corner(number, k));
+      }
+      if (part.has_quads() && part.is_lattice[static_cast<std::size_t>(part.lattice[number])]) {
+        element.lattice = particles_.local(p, part.lattice[number]);
       }
       const auto side = [&](std::size_t from, std::size_t to) {
         return Eigen::Vector3d(part.rest.col(part.corner(number, to)) - part.rest.col(part.corner(number, from)));

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "parallel/joined_layout.h"
@@ -26,6 +27,7 @@ class ContactSurface {
   /// An element, of which `triangles` are drawn: one of a triangle, four of a quad.
   struct Element {
     std::array<PetscInt, 4> corners{-1, -1, -1, -1};  ///< particles; none behind a triangle's third
+    PetscInt lattice = -1;                            ///< particle beside a quad's centre, owned with the quad, or none
     std::size_t part = 0;
     std::size_t first_triangle = 0;  ///< drawn, of the part
     double area = 0;                 ///< undeformed [m^2]
@@ -53,11 +55,11 @@ class ContactSurface {
 
   /// With which a part's contact with itself presses [Pa/m].
   void set_stiffness(std::size_t part, double stiffness);
-  /// Which drawn triangles of a part are still there; all by default. They must outlive it.
-  void set_living(std::size_t part, const std::vector<bool>& triangles) { living_[part] = &triangles; }
+  /// Which drawn triangles of a part are still there; all by default.
+  void set_living(std::size_t part, std::vector<bool> triangles) { living_[part] = std::move(triangles); }
   bool lives(const Element& element, std::size_t triangle) const {
-    const std::vector<bool>* living = living_[element.part];
-    return living == nullptr || (*living)[element.first_triangle + triangle];
+    const std::vector<bool>& living = living_[element.part];
+    return living.empty() || living[element.first_triangle + triangle];
   }
 
  private:
@@ -69,7 +71,7 @@ class ContactSurface {
   std::vector<double> thickness_;  ///< of the local particles
   std::vector<double> stiffness_;  ///< likewise
   double largest_thickness_ = 0;
-  std::vector<const std::vector<bool>*> living_;  ///< of each part
+  std::vector<std::vector<bool>> living_;  ///< of each part; empty: all
 };
 
 /// Mean undeformed side of a surface's elements [m]. Collective.

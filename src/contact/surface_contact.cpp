@@ -26,11 +26,21 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
       is_free_(is_free),
       thickness_(surface_.largest_thickness()),
       mesh_(surface_),
+      held_(static_cast<std::size_t>(surface_.particles().local())),
       start_(surface_.particles(), 3),
       origin_(surface_.particles(), 3),
       low_(surface_.particles(), 3),
       high_(surface_.particles(), 3),
       trial_(surface_.particles(), 3) {}
+
+void SurfaceContact::set_surface(const std::vector<bool>& held, const std::vector<bool>* living, std::size_t part) {
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    held_[static_cast<std::size_t>(joined().local(part, static_cast<PetscInt>(i)))] = held[i];
+  }
+  if (living != nullptr) {
+    surface_.set_living(part, *living);
+  }
+}
 
 void SurfaceContact::Stencil::add(PetscInt particle, double weight) {
   if (const std::size_t known = find(particle); known < count) {
@@ -103,13 +113,13 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
 
 void SurfaceContact::start_from(const Field& start, Field& x, double h) {
   const PetscInt owned = surface_.particles().owned;
-  const Eigen::Matrix3Xd whole = x.values().leftCols(owned);
   Field begin(surface_.particles(), 3);
   prepare(start, x, h, begin);
-  Eigen::Matrix3Xd step = whole - begin.values().leftCols(owned);
+  const Eigen::Matrix3Xd whole = (x.values() - begin.values()).leftCols(owned);
+  Eigen::Matrix3Xd step = whole;
   limit(begin, StepLimit::each_vertex, step);
   for (PetscInt i = 0; i < owned; ++i) {
-    if (mesh_.has(i)) {
+    if (step.col(i) != whole.col(i)) {
       x.vector(i) = begin.vector(i) + step.col(i);
     }
   }
@@ -320,12 +330,29 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   any_held_ = true;
   if (how == StepLimit::all_alike) {
     step *= share;
-    return true;
-  }
-  for (PetscInt i = 0; i < owned; ++i) {
-    step.col(i) *= shares[static_cast<std::size_t>(i)];
+  } else {
+    shorten(shares, step);
   }
   return true;
+}
+
+/// Holds back drawn particles, and lattice points by the mean of what holds back their cells' corners. Collective.
+/// @param shares of the owned particles' ways
+void SurfaceContact::shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step) {
+  Field& back = trial_;
+  for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
+    back.vector(i) = (shares[static_cast<std::size_t>(i)] - 1) * step.col(i);
+  }
+  back.update_ghosts();
+  for (PetscInt e = 0; e < surface_.elements().owned; ++e) {
+    const ContactSurface::Element& element = surface_.element(e);
+    if (element.lattice >= 0 && !held_[static_cast<std::size_t>(element.lattice)]) {
+      for (const PetscInt corner : element.corners) {
+        back.vector(element.lattice) += back.vector(corner) / 4;
+      }
+    }
+  }
+  step += back.values().leftCols(step.cols());
 }
 
 double SurfaceContact::value(const Field& x) const {

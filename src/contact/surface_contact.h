@@ -36,8 +36,9 @@ struct ContactWork {
 /// Nothing passes through anything, whatever the forces: a pair of features is kept apart by the plane half way between
 /// their nearest points, along whose normal their points come nearer to each other by at most 0.9 of the distance.
 /// Where a step would take them further, each of these points goes a part of its way (much as "divide and truncate",
-/// Chen et al. 2025). Pairs are sought within the expected movement of the particles, and again where a step of
-/// Newton's method leaves that range, or where a pair has used up its room.
+/// Chen et al. 2025), and a sheet's lattice points, which are not drawn, are held back with their cells' corners. Pairs
+/// are sought within the expected movement of the particles, and again where a step of Newton's method leaves that
+/// range, or where a pair has used up its room.
 ///
 /// Friction is mu N s(|u|), with the slip u since the step's start; the normal force N, the normal and the places of
 /// contact are those of the step's start, and s is smooth up to the slip of `slip_speed` in a step (SmoothSlip). See
@@ -53,8 +54,10 @@ class SurfaceContact : public Potential {
 
   /// With which a part's contact with itself presses from the next step on [Pa/m]. Not collective.
   void set_stiffness(double stiffness, std::size_t part = 0) { surface_.set_stiffness(part, stiffness); }
-  /// Which drawn triangles of a part are still there, from the next step on. Not collective.
-  void set_living(const std::vector<bool>& triangles, std::size_t part = 0) { surface_.set_living(part, triangles); }
+  /// What there is of a part from the next step on. Not collective.
+  /// @param held local particles that stay or are led: what is beside them does not take them along
+  /// @param living which drawn triangles are still there; null: all
+  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living, std::size_t part = 0);
   const JoinedLayout& joined() const { return surface_.joined(); }
 
   void start_from(const Field& start, Field& x, double h) override;
@@ -124,6 +127,7 @@ class SurfaceContact : public Potential {
   bool leaves_room(const Field& x) const;
   bool leaves_range(PetscInt i, const Field& x) const;
   double room_used(const Field& x) const;
+  void shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step);
   double add_pressing(const Field& x, Eigen::Matrix3Xd& gradient) const;
   void add_friction(Eigen::Matrix3Xd& gradient) const;
   const std::vector<Contact>& pressing(const Field& x) const;
@@ -145,6 +149,7 @@ class SurfaceContact : public Potential {
   bool is_free_;
   double thickness_ = 0;  ///< the largest [m]
   ContactMesh mesh_;
+  std::vector<bool> held_;           ///< of the local particles
   Field start_;                      ///< of the step
   mutable Eigen::Matrix3Xd places_;  ///< places of the mesh's points, as last computed
   std::vector<Rubbing> rubbing_;
@@ -156,7 +161,7 @@ class SurfaceContact : public Potential {
   Eigen::Matrix3Xd reference_;     ///< places of the mesh's points when distances were last measured [m]
   std::vector<ContactPair> near_;  ///< all pairs that were found
   std::ptrdiff_t may_press_ = 0;   ///< so many of them, the first, may press
-  Field trial_;                    ///< where particles would be
+  Field trial_;                    ///< where particles would be, or what takes them back from there
   bool any_held_ = false;          ///< a particle was held back since then, on any rank
   int searches_ = 0;
   double room_used_ = 0;  ///< see ContactFigures, before the last search, on this rank

@@ -579,7 +579,7 @@ void Burn::begin_dynamics(State& state, double h) {
     free_velocity_ = state.velocity.values();
   }
   if (contact_) {
-    contact_->set_living(state.living.triangles);
+    contact_->set_surface(held_, &state.living.triangles);
   }
   unconstrained_ = state.position.values();
   moved_ = {};

@@ -168,9 +168,7 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
   Field x(joined.layout(), 3);
   Field before(joined.layout(), 3);
   for (std::size_t p = 0; p < surfaces.size(); ++p) {
-    if (surfaces[p].living != nullptr) {
-      contact.set_living(*surfaces[p].living, p);
-    }
+    contact.set_surface(surfaces[p].held, surfaces[p].living, p);
     joined.put(p, surfaces[p].position, x);
     for (PetscInt i = 0; i < surfaces[p].part.surface->particles.local(); ++i) {
       held[static_cast<std::size_t>(joined.local(p, i))] = surfaces[p].held[static_cast<std::size_t>(i)];

@@ -312,7 +312,7 @@ InflateStep Inflate::begin(BalloonState& state, double h) {
   h_ = h;
   const auto timer = clock_.time("implicit step");
   if (contact_ && burning_) {
-    contact_->set_living(state.burning->living.triangles);
+    contact_->set_surface(held(), &state.burning->living.triangles);
   }
   if (bending_) {
     bending_->begin_step(state.position, state.thickness_ratio);

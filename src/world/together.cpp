@@ -329,11 +329,8 @@ StepResult Together::balance(double h) {
   const auto timer = clock_.time("implicit step");
   for (std::size_t p = 0; p < objects.size() && step->contact != nullptr; ++p) {
     step->contact->set_stiffness(objects[p]->contact_part().stiffness, p);
-    if (!touches(objects[p])) {
-      step->contact->set_living(std::vector<bool>(objects[p]->surface().triangles.size(), false), p);
-    } else if (const std::vector<bool>* living = objects[p]->living()) {
-      step->contact->set_living(*living, p);
-    }
+    const std::vector<bool> none(objects[p]->surface().triangles.size(), false);
+    step->contact->set_surface(objects[p]->held(), touches(objects[p]) ? objects[p]->living() : &none, p);
   }
   const ImplicitResult before = std::exchange(last_, step->solver.advance(h));
   StepResult result;

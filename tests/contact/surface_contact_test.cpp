@@ -301,6 +301,41 @@ TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
   }
 }
 
+TEST_P(SurfaceContactTest, LatticePointsAreHeldBackWithTheirCorners) {
+  if (!surface().has_quads()) {
+    GTEST_SKIP() << "triangles have no lattice points";
+  }
+  std::vector<bool> held(surface().is_lattice.size());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    held[i] = surface().persistent_id[i] % 5 == 0;
+  }
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, false);
+  contact.set_surface(held, nullptr);
+  const Field start = roll(1.5 * thickness);
+  Field x = roll(1.5 * thickness);
+  contact.start_from(start, x, 1e-3);
+  Eigen::Matrix3Xd step = -1.5 * x.values().leftCols(surface().particles.owned);
+  Field back(surface().particles, 3);
+  back.values().leftCols(step.cols()) = -step;
+  ASSERT_TRUE(contact.limit(x, StepLimit::each_vertex, step));
+  back.values().leftCols(step.cols()) += step;
+  back.update_ghosts();
+  double carried = 0;
+  for (std::size_t e = 0; e < static_cast<std::size_t>(surface().elements.owned); ++e) {
+    const PetscInt lattice = surface().lattice[e];
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const PetscInt corner : surface().cells[e]) {
+      mean += back.vector(corner) / 4;
+    }
+    if (held[static_cast<std::size_t>(lattice)]) {
+      mean.setZero();
+    }
+    EXPECT_LT((back.vector(lattice) - mean).norm(), 1e-15) << "cell " << e;
+    carried += mean.norm();
+  }
+  EXPECT_GT(sum(carried), 0.1);
+}
+
 INSTANTIATE_TEST_SUITE_P(Meshes, SurfaceContactTest, ::testing::Bool(),
                          [](const auto& info) { return info.param ? "quads" : "triangles"; });
 
