@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "contact/surface_contact.h"
 #include "geometry/triangle_intersection.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
@@ -148,12 +149,17 @@ void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living
     }
     find_ways(fans.data() + first, end - first, length);
   }
+  Field before(surface.particles, 3);
+  before.values() = position.values();
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     if (const auto lip = number.find(surface.persistent_id[static_cast<std::size_t>(i)]); lip != number.end()) {
       position.vector(i) += fans[lip->second].way;
     }
   }
   position.update_ghosts();
+  SurfaceContact contact({part}, ContactOptions(), false);
+  contact.set_surface(held, &living);
+  contact.start_from(before, position, 1);
 }
 
 }  // namespace contact

@@ -25,8 +25,8 @@ std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners);
 
 /// Moves the lips of fresh cracks apart, since surfaces in one place have no side of each other on which they could be
 /// kept. Each goes towards the middle of the living triangles round it by `lip_share` of the thickness, unless these
-/// would then cut through those round another lip of the same corner, as folded ones may: then it goes another way.
-/// Collective.
+/// would then cut through those round another lip of the same corner, as folded ones may: then it goes another way. It
+/// goes less far where another part of the surface is near. Collective.
 /// @param part whose surface is that with the copies @param living of its drawn triangles
 /// @param lips see find_lips @param held local particles that stay where they are
 /// @param position ghosts up to date before and after

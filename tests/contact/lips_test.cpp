@@ -4,6 +4,7 @@
 #include <petscsys.h>
 
 #include <array>
+#include <utility>
 
 #include "geometry/triangle_intersection.h"
 #include "surface/membrane.h"
@@ -40,6 +41,37 @@ TEST(Lips, OfAFoldOpenWithoutCuttingThroughEachOther) {
   for (const Triangle& other : {triangle(3, 4, 5), triangle(3, 7, 8), triangle(3, 5, 9), triangle(3, 9, 7)}) {
     EXPECT_FALSE(triangles_intersect(alone, other));
   }
+}
+
+// A lip at the tip of a cone goes into it, where there is another cone.
+TEST(Lips, StopShortOfAnotherLayer) {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  constexpr double thickness = 0.1;
+  constexpr double apart = 0.2 * lip_share * thickness;
+  SurfaceMesh mesh;
+  if (rank == 0) {
+    mesh.points = {{0, 0, 0}, {0, 0, 0}, {1, 0, -1}, {-1, 0.5, -1}, {0, 0, apart}};
+    for (const double up : {0.0, apart}) {
+      for (const auto& [x, y] : {std::pair(1, 0), {0, 1}, {-1, 0}, {0, -1}}) {
+        mesh.points.emplace_back(x, y, 1 + up);
+      }
+    }
+    mesh.faces = {{1, 2, 3}};
+    for (int k = 0; k < 4; ++k) {
+      mesh.faces.push_back({0, 5 + k, 5 + (k + 1) % 4});
+      mesh.faces.push_back({4, 9 + k, 9 + (k + 1) % 4});
+    }
+  }
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());
+  Field position(membrane.particles, 3);
+  position.values() = membrane.rest;
+  open_lips({&membrane, thickness, 1}, std::vector<bool>(membrane.triangles.size(), true), {{0, 0}, {0, 1}},
+            std::vector<bool>(static_cast<std::size_t>(membrane.particles.local())), position);
+  const Eigen::Matrix3Xd at = by_id(membrane, position);
+  EXPECT_GT(at(2, 0), 0.1 * apart);
+  EXPECT_LT(at(2, 0), at(2, 4));
+  EXPECT_NEAR(at.col(1).norm(), lip_share * thickness, 1e-12);
 }
 
 }  // namespace
