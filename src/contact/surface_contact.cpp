@@ -141,7 +141,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
     const Eigen::Array3d moved = x.vector(i) - origin_.vector(i);
     const Eigen::Array3d old_low = low_.vector(i).array() - moved;
     const Eigen::Array3d old_high = high_.vector(i).array() - moved;
-    if (!is_first && (way - more / 2 >= old_low).all() && (way + more / 2 <= old_high).all()) {
+    if (!is_first && (way >= old_low).all() && (way <= old_high).all()) {
       low = low.max(old_low);  // Pairs are known up to there.
       high = high.min(old_high);
     } else {
@@ -158,10 +158,10 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   }
   if (!mesh_.gather({x, low_, high_, is_new}, start_, further)) {
     near_.clear();
+    find_rubbing_stencils();  // in the new reach
   }
   mesh_.write_points(x, places_);
   renew_contact_pairs(mesh_, places_, near_);
-  find_rubbing_stencils();
   reference_ = places_;
   may_press_ = std::partition(near_.begin(), near_.end(),
                               [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
