@@ -134,7 +134,7 @@ int untangle_all(const std::vector<StartingSurface>& surfaces) {
   return left;
 }
 
-/// The lattice points of quads go with their corners. Collective.
+/// The lattice points of quads go with their corners, and are moved by nothing else. Collective.
 void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vector<Eigen::Matrix3Xd>& before) {
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const Surface& surface = *surfaces[s].part.surface;
@@ -143,6 +143,7 @@ void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vect
       const PetscInt lattice = surface.lattice[e];
       if (surface.is_lattice[static_cast<std::size_t>(lattice)] &&
           !surfaces[s].held[static_cast<std::size_t>(lattice)]) {
+        position.vector(lattice) = before[s].col(lattice);
         for (const PetscInt corner : surface.cells[e]) {
           position.vector(lattice) += (position.vector(corner) - before[s].col(corner)) / 4;
         }

@@ -396,6 +396,17 @@ TEST(Together, CrossedStartsAreCountedUntangledOrRefused) {
   EXPECT_EQ(scene.last("crossings"), 0);
   EXPECT_NE(start_line(scene).find("; untangled, no particle was moved by more than "), std::string::npos)
       << start_line(scene);
+  for (const std::size_t k : {0U, 1U}) {
+    const Surface& surface = scene.object(k).surface();
+    const Eigen::Matrix3Xd moved = scene.object(k).state().position.values() - surface.rest;
+    for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+      for (const PetscInt corner : surface.cells[e]) {
+        mean += moved.col(corner) / 4;
+      }
+      EXPECT_LT((moved.col(surface.lattice[e]) - mean).norm(), 1e-15) << "a lattice point goes with its corners";
+    }
+  }
   for (int n = 0; n < 5; ++n) {
     scene.step(1e-3);
     ASSERT_FALSE(::testing::Test::HasFatalFailure());
