@@ -21,19 +21,29 @@ constexpr double negligible = 1e-12;
 
 }  // namespace
 
-LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines)
-    : ends_(lines.size()) {
+LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
+                           const std::vector<bool>& has_spike)
+    : ends_(lines.size()), spike_of_(lines.size()) {
   std::vector<std::size_t> order(lines.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return lines[a].size() > lines[b].size(); });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return has_spike[a] != has_spike[b] ? has_spike[a] : lines[a].size() > lines[b].size();
+  });
   for (std::size_t first = 0; first < lines.size(); first += lanes) {
     const std::size_t start = springs_.size();
-    springs_.resize(start + lanes * lines[order[first]].size(), -1);
+    std::size_t longest = 0;
+    for (std::size_t k = first; k < std::min(first + lanes, lines.size()); ++k) {
+      longest = std::max(longest, lines[order[k]].size());
+    }
+    springs_.resize(start + lanes * longest, -1);
     links_.resize(springs_.size());
     for (std::size_t lane = 0; lane < std::min(lanes, lines.size() - first); ++lane) {
       const std::vector<PetscInt>& line = lines[order[first + lane]];
       ends_[order[first + lane]] = {start + lane, start + lanes * (line.size() - 1) + lane};
+      spike_of_[order[first + lane]] = first + lane;
+      if (has_spike[order[first + lane]]) {
+        spiked_firsts_.push_back(start + lane);
+      }
       for (std::size_t k = 0; k < line.size(); ++k) {
         const std::size_t unknown = start + lanes * k + lane;
         springs_[unknown] = line[k];
@@ -51,7 +61,11 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
         }
       }
     }
+    if (has_spike[order[first]]) {
+      spiked_groups_.push_back(springs_.size());
+    }
   }
+  spikes_.resize(spiked_groups_.empty() ? 0 : spiked_groups_.back());
   diagonal_.assign(springs_.size(), 1);
   inverse_pivot_.assign(springs_.size(), 1);
   coupling_.assign(springs_.size() + lanes, 0);
@@ -84,31 +98,12 @@ void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matr
     Eigen::Map<Lanes>(factor_.data() + i) = factor;
     Eigen::Map<Lanes>(inverse_pivot_.data() + i) = inverse;
   }
+  std::fill(spikes_.begin(), spikes_.end(), 0);
+  for (const std::size_t first : spiked_firsts_) {
+    spikes_[first] = 1;
+  }
+  forward(spikes_.data(), spikes_.data(), spikes_.size());
   check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
-}
-
-void LineMatrices::invert_at_ends() {
-  inverse_first_.resize(springs_.size());
-  Lanes inverse = Lanes::Zero();  // of the pivot, eliminated from the lines' last springs
-  for (std::size_t i = springs_.size(); i >= lanes; i -= lanes) {
-    const Eigen::Map<const Lanes> entry(diagonal_.data() + i - lanes);
-    const Eigen::Map<const Lanes> coupling(coupling_.data() + i);
-    inverse = (entry - coupling * coupling * inverse).max(negligible * entry).inverse();
-    Eigen::Map<Lanes>(inverse_first_.data() + i - lanes) = inverse;
-  }
-}
-
-double LineMatrices::inverse_at_end(std::size_t line, std::size_t end) const {
-  return end == 0 ? inverse_first_[ends_[line][0]] : inverse_pivot_[ends_[line][1]];
-}
-
-double LineMatrices::inverse_between_ends(std::size_t line) const {
-  const auto [first, last] = ends_[line];
-  double inverse = inverse_pivot_[last];
-  for (std::size_t i = first + lanes; i <= last; i += lanes) {
-    inverse *= -factor_[i];
-  }
-  return inverse;
 }
 
 void LineMatrices::multiply_and_subtract(const double* in, const double* subtrahend, double* out) const {
@@ -126,19 +121,48 @@ void LineMatrices::multiply_and_subtract(const double* in, const double* subtrah
   check(PetscLogFlops(6.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::solve(const double* in, double* out) const {
+void LineMatrices::forward(const double* in, double* out, std::size_t size) const {
   Lanes value = Lanes::Zero();
-  for (std::size_t i = 0; i < springs_.size(); i += lanes) {
+  for (std::size_t i = 0; i < size; i += lanes) {
     value = Eigen::Map<const Lanes>(in + i) - Eigen::Map<const Lanes>(factor_.data() + i) * value;
     Eigen::Map<Lanes>(out + i) = value;
   }
-  value.setZero();
+  check(PetscLogFlops(2.0 * static_cast<double>(size)));
+}
+
+void LineMatrices::backward(double* values) const {
+  Lanes value = Lanes::Zero();
   for (std::size_t i = springs_.size(); i >= lanes; i -= lanes) {
-    value = Eigen::Map<const Lanes>(out + i - lanes) * Eigen::Map<const Lanes>(inverse_pivot_.data() + i - lanes) -
+    value = Eigen::Map<const Lanes>(values + i - lanes) * Eigen::Map<const Lanes>(inverse_pivot_.data() + i - lanes) -
             Eigen::Map<const Lanes>(factor_.data() + i) * value;
-    Eigen::Map<Lanes>(out + i - lanes) = value;
+    Eigen::Map<Lanes>(values + i - lanes) = value;
   }
-  check(PetscLogFlops(5.0 * static_cast<double>(springs_.size())));
+  check(PetscLogFlops(3.0 * static_cast<double>(springs_.size())));
+}
+
+void LineMatrices::first_values(const double* forwarded, std::vector<double>& by_spike) const {
+  by_spike.resize(lanes * spiked_groups_.size());
+  std::size_t i = 0;
+  for (std::size_t group = 0; group < spiked_groups_.size(); ++group) {
+    Lanes sum = Lanes::Zero();
+    for (; i < spiked_groups_[group]; i += lanes) {
+      sum += Eigen::Map<const Lanes>(spikes_.data() + i) * Eigen::Map<const Lanes>(inverse_pivot_.data() + i) *
+             Eigen::Map<const Lanes>(forwarded + i);
+    }
+    Eigen::Map<Lanes>(by_spike.data() + lanes * group) = sum;
+  }
+  check(PetscLogFlops(3.0 * static_cast<double>(spikes_.size())));
+}
+
+void LineMatrices::subtract_spikes(const std::vector<double>& by_spike, double* values) const {
+  std::size_t i = 0;
+  for (std::size_t group = 0; group < spiked_groups_.size(); ++group) {
+    const Eigen::Map<const Lanes> factor(by_spike.data() + lanes * group);
+    for (; i < spiked_groups_[group]; i += lanes) {
+      Eigen::Map<Lanes>(values + i) -= factor * Eigen::Map<const Lanes>(spikes_.data() + i);
+    }
+  }
+  check(PetscLogFlops(2.0 * static_cast<double>(spikes_.size())));
 }
 
 namespace {
@@ -198,10 +222,21 @@ double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matri
   return own[end] == other[end] ? product : -product;
 }
 
+/// Whether each line has a separator before its first spring.
+std::vector<bool> follows_separator(const LineFamily& family) {
+  std::vector<bool> result(family.lines.size(), false);
+  for (const LineEnd& end : family.ends) {
+    if (end.end == 0) {
+      result[end.line] = true;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 JoinedLines::JoinedLines(const SpringSet& set, LineFamily family)
-    : set_(set), matrices_(set, family.lines), family_(std::move(family)) {
+    : set_(set), matrices_(set, family.lines, follows_separator(family)), family_(std::move(family)) {
   for (std::size_t line = 0; line < family_.lines.size(); ++line) {
     if (unknowns_.size() < family_.separators.size() &&
         family_.lines[line].front() == family_.separators[unknowns_.size()]) {
@@ -212,9 +247,6 @@ JoinedLines::JoinedLines(const SpringSet& set, LineFamily family)
   coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
   right_.resize(static_cast<std::size_t>(family_.separators_of_all));
-  if (!right_.empty()) {
-    correction_.assign(static_cast<std::size_t>(matrices_.size()), 0);
-  }
 }
 
 void JoinedLines::sum_over_ranks(std::vector<double>& of_separators) const {
@@ -228,7 +260,7 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
   if (right_.empty()) {
     return;
   }
-  matrices_.invert_at_ends();
+  matrices_.first_values(matrices_.spikes().data(), by_spike_);
   const std::size_t count = right_.size();
   std::fill(separators_.begin(), separators_.end(), 0);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
@@ -242,11 +274,14 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
     coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
+    const std::size_t last = matrices_.at_end(end.line, 1);
     separators_[static_cast<std::size_t>(end.number)] -=
-        coupling_[k] * coupling_[k] * matrices_.inverse_at_end(end.line, end.end);
+        coupling_[k] * coupling_[k] *
+        (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : matrices_.inverse_pivot(last));
     if (k > 0 && family_.ends[k - 1].line == end.line) {
       const auto number = static_cast<std::size_t>(std::max(end.number, family_.ends[k - 1].number));
-      separators_[count + number] -= coupling_[k] * coupling_[k - 1] * matrices_.inverse_between_ends(end.line);
+      separators_[count + number] -=
+          coupling_[k] * coupling_[k - 1] * matrices_.spikes()[last] * matrices_.inverse_pivot(last);
     }
   }
   sum_over_ranks(separators_);
@@ -266,13 +301,18 @@ void JoinedLines::solve(const double* in, double* out) {
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
     right_[static_cast<std::size_t>(family_.numbers[k])] = in[unknowns_[k]];
   }
-  matrices_.solve(in, out);
+  matrices_.forward(in, out);
   if (right_.empty()) {
+    matrices_.backward(out);
     return;
   }
+  matrices_.first_values(out, by_spike_);
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    right_[static_cast<std::size_t>(end.number)] -= coupling_[k] * out[matrices_.at_end(end.line, end.end)];
+    const std::size_t last = matrices_.at_end(end.line, 1);
+    right_[static_cast<std::size_t>(end.number)] -=
+        coupling_[k] *
+        (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : out[last] * matrices_.inverse_pivot(last));
   }
   sum_over_ranks(right_);
   const double* inverse_pivot = separators_.data();
@@ -283,15 +323,17 @@ void JoinedLines::solve(const double* in, double* out) {
   for (std::size_t k = right_.size(); k-- > 0;) {
     right_[k] = right_[k] * inverse_pivot[k] - (k + 1 < right_.size() ? factor[k + 1] * right_[k + 1] : 0);
   }
-  std::fill(correction_.begin(), correction_.end(), 0);
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    correction_[matrices_.at_end(end.line, end.end)] += coupling_[k] * right_[static_cast<std::size_t>(end.number)];
+    const double product = coupling_[k] * right_[static_cast<std::size_t>(end.number)];
+    if (end.end == 0) {
+      by_spike_[matrices_.spike_of(end.line)] = product;
+    } else {
+      out[matrices_.at_end(end.line, 1)] -= product;
+    }
   }
-  matrices_.solve(correction_.data(), correction_.data());
-  for (std::size_t i = 0; i < correction_.size(); ++i) {
-    out[i] -= correction_[i];
-  }
+  matrices_.subtract_spikes(by_spike_, out);
+  matrices_.backward(out);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
     out[unknowns_[k]] = right_[static_cast<std::size_t>(family_.numbers[k])];
   }

@@ -19,10 +19,15 @@ inline namespace projection {
 ///
 /// Several lines are processed side by side: unknown `k * lanes + lane` is spring k of a line. Lines of similar length
 /// are grouped; the shorter ones are filled up with idle unknowns, which have a one on the diagonal.
+///
+/// What stands before a line's first spring changes all of L^-1 b, by a multiple of the line's spike L^-1 e, where e is
+/// the first unit vector. Lines that have one come first.
 class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
-  LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines);
+  /// @param has_spike of each line
+  LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
+               const std::vector<bool>& has_spike);
 
   /// Spring of each unknown, or -1 where it is idle.
   const std::vector<PetscInt>& springs() const { return springs_; }
@@ -36,16 +41,22 @@ class LineMatrices {
               const std::vector<double>& inverse_mass);
   /// Unknown of the first (end 0) or the last spring of a line.
   std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
-  /// Computes the results of the next two functions.
-  void invert_at_ends();
-  /// Entry of A^-1 for a line's first or last spring with itself, and for both.
-  double inverse_at_end(std::size_t line, std::size_t end) const;
-  double inverse_between_ends(std::size_t line) const;
+  double inverse_pivot(std::size_t unknown) const { return inverse_pivot_[unknown]; }
+  /// All spikes; 0 at the unknowns of other lines beside them.
+  const std::vector<double>& spikes() const { return spikes_; }
+  /// Place of a line with a spike in the values by spike below.
+  std::size_t spike_of(std::size_t line) const { return spike_of_[line]; }
 
   /// out = A in - subtrahend
   void multiply_and_subtract(const double* in, const double* subtrahend, double* out) const;
-  /// out = A^-1 in, may be in place.
-  void solve(const double* in, double* out) const;
+  /// out = L^-1 in, may be in place.
+  void forward(const double* in, double* out) const { forward(in, out, springs_.size()); }
+  /// A^-1 b = L^-T D^-1 (L^-1 b), in place.
+  void backward(double* values) const;
+  /// A^-1 b at the first springs of lines with spikes. @param forwarded L^-1 b
+  void first_values(const double* forwarded, std::vector<double>& by_spike) const;
+  /// values -= spikes times factors
+  void subtract_spikes(const std::vector<double>& by_spike, double* values) const;
 
  private:
   static constexpr std::size_t lanes = 8;
@@ -56,10 +67,15 @@ class LineMatrices {
     PetscInt signed_particle = 0;
   };
 
+  void forward(const double* in, double* out, std::size_t size) const;
+
   std::vector<PetscInt> springs_;
   std::vector<Link> links_;
   std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
-  std::vector<double> inverse_first_;             ///< inverse pivots of an elimination from the lines' last springs
+  std::vector<std::size_t> spike_of_;             ///< of each line
+  std::vector<std::size_t> spiked_groups_;        ///< end of each group that has lines with spikes
+  std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of these lines
+  std::vector<double> spikes_;
   // The last has an additional row of zeros, so that no loop needs to check whether a line ends.
   std::vector<double> diagonal_;
   std::vector<double> inverse_pivot_;
@@ -67,8 +83,8 @@ class LineMatrices {
   std::vector<double> factor_;    ///< of L: coupling by the pivot before
 };
 
-/// J W J^T along the lines of one family, joined where ranks cut them: each rank solves along its lines, then all solve
-/// the tridiagonal systems of the separators, then each solves along its lines again.
+/// J W J^T along the lines of one family, joined where ranks cut them: each rank solves forwards along its lines, then
+/// all solve the tridiagonal systems of the separators, then each solves backwards.
 class JoinedLines {
  public:
   /// Collective. The set must outlive the lines.
@@ -92,7 +108,7 @@ class JoinedLines {
   std::vector<double> coupling_;       ///< of each end of a line with its separator
   std::vector<double> separators_;     ///< of all ranks: diagonal, then the entry with the one before
   std::vector<double> right_;          ///< of all separators
-  std::vector<double> correction_;     ///< along the lines, from the separators
+  std::vector<double> by_spike_;       ///< first values of lines, then what their first separators subtract
 };
 
 /// Solves (J W J^T + shift) lambda = b of one colour by eliminating one family of lines exactly:

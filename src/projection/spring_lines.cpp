@@ -61,11 +61,10 @@ class LineFinder {
       const bool eliminated = family == &result.eliminated;
       family->separators_of_all = separators_of_all_[eliminated ? 0 : 1];
       for (std::size_t line = 0; line < family->lines.size(); ++line) {
-        const std::vector<PetscInt>& springs = family->lines[line];
-        if (is_separator_[at(springs[0])]) {
-          add_separator(springs[0], *family);
+        if (is_separator_[at(family->lines[line][0])]) {
+          add_separator(family->lines[line][0], *family);
         } else {
-          add_ends(line, springs, *family);
+          add_ends(line, *family);
         }
       }
     }
@@ -122,7 +121,9 @@ class LineFinder {
     }
   }
 
-  void add_ends(std::size_t line, const std::vector<PetscInt>& springs, LineFamily& family) const {
+  void add_ends(std::size_t line, LineFamily& family) const {
+    std::vector<PetscInt>& springs = family.lines[line];
+    std::array<PetscInt, 2> separators{none, none};
     for (std::size_t end = 0; end < 2; ++end) {
       const PetscInt spring = end == 0 ? springs.front() : springs.back();
       const PetscInt inwards = springs.size() == 1 ? none : end == 0 ? springs[1] : springs[springs.size() - 2];
@@ -130,8 +131,18 @@ class LineFinder {
         const PetscInt next = following_of_family(spring, side);
         const bool is_outwards = springs.size() == 1 ? side == end : next != inwards;
         if (next != none && is_outwards && is_separator_[at(next)]) {
-          family.ends.push_back({line, end, {spring, next}, number_[at(next)]});
+          separators[end] = next;
         }
+      }
+    }
+    if (separators[0] != none && separators[1] == none) {
+      std::reverse(springs.begin(), springs.end());
+      std::swap(separators[0], separators[1]);
+    }
+    for (std::size_t end = 0; end < 2; ++end) {
+      if (separators[end] != none) {
+        family.ends.push_back(
+            {line, end, {end == 0 ? springs.front() : springs.back(), separators[end]}, number_[at(separators[end])]});
       }
     }
   }

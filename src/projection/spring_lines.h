@@ -32,7 +32,8 @@ struct LineEnd {
 };
 
 /// Lines of one family, as far as they are this rank's. Where a line continues on another rank, a spring on one side is
-/// a separator, and a line of its own. Separators are numbered over all ranks along the lines.
+/// a separator, and a line of its own. A line that ends at one separator does so with its last spring. Separators are
+/// numbered over all ranks along the lines.
 struct LineFamily {
   std::vector<std::vector<PetscInt>> lines;  ///< local spring numbers along each
   std::vector<PetscInt> separators;          ///< of this rank
