@@ -65,7 +65,7 @@ Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat>
     for (PetscInt s = 0; s < springs_.local(); ++s) {
       columns.push_back(springs_.layout.to_global(s));
     }
-    rows_ = std::make_unique<GramBlock>(springs_, particles_, std::move(rows), columns, owned);
+    rows_ = std::make_unique<GramBlock>(springs_, particles_, rows, columns, owned);
     set_definite(rows_->matrix());
     set_matrix_options(rows_->matrix(), prefix);
     offer_preconditioner(rows_->matrix(), LineElimination::type, preconditioner_);

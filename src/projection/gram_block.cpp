@@ -8,10 +8,9 @@
 namespace pellicle {
 inline namespace projection {
 
-GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, std::vector<PetscInt> rows,
+GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, const std::vector<PetscInt>& rows,
                      const std::vector<PetscInt>& columns, PetscInt owned_columns,
-                     const std::function<bool(PetscInt, PetscInt)>& is_skipped)
-    : rows_(std::move(rows)) {
+                     const std::function<bool(PetscInt, PetscInt)>& is_skipped) {
   const SpringIncidence incidence(springs, particles.local());
   // A row is sorted by global column, as PETSc stores it.
   struct Column {
@@ -50,7 +49,7 @@ GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, std::vec
     }
   };
   together(springs.layout.comm, [&] {
-    for (const PetscInt s : rows_) {
+    for (const PetscInt s : rows) {
       row.clear();
       if (s >= 0) {
         add_row(s);
@@ -64,24 +63,29 @@ GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, std::vec
         part.entries.push_back(column.entry);
       }
       row_offsets.push_back(static_cast<PetscInt>(row_columns.size()));
-      own_.offsets.push_back(static_cast<PetscInt>(own_.entries.size()));
-      foreign_.offsets.push_back(static_cast<PetscInt>(foreign_.entries.size()));
+      for (Part* part : {&own_, &foreign_}) {
+        if (static_cast<PetscInt>(part->entries.size()) > part->offsets.back()) {
+          part->springs.push_back(s);
+          part->offsets.push_back(static_cast<PetscInt>(part->entries.size()));
+        }
+      }
     }
   });
   check(MatCreate(springs.layout.comm, matrix_.create()));
-  check(MatSetSizes(matrix_, static_cast<PetscInt>(rows_.size()), owned_columns, PETSC_DETERMINE, PETSC_DETERMINE));
+  check(MatSetSizes(matrix_, static_cast<PetscInt>(rows.size()), owned_columns, PETSC_DETERMINE, PETSC_DETERMINE));
   check(MatSetType(matrix_, MATAIJ));
   check(MatSeqAIJSetPreallocationCSR(matrix_, row_offsets.data(), row_columns.data(), nullptr));
   check(MatMPIAIJSetPreallocationCSR(matrix_, row_offsets.data(), row_columns.data(), nullptr));
+  check(MatSetOption(matrix_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));  // No assembly needs to ask other ranks.
 }
 
-void GramBlock::fill(Mat matrix, const std::vector<PetscInt>& rows, const Part& part, const Eigen::Matrix3Xd& gradient,
+void GramBlock::fill(Mat matrix, const Part& part, const Eigen::Matrix3Xd& gradient,
                      const std::vector<double>& inverse_mass, const std::vector<double>& diagonal) {
   double* values = nullptr;
   check(MatSeqAIJGetArrayWrite(matrix, &values));
   const double* gradients = gradient.data();
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const double* own = gradients + 3 * rows[row];
+  for (std::size_t row = 0; row < part.springs.size(); ++row) {
+    const double* own = gradients + 3 * part.springs[row];
     for (PetscInt k = part.offsets[row]; k < part.offsets[row + 1]; ++k) {
       const Entry entry = part.entries[static_cast<std::size_t>(k)];
       const double* other = gradients + 3 * entry.spring;
@@ -105,9 +109,9 @@ void GramBlock::update(const Eigen::Matrix3Xd& gradient, const std::vector<doubl
   if (several_ranks == PETSC_TRUE) {
     Mat foreign = nullptr;
     check(MatMPIAIJGetSeqAIJ(matrix_, &own, &foreign, nullptr));
-    fill(foreign, rows_, foreign_, gradient, inverse_mass, diagonal);
+    fill(foreign, foreign_, gradient, inverse_mass, diagonal);
   }
-  fill(own, rows_, own_, gradient, inverse_mass, diagonal);
+  fill(own, own_, gradient, inverse_mass, diagonal);
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
 }

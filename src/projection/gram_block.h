@@ -20,7 +20,7 @@ class GramBlock {
   /// @param owned_columns number of columns of this rank
   /// @param is_skipped whether the entry of a row's spring and a column's spring is left out, may be empty
   /// @throws Error when two springs join the same two particles. Collective.
-  GramBlock(const SpringSet& springs, const Layout& particles, std::vector<PetscInt> rows,
+  GramBlock(const SpringSet& springs, const Layout& particles, const std::vector<PetscInt>& rows,
             const std::vector<PetscInt>& columns, PetscInt owned_columns,
             const std::function<bool(PetscInt, PetscInt)>& is_skipped = {});
 
@@ -42,15 +42,15 @@ class GramBlock {
   };
   /// The entries of the columns of this rank, or of the columns of other ranks, in the order of the matrix.
   struct Part {
-    std::vector<PetscInt> offsets{0};  ///< (rows + 1)
+    std::vector<PetscInt> springs;     ///< of the rows that have entries
+    std::vector<PetscInt> offsets{0};  ///< (these rows + 1)
     std::vector<Entry> entries;
     std::vector<PetscInt> diagonal;  ///< entries of springs with themselves
   };
 
-  static void fill(Mat matrix, const std::vector<PetscInt>& rows, const Part& part, const Eigen::Matrix3Xd& gradient,
+  static void fill(Mat matrix, const Part& part, const Eigen::Matrix3Xd& gradient,
                    const std::vector<double>& inverse_mass, const std::vector<double>& diagonal);
 
-  std::vector<PetscInt> rows_;
   Part own_;
   Part foreign_;
   MatHandle matrix_;

@@ -222,6 +222,19 @@ double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matri
   return own[end] == other[end] ? product : -product;
 }
 
+/// Whether something holds for any spring that shares a particle with this one.
+template <typename Predicate>
+bool any_neighbour(const SpringSet& set, const SpringIncidence& incidence, PetscInt spring, Predicate holds) {
+  for (const PetscInt particle : set.ends[static_cast<std::size_t>(spring)]) {
+    const auto first = incidence.springs.begin() + incidence.offsets[static_cast<std::size_t>(particle)];
+    const auto last = incidence.springs.begin() + incidence.offsets[static_cast<std::size_t>(particle) + 1];
+    if (std::any_of(first, last, [&](PetscInt other) { return other != spring && holds(other); })) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Whether each line has a separator before its first spring.
 std::vector<bool> follows_separator(const LineFamily& family) {
   std::vector<bool> result(family.lines.size(), false);
@@ -360,18 +373,23 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
     }
   }
   update_ghosts(springs.layout, columns);
-  coupling_ = std::make_unique<GramBlock>(springs, particles, eliminated_.matrices().springs(), columns, unknowns);
   const auto is_in_lines = [&previous](PetscInt row, PetscInt column) {
     return row == column || previous[static_cast<std::size_t>(row)] == column ||
            previous[static_cast<std::size_t>(column)] == row;
   };
-  kept_off_lines_ =
-      std::make_unique<GramBlock>(springs, particles, kept_.matrices().springs(), columns, unknowns, is_in_lines);
-  MatInfo info;
-  check(MatGetInfo(kept_off_lines_->matrix(), MAT_GLOBAL_SUM, &info));
-  if (info.nz_used == 0) {
-    kept_off_lines_ = nullptr;
+  std::vector<PetscInt> rows = eliminated_.matrices().springs();
+  const SpringIncidence incidence(springs, particles.local());
+  for (PetscInt i = 0; i < unknowns; ++i) {
+    const PetscInt spring = kept_.matrices().springs()[static_cast<std::size_t>(i)];
+    if (spring >= 0 && any_neighbour(springs, incidence, spring, [&](PetscInt other) {
+          return columns[static_cast<std::size_t>(other)] >= 0 && !is_in_lines(spring, other);
+        })) {
+      off_lines_.push_back(static_cast<std::size_t>(i));
+      rows.push_back(spring);
+    }
   }
+  off_line_values_.resize(off_lines_.size());
+  coupling_ = std::make_unique<GramBlock>(springs, particles, rows, columns, unknowns, is_in_lines);
   check(MatCreateVecs(coupling_->matrix(), kept_values_.create(), eliminated_values_.create()));
   check(VecDuplicate(eliminated_values_, eliminated_right_hand_side_.create()));
   check(VecDuplicate(kept_values_, kept_right_hand_side_.create()));
@@ -399,23 +417,29 @@ void LineElimination::update(const std::vector<double>& diagonal, const Eigen::M
   eliminated_.update(diagonal, gradient, inverse_mass);
   kept_.update(diagonal, gradient, inverse_mass);
   coupling_->update(gradient, inverse_mass, diagonal);
-  if (kept_off_lines_ != nullptr) {
-    kept_off_lines_->update(gradient, inverse_mass, diagonal);
-  }
   check(MatAssemblyBegin(schur_, MAT_FINAL_ASSEMBLY));  // Tells PETSc that values have changed.
   check(MatAssemblyEnd(schur_, MAT_FINAL_ASSEMBLY));
 }
 
+void LineElimination::couple(Vec kept) {
+  check(MatMult(coupling_->matrix(), kept, eliminated_values_));
+  const Array values(eliminated_values_);
+  double* tail = values + eliminated_.matrices().size();
+  std::copy(tail, tail + off_lines_.size(), off_line_values_.begin());
+  std::fill(tail, tail + off_lines_.size(), 0);
+}
+
 void LineElimination::multiply(Vec in, Vec out) {
-  check(MatMult(coupling_->matrix(), in, eliminated_values_));
+  couple(in);
   {
     const Array values(eliminated_values_);
     eliminated_.solve(values, values);
   }
   check(MatMultTranspose(coupling_->matrix(), eliminated_values_, product_));
-  kept_.matrices().multiply_and_subtract(ReadArray(in), ReadArray(product_), Array(out));
-  if (kept_off_lines_ != nullptr) {
-    check(MatMultAdd(kept_off_lines_->matrix(), in, out, out));
+  const Array result(out);
+  kept_.matrices().multiply_and_subtract(ReadArray(in), ReadArray(product_), result);
+  for (std::size_t k = 0; k < off_lines_.size(); ++k) {
+    result[off_lines_[k]] += off_line_values_[k];
   }
 }
 
@@ -434,7 +458,7 @@ void LineElimination::eliminate(Vec right_hand_side) {
 
 /// The eliminated values from the kept ones, and all of them.
 void LineElimination::substitute(Vec lambda) {
-  check(MatMult(coupling_->matrix(), kept_values_, eliminated_values_));
+  couple(kept_values_);
   check(VecAYPX(eliminated_values_, -1, eliminated_right_hand_side_));
   const Array all(lambda);
   const Array eliminated(eliminated_values_);

@@ -151,13 +151,16 @@ class LineElimination {
   LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix, SpringLines lines);
   void eliminate(Vec right_hand_side);
   void substitute(Vec lambda);
+  /// `eliminated_values_` = B kept, `off_line_values_` = K kept of what is not along lines.
+  void couple(Vec kept);
   void multiply(Vec in, Vec out);
 
   JoinedLines eliminated_;
   JoinedLines kept_;
-  std::unique_ptr<GramBlock> coupling_;        ///< B
-  std::unique_ptr<GramBlock> kept_off_lines_;  ///< entries of K that are not along lines; none on a regular net
-  OwnPreconditioner preconditioner_;           ///< of S
+  std::unique_ptr<GramBlock> coupling_;  ///< B, then rows of K with entries that are not along lines, and these alone
+  std::vector<std::size_t> off_lines_;   ///< unknowns of S of these rows; on a regular net, separators and beside them
+  std::vector<double> off_line_values_;
+  OwnPreconditioner preconditioner_;  ///< of S
   MatHandle schur_;
   VecHandle eliminated_right_hand_side_;
   VecHandle eliminated_values_;

@@ -25,14 +25,10 @@ class LineFinder {
         incidence_(set, particles.local()),
         partner_(at(set.owned()), {none, none}),
         foreign_(at(set.owned()), {none, none}) {
+    find_corners();
     for (PetscInt particle = 0; particle < particles.local(); ++particle) {
       pair_springs(particle);
     }
-    const auto partners = partners_of_all();
-    for (PetscInt particle = 0; particle < particles.local(); ++particle) {
-      pair_as_others_do(particle, partners);
-    }
-    agree_on_foreign_partners();
     trace_lines();
     choose_families();
     agree_on_families();
@@ -89,7 +85,25 @@ class LineFinder {
     return set_.ends[at(spring)][1 - end_at(spring, particle)];
   }
 
-  /// Whether both springs at a particle are sides of one quad of the net.
+  /// Finds with which springs each local one makes corners of quads. Beyond its ghosts a rank does not see the quads,
+  /// so that each takes from the springs' owners what they see: all ranks with springs at a particle know the same.
+  /// Collective.
+  void find_corners() {
+    corners_.assign(at(set_.local()), {{{none, none}, {none, none}}});
+    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
+      for (std::size_t end = 0; end < 2; ++end) {
+        const PetscInt particle = set_.ends[at(spring)][end];
+        auto* next = corners_[at(spring)][end].begin();
+        for (const PetscInt other : springs_at(particle)) {
+          if (other != spring && next != corners_[at(spring)][end].end() && share_quad(particle, spring, other)) {
+            *next++ = set_.layout.to_global(other);
+          }
+        }
+      }
+    }
+    update_ghosts(set_.layout, corners_);
+  }
+  /// Whether this rank sees a quad of the net of which both springs at a particle are sides.
   bool share_quad(PetscInt particle, PetscInt one, PetscInt other) const {
     const PetscInt a = other_end(one, particle);
     const PetscInt b = other_end(other, particle);
@@ -101,6 +115,14 @@ class LineFinder {
       }
     }
     return false;
+  }
+  /// Whether the owner of either spring at a particle sees such a quad.
+  bool make_corner(PetscInt particle, PetscInt one, PetscInt other) const {
+    const auto sees = [&](PetscInt spring, PetscInt beside) {
+      const auto& corners = corners_[at(spring)][end_at(spring, particle)];
+      return std::find(corners.begin(), corners.end(), set_.layout.to_global(beside)) != corners.end();
+    };
+    return sees(one, other) || sees(other, one);
   }
 
   /// Spring in which the line of an owned spring continues at an end, on whichever rank, or none.
@@ -159,102 +181,49 @@ class LineFinder {
     }
   }
 
-  /// Global number of the spring in which the line of each local one continues at either end. Collective.
-  std::vector<std::array<PetscInt, 2>> partners_of_all() const {
-    std::vector<std::array<PetscInt, 2>> partners(at(set_.local()), {none, none});
-    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      for (std::size_t end = 0; end < 2; ++end) {
-        const PetscInt other = following(spring, end);
-        partners[at(spring)][end] = other == none ? none : set_.layout.to_global(other);
-      }
-    }
-    update_ghosts(set_.layout, partners);
-    return partners;
+  /// The springs at a particle, in the same order on all ranks.
+  std::vector<PetscInt> sorted_springs_at(PetscInt particle) const {
+    std::vector<PetscInt> springs(springs_at(particle).begin(), springs_at(particle).end());
+    std::sort(springs.begin(), springs.end(),
+              [this](PetscInt a, PetscInt b) { return set_.layout.to_global(a) < set_.layout.to_global(b); });
+    return springs;
   }
 
-  /// A line continues on another rank only if both ranks have found that.
-  void agree_on_foreign_partners() {
-    const auto partners = partners_of_all();
-    for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
-      for (PetscInt& other : foreign_[at(spring)]) {
-        if (other != none && partners[at(other)][0] != set_.layout.to_global(spring) &&
-            partners[at(other)][1] != set_.layout.to_global(spring)) {
-          other = none;
-        }
-      }
-    }
-  }
-
-  using Pairs = std::array<SpringPair, 2>;
-  /// The three ways to join four springs two by two, or two of three springs: then both pairs are the same.
-  std::array<Pairs, 3> ways_to_pair(PetscInt particle) const {
-    const PetscInt* s = springs_at(particle).first;
-    if (springs_at(particle).size() == 3) {
-      return {Pairs{{{s[0], s[1]}, {s[0], s[1]}}}, {{{s[0], s[2]}, {s[0], s[2]}}}, {{{s[1], s[2]}, {s[1], s[2]}}}};
-    }
-    return {Pairs{{{s[0], s[1]}, {s[2], s[3]}}}, {{{s[0], s[2]}, {s[1], s[3]}}}, {{{s[0], s[3]}, {s[1], s[2]}}}};
-  }
-  bool is_regular(PetscInt particle) const {
-    return springs_at(particle).size() == 3 || springs_at(particle).size() == 4;
-  }
-  /// Whether none of the pairs are sides of one quad. At the border quads are missing, and beyond the ghosts they are
-  /// unknown, so that springs may look opposite that are not.
-  bool look_opposite(PetscInt particle, const Pairs& pairs) const {
-    return std::none_of(pairs.begin(), pairs.end(),
-                        [&](const SpringPair& pair) { return share_quad(particle, pair.own, pair.other); });
-  }
-  void join(PetscInt particle, const Pairs& pairs) {
-    for (const SpringPair& pair : pairs) {
-      join(particle, pair.own, pair.other);
-    }
-  }
-
-  /// Joins opposite springs, where this rank knows which they are.
+  /// Joins opposite springs: those that make no corner.
   void pair_springs(PetscInt particle) {
-    if (is_regular(particle)) {
-      const auto ways = ways_to_pair(particle);
-      const auto is_possible = [&](const Pairs& pairs) { return look_opposite(particle, pairs); };
-      if (std::count_if(ways.begin(), ways.end(), is_possible) == 1) {
-        join(particle, *std::find_if(ways.begin(), ways.end(), is_possible));
-      }
+    const std::vector<PetscInt> springs = sorted_springs_at(particle);
+    if (springs.size() == 3 || springs.size() == 4) {
+      pair_regularly(particle, springs);
       return;
     }
-    const Range springs = springs_at(particle);
-    std::vector<bool> is_joined(at(springs.size()), false);
-    for (std::size_t i = 0; i < is_joined.size(); ++i) {
-      for (std::size_t j = i + 1; j < is_joined.size() && !is_joined[i]; ++j) {
-        if (!is_joined[j] && !share_quad(particle, springs.first[i], springs.first[j])) {
-          join(particle, springs.first[i], springs.first[j]);
+    std::vector<bool> is_joined(springs.size(), false);
+    for (std::size_t i = 0; i < springs.size(); ++i) {
+      for (std::size_t j = i + 1; j < springs.size() && !is_joined[i]; ++j) {
+        if (!is_joined[j] && !make_corner(particle, springs[i], springs[j])) {
+          join(particle, springs[i], springs[j]);
           is_joined[i] = is_joined[j] = true;
         }
       }
     }
   }
 
-  /// Joins springs where this rank does not know which are opposite: as other ranks do, or if none knows, in any
-  /// possible way.
-  void pair_as_others_do(PetscInt particle, const std::vector<std::array<PetscInt, 2>>& partners) {
-    const Range springs = springs_at(particle);
-    const auto is_joined = [&](PetscInt spring) {
-      return spring < set_.owned() && following(spring, end_at(spring, particle)) != none;
-    };
-    if (!is_regular(particle) || std::any_of(springs.begin(), springs.end(), is_joined)) {
-      return;
-    }
-    const auto says = [&](PetscInt one, PetscInt other) {
-      return one >= set_.owned() && partners[at(one)][end_at(one, particle)] == set_.layout.to_global(other);
-    };
-    const auto joins = [&](const SpringPair& pair) { return says(pair.own, pair.other) || says(pair.other, pair.own); };
-    const auto ways = ways_to_pair(particle);
-    const auto is_possible = [&](const Pairs& pairs) { return look_opposite(particle, pairs); };
-    auto chosen = std::find_if(ways.begin(), ways.end(), [&](const Pairs& pairs) {
-      return is_possible(pairs) && std::any_of(pairs.begin(), pairs.end(), joins);
+  /// Joins four springs two by two, or two of three. At the border, where quads are missing, several ways may be
+  /// possible, of which any will do.
+  void pair_regularly(PetscInt particle, const std::vector<PetscInt>& s) {
+    using Pairs = std::array<SpringPair, 2>;  // of three springs, the same pair twice
+    const auto ways = s.size() == 3
+                          ? std::array{Pairs{{{s[0], s[1]}, {s[0], s[1]}}}, Pairs{{{s[0], s[2]}, {s[0], s[2]}}},
+                                       Pairs{{{s[1], s[2]}, {s[1], s[2]}}}}
+                          : std::array{Pairs{{{s[0], s[1]}, {s[2], s[3]}}}, Pairs{{{s[0], s[2]}, {s[1], s[3]}}},
+                                       Pairs{{{s[0], s[3]}, {s[1], s[2]}}}};
+    const auto chosen = std::find_if(ways.begin(), ways.end(), [&](const Pairs& pairs) {
+      return std::none_of(pairs.begin(), pairs.end(),
+                          [&](const SpringPair& pair) { return make_corner(particle, pair.own, pair.other); });
     });
-    if (chosen == ways.end()) {
-      chosen = std::find_if(ways.begin(), ways.end(), is_possible);
-    }
     if (chosen != ways.end()) {
-      join(particle, *chosen);
+      for (const SpringPair& pair : *chosen) {
+        join(particle, pair.own, pair.other);
+      }
     }
   }
 
@@ -553,6 +522,7 @@ class LineFinder {
 
   const SpringSet& set_;
   SpringIncidence incidence_;
+  std::vector<std::array<std::array<PetscInt, 2>, 2>> corners_;  ///< global numbers at either end of each local spring
   std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line continues at either end
   std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise for ghosts
   std::vector<std::vector<PetscInt>> lines_;

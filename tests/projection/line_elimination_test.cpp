@@ -182,6 +182,28 @@ TEST(Lines, that_ranks_cut_are_joined_so_that_iterations_hardly_grow) {
   }
 }
 
+/// Springs of all ranks in the smaller family of lines.
+long smaller_family_on(MPI_Comm comm, const SurfaceMesh& mesh, Colour colour) {
+  const Sheet sheet = make_sheet(comm, mesh, {});
+  const SpringLines lines = find_lines(sheet.of(colour), sheet.particles);
+  std::array<long, 2> counts{};
+  for (const auto& line : lines.eliminated.lines) {
+    counts[0] += static_cast<long>(line.size());
+  }
+  for (const auto& line : lines.kept.lines) {
+    counts[1] += static_cast<long>(line.size());
+  }
+  MPI_Allreduce(MPI_IN_PLACE, counts.data(), 2, MPI_LONG, MPI_SUM, comm);
+  return std::min(counts[0], counts[1]);
+}
+
+TEST(Lines, of_a_grid_go_on_wherever_ranks_cut_them) {
+  const SurfaceMesh mesh = lined_mesh("wide");
+  for (const Colour colour : all_colours) {
+    EXPECT_EQ(smaller_family_on(PETSC_COMM_WORLD, mesh, colour), smaller_family_on(PETSC_COMM_SELF, mesh, colour));
+  }
+}
+
 TEST(Lines, of_a_grid_on_one_rank_cross_it_from_side_to_side) {
   SheetOptions options;
   const SurfaceMesh mesh = grid_mesh(7, 5, 0.2);
