@@ -22,7 +22,7 @@ constexpr double negligible = 1e-12;
 }  // namespace
 
 LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
-                           const std::vector<bool>& has_spike)
+                           const std::vector<bool>& has_spike, bool keeps_entries)
     : ends_(lines.size()), spike_of_(lines.size()) {
   std::vector<std::size_t> order(lines.size());
   std::iota(order.begin(), order.end(), 0);
@@ -36,7 +36,7 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
       longest = std::max(longest, lines[order[k]].size());
     }
     springs_.resize(start + lanes * longest, -1);
-    links_.resize(springs_.size());
+    joints_.resize(springs_.size(), -1);
     for (std::size_t lane = 0; lane < std::min(lanes, lines.size() - first); ++lane) {
       const std::vector<PetscInt>& line = lines[order[first + lane]];
       ends_[order[first + lane]] = {start + lane, start + lanes * (line.size() - 1) + lane};
@@ -55,7 +55,7 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
         for (std::size_t end = 0; end < 2; ++end) {
           for (std::size_t previous_end = 0; previous_end < 2; ++previous_end) {
             if (ends[end] == previous_ends[previous_end]) {
-              links_[unknown] = {line[k - 1], 2 * ends[end] + (end == previous_end ? 0 : 1)};
+              joints_[unknown] = 2 * ends[end] + (end == previous_end ? 0 : 1);
             }
           }
         }
@@ -66,37 +66,46 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
     }
   }
   spikes_.resize(spiked_groups_.empty() ? 0 : spiked_groups_.back());
-  diagonal_.assign(springs_.size(), 1);
-  inverse_pivot_.assign(springs_.size(), 1);
-  coupling_.assign(springs_.size() + lanes, 0);
+  if (keeps_entries) {
+    diagonal_.resize(springs_.size());
+    coupling_.assign(springs_.size() + lanes, 0);
+  }
+  inverse_pivot_.resize(springs_.size());
   factor_.assign(springs_.size() + lanes, 0);
 }
 
 void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
                           const std::vector<double>& inverse_mass) {
   const double* gradients = gradient.data();
-  for (std::size_t i = 0; i < springs_.size(); ++i) {
-    if (springs_[i] < 0) {
-      continue;
-    }
-    diagonal_[i] = diagonal[static_cast<std::size_t>(springs_[i])];
-    const Link link = links_[i];
-    if (link.spring >= 0) {
-      const double* own = gradients + 3 * springs_[i];
-      const double* other = gradients + 3 * link.spring;
-      const double product = inverse_mass[static_cast<std::size_t>(link.signed_particle >> 1)] *
-                             (own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
-      coupling_[i] = (link.signed_particle & 1) == 0 ? product : -product;
-    }
-  }
+  using Columns = Eigen::Array<double, lanes, 3>;
+  Columns before = Columns::Zero();  // gradients of the unknowns before
   Lanes inverse = Lanes::Zero();
   for (std::size_t i = 0; i < springs_.size(); i += lanes) {
-    const Eigen::Map<const Lanes> entry(diagonal_.data() + i);
-    const Eigen::Map<const Lanes> coupling(coupling_.data() + i);
+    Columns own;
+    Lanes entry;
+    Lanes mass;  // inverse, with the sign of the entry
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const PetscInt spring = springs_[i + lane];
+      const PetscInt joint = joints_[i + lane];
+      const auto row = static_cast<Eigen::Index>(lane);
+      mass[row] = joint < 0          ? 0
+                  : (joint & 1) == 0 ? inverse_mass[static_cast<std::size_t>(joint >> 1)]
+                                     : -inverse_mass[static_cast<std::size_t>(joint >> 1)];
+      entry[row] = spring < 0 ? 1 : diagonal[static_cast<std::size_t>(spring)];
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        own(row, k) = spring < 0 ? 0 : gradients[3 * spring + k];
+      }
+    }
+    const Lanes coupling = mass * (own * before).rowwise().sum();
     const Lanes factor = coupling * inverse;
     inverse = (entry - factor * coupling).max(negligible * entry).inverse();
     Eigen::Map<Lanes>(factor_.data() + i) = factor;
     Eigen::Map<Lanes>(inverse_pivot_.data() + i) = inverse;
+    if (!diagonal_.empty()) {
+      Eigen::Map<Lanes>(diagonal_.data() + i) = entry;
+      Eigen::Map<Lanes>(coupling_.data() + i) = coupling;
+    }
+    before = own;
   }
   std::fill(spikes_.begin(), spikes_.end(), 0);
   for (const std::size_t first : spiked_firsts_) {
@@ -248,8 +257,8 @@ std::vector<bool> follows_separator(const LineFamily& family) {
 
 }  // namespace
 
-JoinedLines::JoinedLines(const SpringSet& set, LineFamily family)
-    : set_(set), matrices_(set, family.lines, follows_separator(family)), family_(std::move(family)) {
+JoinedLines::JoinedLines(const SpringSet& set, LineFamily family, bool keeps_entries)
+    : set_(set), matrices_(set, family.lines, follows_separator(family), keeps_entries), family_(std::move(family)) {
   for (std::size_t line = 0; line < family_.lines.size(); ++line) {
     if (unknowns_.size() < family_.separators.size() &&
         family_.lines[line].front() == family_.separators[unknowns_.size()]) {
@@ -357,7 +366,7 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
 
 LineElimination::LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix,
                                  SpringLines lines)
-    : eliminated_(springs, std::move(lines.eliminated)), kept_(springs, std::move(lines.kept)) {
+    : eliminated_(springs, std::move(lines.eliminated), false), kept_(springs, std::move(lines.kept), true) {
   MPI_Comm comm = springs.layout.comm;
   const PetscInt unknowns = kept_.matrices().size();
   PetscInt first = 0;

@@ -26,14 +26,18 @@ class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
   /// @param has_spike of each line
+  /// @param keeps_entries whether they are also multiplied with
   LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
-               const std::vector<bool>& has_spike);
+               const std::vector<bool>& has_spike, bool keeps_entries);
 
   /// Spring of each unknown, or -1 where it is idle.
   const std::vector<PetscInt>& springs() const { return springs_; }
   PetscInt size() const { return static_cast<PetscInt>(springs_.size()); }
   /// Spring that comes before an unknown's in its line, or -1.
-  PetscInt previous(PetscInt unknown) const { return links_[static_cast<std::size_t>(unknown)].spring; }
+  PetscInt previous(PetscInt unknown) const {
+    const auto i = static_cast<std::size_t>(unknown);
+    return joints_[i] < 0 ? -1 : springs_[i - lanes];
+  }
 
   /// New values, factorised.
   /// @param diagonal of the owned springs
@@ -61,25 +65,19 @@ class LineMatrices {
  private:
   static constexpr std::size_t lanes = 8;
   using Lanes = Eigen::Array<double, lanes, 1>;
-  /// What joins an unknown to the one before: that spring and the common particle, as in GramBlock.
-  struct Link {
-    PetscInt spring = -1;
-    PetscInt signed_particle = 0;
-  };
-
   void forward(const double* in, double* out, std::size_t size) const;
 
   std::vector<PetscInt> springs_;
-  std::vector<Link> links_;
+  std::vector<PetscInt> joints_;  ///< signed particle that joins an unknown to the one before, as in GramBlock, or -1
   std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
   std::vector<std::size_t> spike_of_;             ///< of each line
   std::vector<std::size_t> spiked_groups_;        ///< end of each group that has lines with spikes
   std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of these lines
   std::vector<double> spikes_;
-  // The last has an additional row of zeros, so that no loop needs to check whether a line ends.
-  std::vector<double> diagonal_;
+  std::vector<double> diagonal_;  ///< if entries are kept
   std::vector<double> inverse_pivot_;
-  std::vector<double> coupling_;  ///< with the unknown before
+  // These have an additional row of zeros, so that no loop needs to check whether a line ends.
+  std::vector<double> coupling_;  ///< with the unknown before, if entries are kept
   std::vector<double> factor_;    ///< of L: coupling by the pivot before
 };
 
@@ -87,8 +85,8 @@ class LineMatrices {
 /// all solve the tridiagonal systems of the separators, then each solves backwards.
 class JoinedLines {
  public:
-  /// Collective. The set must outlive the lines.
-  JoinedLines(const SpringSet& set, LineFamily family);
+  /// Collective. The set must outlive the lines. @param keeps_entries whether they are also multiplied with
+  JoinedLines(const SpringSet& set, LineFamily family, bool keeps_entries);
 
   const LineMatrices& matrices() const { return matrices_; }
 
