@@ -1,7 +1,6 @@
 #include "projection/gram_block.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/error.h"
 
