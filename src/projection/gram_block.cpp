@@ -31,9 +31,7 @@ GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, const st
     const auto& ends = springs.ends[static_cast<std::size_t>(s)];
     add(s, s, 0);
     for (std::size_t end = 0; end < 2; ++end) {
-      const auto particle = static_cast<std::size_t>(ends[end]);
-      for (PetscInt k = incidence.offsets[particle]; k < incidence.offsets[particle + 1]; ++k) {
-        const PetscInt other = incidence.springs[static_cast<std::size_t>(k)];
+      for (const PetscInt other : incidence[ends[end]]) {
         if (other != s) {
           const bool same_end = springs.ends[static_cast<std::size_t>(other)][end] == ends[end];
           add(s, other, 2 * ends[end] + (same_end ? 0 : 1));

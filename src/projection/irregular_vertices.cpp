@@ -30,7 +30,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
     }
     const SpringIncidence incidence(sheet.of(colour), sheet.particles.local());
     for (std::size_t i = 0; i < most.size(); ++i) {
-      most[i] = std::max(most[i], incidence.offsets[i + 1] - incidence.offsets[i]);
+      most[i] = std::max(most[i], incidence[static_cast<PetscInt>(i)].size());
     }
   }
   PetscInt largest = most.empty() ? 0 : *std::max_element(most.begin(), most.end());

@@ -235,9 +235,8 @@ double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matri
 template <typename Predicate>
 bool any_neighbour(const SpringSet& set, const SpringIncidence& incidence, PetscInt spring, Predicate holds) {
   for (const PetscInt particle : set.ends[static_cast<std::size_t>(spring)]) {
-    const auto first = incidence.springs.begin() + incidence.offsets[static_cast<std::size_t>(particle)];
-    const auto last = incidence.springs.begin() + incidence.offsets[static_cast<std::size_t>(particle) + 1];
-    if (std::any_of(first, last, [&](PetscInt other) { return other != spring && holds(other); })) {
+    const SpringIncidence::Range all = incidence[particle];
+    if (std::any_of(all.begin(), all.end(), [&](PetscInt other) { return other != spring && holds(other); })) {
       return true;
     }
   }

@@ -26,7 +26,7 @@ class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
   /// @param has_spike of each line
-  /// @param keeps_entries whether they are also multiplied with
+  /// @param keeps_entries whether `multiply_and_subtract` is used
   LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
                const std::vector<bool>& has_spike, bool keeps_entries);
 
@@ -46,7 +46,7 @@ class LineMatrices {
   /// Unknown of the first (end 0) or the last spring of a line.
   std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
   double inverse_pivot(std::size_t unknown) const { return inverse_pivot_[unknown]; }
-  /// All spikes; 0 at the unknowns of other lines beside them.
+  /// Spikes, with zeros for lines of the same groups that have none.
   const std::vector<double>& spikes() const { return spikes_; }
   /// Place of a line with a spike in the values by spike below.
   std::size_t spike_of(std::size_t line) const { return spike_of_[line]; }
@@ -85,7 +85,7 @@ class LineMatrices {
 /// all solve the tridiagonal systems of the separators, then each solves backwards.
 class JoinedLines {
  public:
-  /// Collective. The set must outlive the lines. @param keeps_entries whether they are also multiplied with
+  /// Collective. The set must outlive the lines. @param keeps_entries as for LineMatrices
   JoinedLines(const SpringSet& set, LineFamily family, bool keeps_entries);
 
   const LineMatrices& matrices() const { return matrices_; }
@@ -149,14 +149,14 @@ class LineElimination {
   LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix, SpringLines lines);
   void eliminate(Vec right_hand_side);
   void substitute(Vec lambda);
-  /// `eliminated_values_` = B kept, `off_line_values_` = K kept of what is not along lines.
+  /// `eliminated_values_` = B kept, then zeros; `off_line_values_` = K kept of what is not along lines.
   void couple(Vec kept);
   void multiply(Vec in, Vec out);
 
   JoinedLines eliminated_;
   JoinedLines kept_;
-  std::unique_ptr<GramBlock> coupling_;  ///< B, then rows of K with entries that are not along lines, and these alone
-  std::vector<std::size_t> off_lines_;   ///< unknowns of S of these rows; on a regular net, separators and beside them
+  std::unique_ptr<GramBlock> coupling_;  ///< B; below it, in rows of their own, the entries of K not along lines
+  std::vector<std::size_t> off_lines_;   ///< unknowns of S of these rows
   std::vector<double> off_line_values_;
   OwnPreconditioner preconditioner_;  ///< of S
   MatHandle schur_;

@@ -68,18 +68,6 @@ class LineFinder {
   }
 
  private:
-  /// The local springs at a particle.
-  struct Range {
-    const PetscInt* first;
-    const PetscInt* last;
-    const PetscInt* begin() const { return first; }
-    const PetscInt* end() const { return last; }
-    PetscInt size() const { return static_cast<PetscInt>(last - first); }
-  };
-  Range springs_at(PetscInt particle) const {
-    const PetscInt* all = incidence_.springs.data();
-    return {all + incidence_.offsets[at(particle)], all + incidence_.offsets[at(particle) + 1]};
-  }
   std::size_t end_at(PetscInt spring, PetscInt particle) const { return set_.ends[at(spring)][0] == particle ? 0 : 1; }
   PetscInt other_end(PetscInt spring, PetscInt particle) const {
     return set_.ends[at(spring)][1 - end_at(spring, particle)];
@@ -89,12 +77,12 @@ class LineFinder {
   /// so that each takes from the springs' owners what they see: all ranks with springs at a particle know the same.
   /// Collective.
   void find_corners() {
-    corners_.assign(at(set_.local()), {{{none, none}, {none, none}}});
+    corners_.assign(at(set_.local()), {{{none, none, none}, {none, none, none}}});
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (std::size_t end = 0; end < 2; ++end) {
         const PetscInt particle = set_.ends[at(spring)][end];
         auto* next = corners_[at(spring)][end].begin();
-        for (const PetscInt other : springs_at(particle)) {
+        for (const PetscInt other : incidence_[particle]) {
           if (other != spring && next != corners_[at(spring)][end].end() && share_quad(particle, spring, other)) {
             *next++ = set_.layout.to_global(other);
           }
@@ -107,8 +95,8 @@ class LineFinder {
   bool share_quad(PetscInt particle, PetscInt one, PetscInt other) const {
     const PetscInt a = other_end(one, particle);
     const PetscInt b = other_end(other, particle);
-    for (const PetscInt from_a : springs_at(a)) {
-      for (const PetscInt from_b : springs_at(b)) {
+    for (const PetscInt from_a : incidence_[a]) {
+      for (const PetscInt from_b : incidence_[b]) {
         if (from_a != one && from_b != other && other_end(from_a, a) == other_end(from_b, b)) {
           return true;
         }
@@ -183,7 +171,8 @@ class LineFinder {
 
   /// The springs at a particle, in the same order on all ranks.
   std::vector<PetscInt> sorted_springs_at(PetscInt particle) const {
-    std::vector<PetscInt> springs(springs_at(particle).begin(), springs_at(particle).end());
+    const SpringIncidence::Range all = incidence_[particle];
+    std::vector<PetscInt> springs(all.begin(), all.end());
     std::sort(springs.begin(), springs.end(),
               [this](PetscInt a, PetscInt b) { return set_.layout.to_global(a) < set_.layout.to_global(b); });
     return springs;
@@ -284,7 +273,7 @@ class LineFinder {
         component_of_line_[queue[head]] = components_;
         for (const PetscInt spring : lines_[queue[head]]) {
           for (const PetscInt particle : set_.ends[at(spring)]) {
-            for (const PetscInt crossing : springs_at(particle)) {
+            for (const PetscInt crossing : incidence_[particle]) {
               const PetscInt line = crossing < set_.owned() ? line_of_[at(crossing)] : none;
               if (line != none && !is_chosen[at(line)]) {
                 is_chosen[at(line)] = true;
@@ -363,7 +352,7 @@ class LineFinder {
   /// Of the eliminated springs at a particle, only one pair may stay eliminated.
   void keep_crossing_springs(PetscInt particle) {
     PetscInt first = none;
-    for (const PetscInt spring : springs_at(particle)) {
+    for (const PetscInt spring : incidence_[particle]) {
       if (spring >= set_.owned() || !is_eliminated_[at(spring)]) {
         continue;
       }
@@ -382,7 +371,7 @@ class LineFinder {
     const std::vector<bool> eliminated = is_eliminated_;
     for (PetscInt spring = 0; spring < set_.owned(); ++spring) {
       for (std::size_t end = 0; end < 2; ++end) {
-        for (const PetscInt other : springs_at(set_.ends[at(spring)][end])) {
+        for (const PetscInt other : incidence_[set_.ends[at(spring)][end]]) {
           if (is_of_lower_rank(other) && eliminated[at(other)] && foreign_[at(spring)][end] != other) {
             is_eliminated_[at(spring)] = false;
           }
@@ -522,7 +511,7 @@ class LineFinder {
 
   const SpringSet& set_;
   SpringIncidence incidence_;
-  std::vector<std::array<std::array<PetscInt, 2>, 2>> corners_;  ///< global numbers at either end of each local spring
+  std::vector<std::array<std::array<PetscInt, 3>, 2>> corners_;  ///< global numbers at either end of each local spring
   std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line continues at either end
   std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise for ghosts
   std::vector<std::vector<PetscInt>> lines_;

@@ -89,9 +89,7 @@ TEST_P(LinesOf, eliminated_springs_meet_along_their_lines_only) {
       continue;  // What is beside it says so.
     }
     for (const PetscInt particle : springs_.ends[static_cast<std::size_t>(s)]) {
-      const auto p = static_cast<std::size_t>(particle);
-      for (PetscInt k = incidence.offsets[p]; k < incidence.offsets[p + 1]; ++k) {
-        const PetscInt other = incidence.springs[static_cast<std::size_t>(k)];
+      for (const PetscInt other : incidence[particle]) {
         if (other != s && place.data()[s] >= 0 && place.data()[other] >= 0 && joined.count({s, other}) == 0) {
           EXPECT_EQ(std::abs(place.data()[s] - place.data()[other]), 1) << "springs " << s << ", " << other;
         }
