@@ -24,11 +24,10 @@ namespace {
 /// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
 constexpr double worth_patches = 600;
 /// Share of the forces that is left, from which on Newton's method is quadratic: further away the exact tangent is
-/// seldom positive definite, or no better.
-constexpr double error_near_end = 0.3;
-/// Tolerance below which that saves iterations. With few digits to go it costs some, as where much presses the exact
-/// tangent is nearly indefinite for long, and its steps then lead far and gain little.
-constexpr double worth_exact = 1e-3;
+/// seldom positive definite, or no better. Much contact likes less, folds that fall in the wind more.
+constexpr double error_near_end = 0.1;
+/// Tolerance below which that saves iterations: with fewer digits to go the method ends before.
+constexpr double worth_exact = 1e-2;
 
 }  // namespace
 
