@@ -90,7 +90,9 @@ int run_program(int argc, char** argv, bool is_root) {
   initialize_petsc(argv[0], arguments.petsc, arguments.tables);
   catch_stop_signals(is_root ? 0 : 1);
   run(PETSC_COMM_WORLD, objects, record);
-  warn_unused(PETSC_COMM_WORLD, arguments.petsc, arguments.tables);
+  if (!objects.front().options.mesh_only) {  // which solves nothing
+    warn_unused(PETSC_COMM_WORLD, arguments.petsc, arguments.tables);
+  }
   return 0;
 }
 

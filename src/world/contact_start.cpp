@@ -26,6 +26,20 @@ struct StartingSurface {
   Field& position;                  ///< ghosts up to date, before and after
 };
 
+/// @throws Error if the thickness is so large that each feature would press on hundreds of others
+void check_thickness(const StartingSurface& surface) {
+  constexpr double most_sides = 10;
+  const double side = mean_side(*surface.part.surface);
+  const double thickness = surface.part.thickness.value_or(0);
+  if (thickness > most_sides * side) {
+    char text[150];
+    std::snprintf(text, sizeof text,
+                  "contact.thickness: %.3g m is out of range; expected at most %.3g m, %.0f mean sides of the mesh",
+                  thickness, most_sides * side, most_sides);
+    throw Error(heading_of(surface.object) + text);
+  }
+}
+
 Crossings crossings_of(const std::vector<StartingSurface>& surfaces) {
   std::vector<PlacedSurface> placed;
   for (const StartingSurface& surface : surfaces) {
@@ -194,6 +208,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   std::vector<StartingSurface> surfaces;
   for (const auto& [name, object] : objects) {
     surfaces.push_back({name, object->contact_part(), object->living(), object->held(), object->state().position});
+    check_thickness(surfaces.back());
   }
   const Crossings crossings = crossings_of(surfaces);
   if (crossings.pairs == 0) {

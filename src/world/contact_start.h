@@ -19,7 +19,8 @@ struct StartingObject {
 /// each other, or moves them until they do not (contact/untangle.h), and then apart until they hardly press.
 /// Collective.
 /// @returns a message; empty: nothing crossed
-/// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed
+/// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
+/// is more than ten mean sides of its mesh
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
 /// The same for a surface that touches only itself.
 inline std::string settle_start(const ContactOptions& options, TouchingObject& object) {

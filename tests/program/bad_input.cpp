@@ -124,6 +124,17 @@ TEST_F(BadInputTest, Ablation) {
                       {"bad.yaml:1", "ablation.strength", "dynamics: projection, elastic"});
 }
 
+TEST_F(BadInputTest, AThicknessOfManyCells) {
+  const Arguments deck{"-mesh_cells", "10,10", "-mesh_size", "1,1", "-contact_self", "true", "-time_max_steps", "1"};
+  expect_refused(deck + Arguments{"-contact_thickness", "1.1"}, {"contact.thickness", "1.1 m", "at most 1 m"});
+  expect_refused({write("two.yaml",
+                        "contact: {thickness: 100 mm}\n"
+                        "objects:\n"
+                        "  coarse: {contact: {self: true}, mesh: {cells: [4, 4], size: [1, 1], shift: [0, 0, 1]}}\n"
+                        "  fine: {contact: {self: true}, mesh: {cells: [4, 4], size: [0.01, 0.01]}}\n")},
+                 {"fine: contact.thickness", "0.1 m", "at most 0.025 m"});
+}
+
 TEST_F(BadInputTest, FilesOfADeck) {
   expect_deck_refused("combustion: {mass_loss_texture: absent.png}\n", {"absent.png"});
   write("broken.png", "not a picture");

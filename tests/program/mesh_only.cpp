@@ -66,6 +66,10 @@ TEST_F(MeshOnlyTest, GeneratedQuads) {
   }
 }
 
+TEST_F(MeshOnlyTest, OptionsOfSolversOfADeckAreNotWarnedOf) {
+  write_mesh(1, {write("scene.yaml", "elastic: {pc_type: cholesky}\nmesh: {cells: [2, 2]}\n")}, {"4 quads"});
+}
+
 TEST_F(MeshOnlyTest, GeneratedTriangles) {
   for (const int ranks : {1, 3}) {
     const auto mesh =
