@@ -1,6 +1,7 @@
 #include "contact/bodies.h"
 
 #include <Eigen/Geometry>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -227,6 +228,31 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
 
 bool any_rebounds(const std::vector<Body>& bodies) {
   return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.restitution > 0; });
+}
+
+std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
+                             const Field& positions, const std::vector<bool>& held, double least) {
+  for (const Body& body : bodies) {
+    const Solid solid = body.at(time);
+    PetscInt inside = 0;
+    double deepest = 0;
+    for (PetscInt i = 0; i < particles.owned; ++i) {
+      const double depth = body.margin - signed_distance(solid, positions.vector(i)).distance;
+      if (!held[static_cast<std::size_t>(i)] && depth > least) {
+        ++inside;
+        deepest = std::max(deepest, depth);
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &inside, 1, MPIU_INT, MPI_SUM, particles.comm);
+    MPI_Allreduce(MPI_IN_PLACE, &deepest, 1, MPI_DOUBLE, MPI_MAX, particles.comm);
+    if (inside > 0) {
+      char text[100];
+      std::snprintf(text, sizeof text,
+                    " vertices lie inside it where the step starts, the deepest by %.3g m, expected none", deepest);
+      return "body " + body.name + ": " + std::to_string(inside) + " of " + std::to_string(particles.global) + text;
+    }
+  }
+  return "";
 }
 
 PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) {

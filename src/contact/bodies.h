@@ -81,6 +81,12 @@ struct BodyLoad {
 /// Whether anything rebounds from one of these bodies.
 bool any_rebounds(const std::vector<Body>& bodies);
 
+/// In words, the first body that free particles are in at a time, beyond its margin, and how many of them; empty: none.
+/// Collective.
+/// @param held local particles that do not count @param least depth that counts [m]
+std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
+                             const Field& positions, const std::vector<bool>& held, double least);
+
 /// What contact with bodies needs to know of a step.
 struct ContactStep {
   const Layout& particles;

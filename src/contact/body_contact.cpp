@@ -183,6 +183,7 @@ void BodyContact::begin_step(const Field& start, double time_end, double h) {
 
 void BodyContact::set_time(double time_end, double h) {
   h_ = h;
+  time_ = time_end - h;
   slip_.e = h * slip_speed_;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
@@ -692,30 +693,7 @@ std::string BodyContact::fault(const Field& x) const {
 }
 
 std::string BodyContact::start_fault() const {
-  std::vector<PetscInt> inside(bodies_.size(), 0);
-  std::vector<double> deepest(bodies_.size(), 0);
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    for (PetscInt i = 0; i < surface_.particles.owned && !moved_[b].start_gap.empty(); ++i) {
-      const double depth = -moved_[b].start_gap[static_cast<std::size_t>(i)];
-      if (!held_[static_cast<std::size_t>(i)] && depth > tolerance * thickness_) {
-        ++inside[b];
-        deepest[b] = std::max(deepest[b], depth);
-      }
-    }
-  }
-  const auto count = static_cast<int>(bodies_.size());
-  MPI_Allreduce(MPI_IN_PLACE, inside.data(), count, MPIU_INT, MPI_SUM, surface_.comm());
-  MPI_Allreduce(MPI_IN_PLACE, deepest.data(), count, MPI_DOUBLE, MPI_MAX, surface_.comm());
-  const auto found = std::find_if(inside.begin(), inside.end(), [](PetscInt n) { return n > 0; });
-  if (found == inside.end()) {
-    return "";
-  }
-  const auto b = static_cast<std::size_t>(found - inside.begin());
-  char text[100];
-  std::snprintf(text, sizeof text,
-                " vertices lie inside it where the step starts, the deepest by %.3g m, expected none", deepest[b]);
-  return "body " + bodies_[b].name + ": " + std::to_string(*found) + " of " +
-         std::to_string(surface_.particles.global) + text;
+  return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, held_, tolerance * thickness_) : "";
 }
 
 std::vector<BodyLoad> BodyContact::loads(const Field& x) const {

@@ -163,6 +163,7 @@ class BodyContact : public Potential {
   std::vector<bool> held_;
   std::vector<bool> living_;  ///< empty: all drawn triangles are there
   double h_ = 0;              ///< [s]
+  double time_ = 0;           ///< of its start [s]
   SmoothSlip slip_;           ///< of the step
   std::vector<Moved> moved_;
   std::vector<ElementPoint> points_;

@@ -170,9 +170,7 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
     throw Error("time.tolerance: " + number_text(options.time.tolerance) +
                 ": the burning chain does not estimate the error of its steps; expected 0");
   }
-  if (options.contact.self && !options.contact.together) {
-    start_line_ = settle_start(options.contact, *this);
-  }
+  start_lines_ = settle_start(options.contact, *this, burn_->bodies());
 }
 
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -400,10 +398,7 @@ SheetLedger& BurnRun::ledger() {
 }
 
 std::vector<std::string> BurnRun::first_remarks() const {
-  std::vector<std::string> lines;
-  if (!start_line_.empty()) {
-    lines.push_back(start_line_);
-  }
+  std::vector<std::string> lines = start_lines_;
   if (const std::string words = burn_->solver_words(); !words.empty()) {
     lines.push_back("elastic solver: " + words);
   }

@@ -67,12 +67,12 @@ class BurnRun : public TouchingObject {
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
-  Eigen::VectorXd told_open_;            ///< see newly_open
-  std::string ended_;                    ///< see Object::ended
-  std::string start_line_;               ///< see settle_start
-  BurnStep last_;                        ///< results of the last step
-  std::unique_ptr<State> kept_;          ///< of the present sheet, to be restored
-  std::unique_ptr<SheetLedger> ledger_;  ///< made when the first frame has made the folder
+  Eigen::VectorXd told_open_;             ///< see newly_open
+  std::string ended_;                     ///< see Object::ended
+  std::vector<std::string> start_lines_;  ///< see settle_start
+  BurnStep last_;                         ///< results of the last step
+  std::unique_ptr<State> kept_;           ///< of the present sheet, to be restored
+  std::unique_ptr<SheetLedger> ledger_;   ///< made when the first frame has made the folder
 };
 
 }  // namespace world

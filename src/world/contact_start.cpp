@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "contact/body_contact.h"
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
 #include "contact/untangle.h"
@@ -244,6 +245,23 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   char text[100];
   std::snprintf(text, sizeof text, "; untangled, no particle was moved by more than %.3g m", most);
   return tangle_words(crossings, surfaces) + text;
+}
+
+std::vector<std::string> settle_start(const ContactOptions& options, TouchingObject& object,
+                                      const std::vector<Body>& bodies) {
+  std::vector<std::string> lines;
+  if (options.self && !options.together) {
+    lines.push_back(settle_start(options, {{"", &object}}));
+  }
+  const Surface& surface = *object.contact_part().surface;
+  const double least = BodyContact::tolerance * contact_thickness(surface, options);
+  const ObjectState& state = object.state();
+  lines.push_back(particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least));
+  if (!lines.back().empty()) {
+    lines.back() += ": the first step pushes them out";
+  }
+  lines.erase(std::remove(lines.begin(), lines.end(), ""), lines.end());
+  return lines;
 }
 
 }  // namespace world

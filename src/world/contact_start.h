@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/bodies.h"
 #include "contact/contact_options.h"
 #include "world/object.h"
 
@@ -22,10 +23,10 @@ struct StartingObject {
 /// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
 /// is more than ten mean sides of its mesh
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
-/// The same for a surface that touches only itself.
-inline std::string settle_start(const ContactOptions& options, TouchingObject& object) {
-  return settle_start(options, {{"", &object}});
-}
+/// The same for an object by itself, if its surface touches itself and no other object. Collective.
+/// @returns messages, one of a body in which it starts among them
+std::vector<std::string> settle_start(const ContactOptions& options, TouchingObject& object,
+                                      const std::vector<Body>& bodies);
 
 }  // namespace world
 }  // namespace pellicle

@@ -60,9 +60,7 @@ InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOu
       inflate_(std::make_unique<Inflate>(*membrane_, options, output.clock)),
       state_(std::make_unique<BalloonState>(inflate_->initial_state())),
       surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {
-  if (options.contact.self && !options.contact.together) {
-    start_line_ = settle_start(options.contact, *this);
-  }
+  start_lines_ = settle_start(options.contact, *this, inflate_->bodies());
 }
 
 InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -278,10 +276,7 @@ void InflateRun::record(double h, int retries) {
 }
 
 std::vector<std::string> InflateRun::first_remarks() const {
-  std::vector<std::string> lines;
-  if (!start_line_.empty()) {
-    lines.push_back(start_line_);
-  }
+  std::vector<std::string> lines = start_lines_;
   if (const std::string words = inflate_->solver_words(); !words.empty()) {
     lines.push_back("linear solver: " + words);
   }

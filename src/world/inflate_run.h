@@ -67,7 +67,7 @@ class InflateRun : public TouchingObject {
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all frames
   Eigen::VectorXd told_open_;              ///< see newly_open
   std::string ended_;                      ///< see Object::ended
-  std::string start_line_;                 ///< see settle_start
+  std::vector<std::string> start_lines_;   ///< see settle_start
   InflateStep last_;                       ///< results of the last step
   int factorised_steps_ = 0;               ///< of this process
   std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
