@@ -26,8 +26,7 @@ void describe(OptionTable& table, ContactOptions& options, const Condition& bodi
       .help(
           "gap at which surfaces begin to press: two parts of a surface, by half of their undeformed distance at most, "
           "and bodies, beyond their margin; of parts at most ten mean sides of the mesh; unless given a fifth of that "
-          "side, "
-          "for bodies a tenth")
+          "side, for bodies a tenth")
       .source("docs/theory.md: parameters");
   table.add("contact.friction", options.friction)
       .at_least(0)

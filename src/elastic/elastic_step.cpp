@@ -24,7 +24,7 @@ namespace {
 /// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
 constexpr double worth_patches = 600;
 /// Share of the forces that is left, from which on Newton's method is quadratic: further away the exact tangent is
-/// seldom positive definite, or no better. Much contact likes less, folds that fall in the wind more.
+/// seldom positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a little.
 constexpr double error_near_end = 0.1;
 /// Tolerance below which that saves iterations: with fewer digits to go the method ends before.
 constexpr double worth_exact = 1e-2;

@@ -128,6 +128,7 @@ class Burn {
   const Chambers& chambers() const { return chambers_; }
   /// How the sheet touches itself, if it can.
   const std::optional<SurfaceContact>& contact() const { return contact_; }
+  /// All that the sheet may meet, however they move it.
   const std::vector<Body>& bodies() const { return body_contact_ ? body_contact_->bodies() : bodies_.bodies(); }
   /// Of each local particle.
   const std::vector<bool>& pinned() const { return pins_.pinned(); }

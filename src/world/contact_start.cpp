@@ -251,16 +251,18 @@ std::vector<std::string> settle_start(const ContactOptions& options, TouchingObj
                                       const std::vector<Body>& bodies) {
   std::vector<std::string> lines;
   if (options.self && !options.together) {
-    lines.push_back(settle_start(options, {{"", &object}}));
+    if (const std::string crossed = settle_start(options, {{"", &object}}); !crossed.empty()) {
+      lines.push_back(crossed);
+    }
   }
   const Surface& surface = *object.contact_part().surface;
   const double least = BodyContact::tolerance * contact_thickness(surface, options);
   const ObjectState& state = object.state();
-  lines.push_back(particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least));
-  if (!lines.back().empty()) {
-    lines.back() += ": the first step pushes them out";
+  if (const std::string inside =
+          particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least);
+      !inside.empty()) {
+    lines.push_back(inside + ": the first step pushes them out");
   }
-  lines.erase(std::remove(lines.begin(), lines.end(), ""), lines.end());
   return lines;
 }
 
