@@ -261,7 +261,7 @@ std::vector<std::string> settle_start(const ContactOptions& options, TouchingObj
   if (const std::string inside =
           particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least);
       !inside.empty()) {
-    lines.push_back(inside + ": the first step pushes them out");
+    lines.push_back(inside + ": the first step has to push them out");
   }
   return lines;
 }
