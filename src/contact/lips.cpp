@@ -96,6 +96,55 @@ void find_ways(Fan* fans, std::size_t count, double length) {
   }
 }
 
+/// Moves the lips of a surface as far as they are to go. Collective.
+void move_lips(const CrackedSurface& cracked) {
+  const Surface& surface = *cracked.part.surface;
+  const std::vector<Lip>& lips = cracked.lips;
+  Field& position = cracked.position;
+  std::map<PetscInt, std::size_t> number;  // in `lips`, of each id
+  for (std::size_t n = 0; n < lips.size(); ++n) {
+    number[lips[n].id] = n;
+  }
+  std::vector<FanTriangle> own;
+  const auto each = static_cast<std::size_t>(surface.triangles_per_element);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const std::array<PetscInt, 3>& triangle = surface.triangles[t];
+    const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is not a corner.
+    const bool lives = cracked.living == nullptr || (*cracked.living)[t];
+    for (std::size_t k = 0; lives && k < corners; ++k) {
+      const auto particle = static_cast<std::size_t>(triangle[k]);
+      if (triangle[k] >= surface.particles.owned || number.count(surface.persistent_id[particle]) == 0) {
+        continue;
+      }
+      const std::array<Eigen::Vector3d, 3> at = DrawnPlaces(surface, position.data(), t / each)(triangle);
+      FanTriangle& of_fan = own.emplace_back();
+      of_fan.id = surface.persistent_id[particle];
+      Eigen::Map<Eigen::Vector3d>(of_fan.first.data()) = at[(k + 1) % 3] - at[k];
+      Eigen::Map<Eigen::Vector3d>(of_fan.second.data()) = at[(k + 2) % 3] - at[k];
+      of_fan.is_held = cracked.held[particle];
+    }
+  }
+  std::vector<Fan> fans(lips.size());
+  for (const FanTriangle& triangle : of_all_ranks(surface.comm(), own)) {
+    Fan& fan = fans[number.at(triangle.id)];
+    fan.triangles.push_back({Eigen::Vector3d(triangle.first.data()), Eigen::Vector3d(triangle.second.data())});
+    fan.is_held = triangle.is_held;
+  }
+  const double length = lip_share * cracked.part.thickness_or_usual();
+  for (std::size_t first = 0, end = 0; first < lips.size(); first = end) {
+    while (end < lips.size() && lips[end].of == lips[first].of) {
+      ++end;
+    }
+    find_ways(fans.data() + first, end - first, length);
+  }
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    if (const auto lip = number.find(surface.persistent_id[static_cast<std::size_t>(i)]); lip != number.end()) {
+      position.vector(i) += fans[lip->second].way;
+    }
+  }
+  position.update_ghosts();
+}
+
 }  // namespace
 
 std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners) {
@@ -111,55 +160,28 @@ std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners) 
   return lips;
 }
 
-void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living, const std::vector<Lip>& lips,
-               const std::vector<bool>& held, Field& position) {
-  const Surface& surface = *part.surface;
-  std::map<PetscInt, std::size_t> number;  // in `lips`, of each id
-  for (std::size_t n = 0; n < lips.size(); ++n) {
-    number[lips[n].id] = n;
+void open_lips(const std::vector<CrackedSurface>& surfaces) {
+  std::vector<ContactSurface::Part> parts;
+  for (const CrackedSurface& surface : surfaces) {
+    parts.push_back(surface.part);
   }
-  std::vector<FanTriangle> own;
-  const auto each = static_cast<std::size_t>(surface.triangles_per_element);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const std::array<PetscInt, 3>& triangle = surface.triangles[t];
-    const std::size_t corners = surface.has_quads() ? 2 : 3;  // A quad's centre is not a corner.
-    for (std::size_t k = 0; living[t] && k < corners; ++k) {
-      const auto particle = static_cast<std::size_t>(triangle[k]);
-      if (triangle[k] >= surface.particles.owned || number.count(surface.persistent_id[particle]) == 0) {
-        continue;
-      }
-      const std::array<Eigen::Vector3d, 3> at = DrawnPlaces(surface, position.data(), t / each)(triangle);
-      FanTriangle& of_fan = own.emplace_back();
-      of_fan.id = surface.persistent_id[particle];
-      Eigen::Map<Eigen::Vector3d>(of_fan.first.data()) = at[(k + 1) % 3] - at[k];
-      Eigen::Map<Eigen::Vector3d>(of_fan.second.data()) = at[(k + 2) % 3] - at[k];
-      of_fan.is_held = held[particle];
+  SurfaceContact contact(parts, ContactOptions(), false);
+  const JoinedLayout& joined = contact.joined();
+  Field before(joined.layout(), 3);
+  Field after(joined.layout(), 3);
+  for (std::size_t p = 0; p < surfaces.size(); ++p) {
+    const CrackedSurface& surface = surfaces[p];
+    contact.set_surface(surface.held, surface.living, p);
+    joined.put(p, surface.position, before);
+    if (!surface.lips.empty()) {
+      move_lips(surface);
     }
+    joined.put(p, surface.position, after);
   }
-  std::vector<Fan> fans(lips.size());
-  for (const FanTriangle& triangle : of_all_ranks(surface.comm(), own)) {
-    Fan& fan = fans[number.at(triangle.id)];
-    fan.triangles.push_back({Eigen::Vector3d(triangle.first.data()), Eigen::Vector3d(triangle.second.data())});
-    fan.is_held = triangle.is_held;
+  contact.start_from(before, after, 1);
+  for (std::size_t p = 0; p < surfaces.size(); ++p) {
+    joined.take(p, after, surfaces[p].position);
   }
-  const double length = lip_share * part.thickness_or_usual();
-  for (std::size_t first = 0, end = 0; first < lips.size(); first = end) {
-    while (end < lips.size() && lips[end].of == lips[first].of) {
-      ++end;
-    }
-    find_ways(fans.data() + first, end - first, length);
-  }
-  Field before(surface.particles, 3);
-  before.values() = position.values();
-  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    if (const auto lip = number.find(surface.persistent_id[static_cast<std::size_t>(i)]); lip != number.end()) {
-      position.vector(i) += fans[lip->second].way;
-    }
-  }
-  position.update_ghosts();
-  SurfaceContact contact({part}, ContactOptions(), false);
-  contact.set_surface(held, &living);
-  contact.start_from(before, position, 1);
 }
 
 }  // namespace contact

@@ -23,15 +23,21 @@ struct Lip {
 /// All of them, of all ranks, sorted. Collective.
 std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners);
 
+/// One of the surfaces that touch each other, which may have cracked.
+struct CrackedSurface {
+  ContactSurface::Part part;        ///< whose surface is that with the copies
+  const std::vector<bool>* living;  ///< of its drawn triangles; null: all of them
+  std::vector<bool> held;           ///< local particles that stay where they are
+  std::vector<Lip> lips;            ///< of fresh cracks, see find_lips
+  Field& position;                  ///< ghosts up to date, before and after
+};
+
 /// Moves the lips of fresh cracks apart, since surfaces in one place have no side of each other on which they could be
 /// kept. Each goes towards the middle of the living triangles round it by `lip_share` of the thickness, unless these
 /// would then cut through those round another lip of the same corner, as folded ones may: then it goes another way. It
-/// goes less far where another part of the surface is near. Collective.
-/// @param part whose surface is that with the copies @param living of its drawn triangles
-/// @param lips see find_lips @param held local particles that stay where they are
-/// @param position ghosts up to date before and after
-void open_lips(const ContactSurface::Part& part, const std::vector<bool>& living, const std::vector<Lip>& lips,
-               const std::vector<bool>& held, Field& position);
+/// goes less far where another part of its surface, or another surface, is near. Collective.
+/// @param surfaces all that touch each other
+void open_lips(const std::vector<CrackedSurface>& surfaces);
 
 }  // namespace contact
 }  // namespace pellicle

@@ -89,6 +89,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       start_(sheet.particles, 3),
       end_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
+      held_(pins_.pinned()),
       contact_reach_(contact_thickness(sheet, options.contact)) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");

@@ -130,8 +130,8 @@ class Burn {
   const std::optional<SurfaceContact>& contact() const { return contact_; }
   /// All that the sheet may meet, however they move it.
   const std::vector<Body>& bodies() const { return body_contact_ ? body_contact_->bodies() : bodies_.bodies(); }
-  /// Of each local particle.
-  const std::vector<bool>& pinned() const { return pins_.pinned(); }
+  /// Local particles that are pinned or, in the present step, have left.
+  const std::vector<bool>& held() const { return held_; }
   /// As what touches itself, or others.
   ContactSurface::Part contact_part() const { return {&sheet_, options_.contact.thickness, stiffness_}; }
   /// See ElasticStep; empty of what is not elastic, and if its balance is found elsewhere.

@@ -9,11 +9,11 @@
 #include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
-#include "contact/lips.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/shell.h"
+#include "world/contact_of_object.h"
 #include "world/contact_start.h"
 #include "world/gas_of_object.h"
 #include "world/load_mesh.h"
@@ -239,6 +239,7 @@ void BurnRun::restore() { *state_ = *kept_; }
 
 void BurnRun::accept(double time) {
   state_->time = time;
+  lips_.clear();
   find_end();
   if (!ended_.empty()) {
     return;
@@ -276,11 +277,11 @@ void BurnRun::split() {
   const SplitCorners corners = find_split_corners(*sheet_, state_->living);
   if (corners.count > 0) {
     const auto [particles, copies, cells] = packed(*state_, *sheet_, corners);
-    const std::vector<Lip> lips = find_lips(*sheet_, corners);
+    lips_ = find_lips(*sheet_, corners);
     take_over(pellicle::split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
     update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
-    if (options_.contact.self) {
-      open_lips(burn_->contact_part(), state_->living.triangles, lips, burn_->pinned(), state_->position);
+    if (options_.contact.self && !options_.contact.together) {
+      open_lips({this});
     }
   }
 }

@@ -37,7 +37,8 @@ class BurnRun : public TouchingObject {
   const Surface& surface() const override { return *sheet_; }
   ContactSurface::Part contact_part() const override { return burn_->contact_part(); }
   const std::vector<bool>* living() const override { return &state_->living.triangles; }
-  std::vector<bool> held() const override { return burn_->pinned(); }
+  std::vector<bool> held() const override { return burn_->held(); }
+  std::vector<Lip> fresh_lips() const override { return lips_; }
   void follow_start() override { burn_->follow_start(*state_); }
   void accept(double time) override;
   void keep() override;
@@ -69,6 +70,7 @@ class BurnRun : public TouchingObject {
   std::unique_ptr<State> state_;
   Eigen::VectorXd told_open_;             ///< see newly_open
   std::string ended_;                     ///< see Object::ended
+  std::vector<Lip> lips_;                 ///< see TouchingObject::fresh_lips
   std::vector<std::string> start_lines_;  ///< see settle_start
   BurnStep last_;                         ///< results of the last step
   std::unique_ptr<State> kept_;           ///< of the present sheet, to be restored

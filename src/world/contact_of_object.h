@@ -5,6 +5,7 @@
 
 #include "contact/surface_contact.h"
 #include "io/history.h"
+#include "world/object.h"
 #include "world/object_state.h"
 
 namespace pellicle {
@@ -25,6 +26,10 @@ std::vector<double> contact_values(const ContactOptions& options, const std::opt
 /// Whether no particle is held on any rank, so that all particles of an object may move alike. Collective.
 /// @param projectors of each local particle onto where it may go
 bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projectors);
+
+/// Moves the lips of fresh cracks apart, if there are any, see contact/lips.h. Collective.
+/// @param objects all that touch each other
+void open_lips(const std::vector<TouchingObject*>& objects);
 
 }  // namespace world
 }  // namespace pellicle

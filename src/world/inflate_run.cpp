@@ -7,11 +7,11 @@
 
 #include "ablation/ablation.h"
 #include "ablation/cut_surface.h"
-#include "contact/lips.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
 #include "surface/membrane_geometry.h"
+#include "world/contact_of_object.h"
 #include "world/contact_start.h"
 #include "world/gas_of_object.h"
 #include "world/non_finite.h"
@@ -134,6 +134,7 @@ void InflateRun::restore() {
 
 void InflateRun::accept(double time) {
   state_->time = time;
+  lips_.clear();
   find_end();
   if (ended_.empty() && (last_.has_cracked || (last_.has_burnt && inflate_->can_crack()))) {
     split();
@@ -165,7 +166,7 @@ void InflateRun::split() {
     return;
   }
   const auto [particles, copies, cells] = packed(*state_, *membrane_, corners);
-  const std::vector<Lip> lips = find_lips(*membrane_, corners);
+  lips_ = find_lips(*membrane_, corners);
   LoadedMembrane loaded = pellicle::split(*membrane_, corners, particles, copies, cells, options_.sheet);
   std::unique_ptr<Membrane> membrane = burnable(std::move(loaded.membrane), options_);
   auto state = std::make_unique<BalloonState>(state_at_rest(*membrane, options_, inflate_->chambers().count()));
@@ -177,8 +178,8 @@ void InflateRun::split() {
   membrane_ = std::move(membrane);
   inflate_->follow(*state_);
   update_pieces(state_->burning->pieces, *membrane_, state_->burning->living, state_->time);
-  if (options_.contact.self) {
-    open_lips(inflate_->contact_part(), state_->burning->living.triangles, lips, inflate_->held(), state_->position);
+  if (options_.contact.self && !options_.contact.together) {
+    open_lips({this});
   }
 }
 

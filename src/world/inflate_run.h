@@ -35,6 +35,7 @@ class InflateRun : public TouchingObject {
     return state_->burning ? &state_->burning->living.triangles : nullptr;
   }
   std::vector<bool> held() const override { return inflate_->held(); }
+  std::vector<Lip> fresh_lips() const override { return lips_; }
   void follow_start() override { inflate_->follow_start(*state_); }
   void accept(double time) override;
   void keep() override;
@@ -67,6 +68,7 @@ class InflateRun : public TouchingObject {
   Drawing surface_;                        ///< of the last frame; where nothing burns, of all frames
   Eigen::VectorXd told_open_;              ///< see newly_open
   std::string ended_;                      ///< see Object::ended
+  std::vector<Lip> lips_;                  ///< see TouchingObject::fresh_lips
   std::vector<std::string> start_lines_;   ///< see settle_start
   InflateStep last_;                       ///< results of the last step
   int factorised_steps_ = 0;               ///< of this process

@@ -319,6 +319,13 @@ StepResult Together::advance(double h) {
   return all;
 }
 
+void Together::accept() {
+  std::vector<TouchingObject*> touching = present();
+  touching.erase(std::remove_if(touching.begin(), touching.end(), [this](const Object* o) { return !touches(o); }),
+                 touching.end());
+  open_lips(touching);
+}
+
 /// Brings what has a part into balance.
 StepResult Together::balance(double h) {
   Step* step = common();

@@ -52,6 +52,8 @@ class Together {
 
   /// See Object::advance, of all that take part and are not gone.
   StepResult advance(double h);
+  /// See Object::accept, when all objects have accepted.
+  void accept();
   /// See Object::forget.
   void forget() { parts_.clear(), gas_.clear(); }
 

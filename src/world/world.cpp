@@ -101,6 +101,9 @@ void World::accept(double time) {
       member.object->accept(time);
     }
   }
+  if (together_ != nullptr) {
+    together_->accept();
+  }
 }
 
 void World::keep() {

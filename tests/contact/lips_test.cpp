@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
-#include <array>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "geometry/triangle_intersection.h"
 #include "surface/membrane.h"
@@ -12,6 +13,14 @@
 
 namespace pellicle {
 namespace {
+
+CrackedSurface cracked(const Membrane& membrane, double thickness, std::vector<Lip> lips, Field& position) {
+  return {{&membrane, thickness, 1},
+          nullptr,
+          std::vector<bool>(static_cast<std::size_t>(membrane.particles.local())),
+          std::move(lips),
+          position};
+}
 
 // Triangles of a balloon that bursts, folded, whose common corner is split: one round one lip, five round the other.
 // Each moved inwards the lips would let two of them cut through each other.
@@ -29,8 +38,7 @@ TEST(Lips, OfAFoldOpenWithoutCuttingThroughEachOther) {
   Field position(membrane.particles, 3);
   position.values() = membrane.rest;
   constexpr double thickness = 1.5;
-  open_lips({&membrane, thickness, 1}, std::vector<bool>(membrane.triangles.size(), true), {{2, 2}, {2, 3}},
-            std::vector<bool>(static_cast<std::size_t>(membrane.particles.local())), position);
+  open_lips({cracked(membrane, thickness, {{2, 2}, {2, 3}}, position)});
   const Eigen::Matrix3Xd at = by_id(membrane, position);
   EXPECT_NEAR(at.col(2).norm(), lip_share * thickness, 1e-12);
   EXPECT_GE((at.col(3) - at.col(2)).norm(), lip_share * thickness / 2);
@@ -43,36 +51,55 @@ TEST(Lips, OfAFoldOpenWithoutCuttingThroughEachOther) {
   }
 }
 
-// A lip at the tip of a cone goes into it, where there is another cone.
-TEST(Lips, StopShortOfAnotherLayer) {
+// A lip at the tip of a cone goes into it, where there is another cone, of the same surface or of another one.
+void expect_to_stop_short(bool is_one_surface) {
   int rank = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   constexpr double thickness = 0.1;
   constexpr double apart = 0.2 * lip_share * thickness;
-  SurfaceMesh mesh;
+  SurfaceMesh lower;  // the cone whose tip is split, and a triangle at the other lip
+  SurfaceMesh upper;
   if (rank == 0) {
-    mesh.points = {{0, 0, 0}, {0, 0, 0}, {1, 0, -1}, {-1, 0.5, -1}, {0, 0, apart}};
-    for (const double up : {0.0, apart}) {
+    const auto add_cone = [](SurfaceMesh& mesh, double up) {
+      const auto tip = static_cast<int>(mesh.points.size());
+      mesh.points.emplace_back(0, 0, up);
       for (const auto& [x, y] : {std::pair(1, 0), {0, 1}, {-1, 0}, {0, -1}}) {
         mesh.points.emplace_back(x, y, 1 + up);
       }
-    }
-    mesh.faces = {{1, 2, 3}};
-    for (int k = 0; k < 4; ++k) {
-      mesh.faces.push_back({0, 5 + k, 5 + (k + 1) % 4});
-      mesh.faces.push_back({4, 9 + k, 9 + (k + 1) % 4});
-    }
+      for (int k = 0; k < 4; ++k) {
+        mesh.faces.push_back({tip, tip + 1 + k, tip + 1 + (k + 1) % 4});
+      }
+    };
+    lower.points = {{0, 0, 0}, {1, 0, -1}, {-1, 0.5, -1}};
+    lower.faces = {{0, 1, 2}};
+    add_cone(lower, 0);
+    add_cone(is_one_surface ? lower : upper, apart);
   }
-  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions());
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, lower, SheetOptions());
   Field position(membrane.particles, 3);
   position.values() = membrane.rest;
-  open_lips({&membrane, thickness, 1}, std::vector<bool>(membrane.triangles.size(), true), {{0, 0}, {0, 1}},
-            std::vector<bool>(static_cast<std::size_t>(membrane.particles.local())), position);
+  std::vector<CrackedSurface> surfaces{cracked(membrane, thickness, {{3, 0}, {3, 3}}, position)};
+  const std::optional<Membrane> other =
+      is_one_surface ? std::nullopt : std::optional(make_membrane(PETSC_COMM_WORLD, upper, SheetOptions()));
+  std::optional<Field> of_other;
+  if (other) {
+    of_other.emplace(other->particles, 3);
+    of_other->values() = other->rest;
+    surfaces.push_back(cracked(*other, thickness, {}, *of_other));
+  }
+  open_lips(surfaces);
   const Eigen::Matrix3Xd at = by_id(membrane, position);
-  EXPECT_GT(at(2, 0), 0.1 * apart);
-  EXPECT_LT(at(2, 0), at(2, 4));
-  EXPECT_NEAR(at.col(1).norm(), lip_share * thickness, 1e-12);
+  EXPECT_GT(at(2, 3), 0.1 * apart);
+  EXPECT_LT(at(2, 3), apart);
+  EXPECT_NEAR(at.col(0).norm(), lip_share * thickness, 1e-12);
+  if (other) {
+    EXPECT_EQ((of_other->values() - other->rest).norm(), 0) << "what has not cracked stays";
+  }
 }
+
+TEST(Lips, StopShortOfAnotherLayer) { expect_to_stop_short(true); }
+
+TEST(Lips, StopShortOfAnotherSurface) { expect_to_stop_short(false); }
 
 }  // namespace
 }  // namespace pellicle

@@ -448,6 +448,46 @@ TEST(Together, AStartInsideABodyIsNamed) {
   }
 }
 
+// A strip that is drawn out below another one. Undeformed, the lips of its cracks are in one place.
+TEST(Together, LipsOfCracksOpen) {
+  const TestFolder folder;
+  std::deque<ObjectOptions> objects;
+  for (const char* name : {"strip", "above"}) {
+    Options& options = objects.emplace_back(name).options;
+    options.dynamics = Dynamics::elastic;
+    options.material.tensile_stiffness = 1000;
+    make_touching(options, folder / "out");
+  }
+  Options& strip = objects.front().options;
+  strip.ablation.strength = 20;
+  strip.pins["left"].box = {-1, -1, -1, 1e-6, 1, 1};
+  strip.pins["right"].box = {0.06 - 1e-6, -1, -1, 1, 1, 1};
+  strip.pins["right"].velocity = {1, 0, 0};
+  SurfaceMesh above = grid_mesh(6, 4, 0.01);
+  for (Eigen::Vector3d& point : above.points) {
+    point.z() += gap;
+  }
+  Scene scene(std::move(objects), {grid_mesh(6, 4, 0.01), above});
+  const PetscInt corners = 7 * 5;
+  const PetscInt whole = scene.object(0).surface().particles.global;
+  for (int n = 0; n < 20 && scene.object(0).surface().particles.global == whole; ++n) {
+    scene.step(5e-4);
+    ASSERT_FALSE(::testing::Test::HasFatalFailure());
+  }
+  const Surface& cracked = scene.object(0).surface();
+  ASSERT_GT(cracked.particles.global, whole);
+  const Eigen::MatrixXd at = by_id(cracked, scene.object(0).state().position);
+  const Eigen::MatrixXd rest = by_id(cracked, cracked.rest);
+  for (PetscInt copy = whole; copy < cracked.id_end; ++copy) {
+    for (PetscInt corner = 0; corner < corners; ++corner) {
+      if ((rest.col(copy) - rest.col(corner)).norm() < 1e-9) {
+        EXPECT_GT((at.col(copy) - at.col(corner)).norm(), 0.02 * 3e-3);
+      }
+    }
+  }
+  EXPECT_EQ(scene.last("crossings"), 0);
+}
+
 TEST(Together, WhatCannotGoTogetherIsRefused) {
   std::deque<ObjectOptions> objects;
   objects.emplace_back("cloth").options.contact.self = true;
