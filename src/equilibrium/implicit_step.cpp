@@ -52,7 +52,7 @@ KspDefaults solver_defaults(const PrismOptions& options, bool may_factorise) {
   } else {
     defaults.preconditioner = PCMG;
   }
-  defaults.rtol = options.ksp_rtol;
+  defaults.rtol = options.linear_rtol();
   defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;
   defaults.fields = {"x", "y", "z"};
   return defaults;
@@ -106,7 +106,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   }
   defaults.atol = rounding_;
   defaults.rtol = options.snes_rtol;
-  defaults.ksp_rtol = options.ksp_rtol;
+  defaults.ksp_rtol = options.linear_rtol();
   defaults.max_iterations = options.most_iterations();
   defaults.own_tangent = "prism.tangent or prism.mat_type shell";
   NewtonProblem problem;

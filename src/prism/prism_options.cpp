@@ -25,7 +25,10 @@ void describe(OptionTable& table, PrismOptions& options) {
       .help(
           "a step that ends with a residual above this share of the largest of its forces (history.csv: "
           "relative_residual) is counted, and the run's last lines say so");
-  table.add("prism.ksp_rtol", options.ksp_rtol).more_than(0).help("relative tolerance of the linear solves");
+  table.add("prism.ksp_rtol", options.ksp_rtol)
+      .more_than(0)
+      .help("relative tolerance of the linear solves; by default 1e-4 with newton: converged, 1e-6 with fixed")
+      .source("measured: docs/balloons.md");
   table.add("prism.mat_type", options.mat_type)
       .help(
           "system matrix: baij, aij: rows, in blocks of 3 or not; sbaij: the upper half of the blocks; shell: "

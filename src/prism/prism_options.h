@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,7 +41,7 @@ struct PrismOptions {
   Choice<NewtonEnd> newton = NewtonEnd::converged;
   int max_iterations = 0;   ///< Newton iterations (snes_max_it); 0: see most_iterations
   double snes_rtol = 1e-8;  ///< of the residual, against the largest force; fixed: against that at the step's start
-  double ksp_rtol = 1e-6;
+  std::optional<double> ksp_rtol;    ///< see linear_rtol
   double residual_tolerance = 1e-3;  ///< of the residual at the end of a step, against its forces: more is reported
   Choice<TangentMatrix> mat_type = TangentMatrix::baij;
   Choice<PrismFactor> factor = PrismFactor::automatic;
@@ -54,6 +55,9 @@ struct PrismOptions {
 
   /// Most Newton iterations of a step: `max_iterations`, or what follows from `newton`; fixed: the paper's 3.
   int most_iterations() const { return max_iterations > 0 ? max_iterations : newton == NewtonEnd::fixed ? 3 : 50; }
+  /// Relative tolerance of the linear solves. Where Newton's method goes on until it has converged, less than that of
+  /// `fixed` costs it no further iteration.
+  double linear_rtol() const { return ksp_rtol.value_or(newton == NewtonEnd::fixed ? 1e-6 : 1e-4); }
 };
 
 void describe(OptionTable& table, PrismOptions& options);

@@ -8,6 +8,12 @@
 namespace pellicle {
 inline namespace solvers {
 
+namespace {
+
+constexpr PetscInt mumps_scaling_setting = 8;  ///< MUMPS' number of it
+
+}  // namespace
+
 TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system, const std::string& prefix)
     : tangent_(tangent), system_(system), prefix_(prefix) {
   const MPI_Comm comm = tangent_.vertices().comm;
@@ -82,6 +88,7 @@ void TangentFactor::make_pattern() {
   check(MatFactorInfoInitialize(&info));
   check(MatGetFactor(whole_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factor_.create()));
   check(MatMumpsSetIcntl(factor_, mumps_room_setting, mumps_room));
+  check(MatMumpsSetIcntl(factor_, mumps_scaling_setting, 0));  // Rows are alike: it costs more than it gains.
   check(MatCholeskyFactorSymbolic(factor_, whole_, nullptr, &info));
 }
 

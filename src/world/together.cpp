@@ -118,7 +118,7 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
     }
     options.contact.together = true;
     together.contact.check = together.contact.check || options.contact.check;
-    if (options.chain == ChainKind::burn && together.step.ksp_rtol == PrismOptions().ksp_rtol) {
+    if (options.chain == ChainKind::burn && !together.step.ksp_rtol) {
       together.step.ksp_rtol = rtol_of_sheets;
     }
   }
