@@ -10,7 +10,7 @@ inline namespace solvers {
 
 namespace {
 
-constexpr PetscInt mumps_scaling_setting = 8;  ///< MUMPS' number of it
+constexpr PetscInt mumps_scaling_setting = 8;  ///< MUMPS' number of the setting
 
 }  // namespace
 
@@ -88,7 +88,7 @@ void TangentFactor::make_pattern() {
   check(MatFactorInfoInitialize(&info));
   check(MatGetFactor(whole_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factor_.create()));
   check(MatMumpsSetIcntl(factor_, mumps_room_setting, mumps_room));
-  check(MatMumpsSetIcntl(factor_, mumps_scaling_setting, 0));  // Rows are alike: it costs more than it gains.
+  check(MatMumpsSetIcntl(factor_, mumps_scaling_setting, 0));  // Rows are alike: scaling costs more than it gains.
   check(MatCholeskyFactorSymbolic(factor_, whole_, nullptr, &info));
 }
 

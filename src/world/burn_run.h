@@ -38,7 +38,7 @@ class BurnRun : public TouchingObject {
   ContactSurface::Part contact_part() const override { return burn_->contact_part(); }
   const std::vector<bool>* living() const override { return &state_->living.triangles; }
   std::vector<bool> held() const override { return burn_->held(); }
-  std::vector<Lip> fresh_lips() const override { return lips_; }
+  const std::vector<Lip>& fresh_lips() const override { return lips_; }
   void follow_start() override { burn_->follow_start(*state_); }
   void accept(double time) override;
   void keep() override;

@@ -53,16 +53,16 @@ bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projector
 }
 
 void open_lips(const std::vector<TouchingObject*>& objects) {
+  if (std::all_of(objects.begin(), objects.end(),
+                  [](const TouchingObject* object) { return object->fresh_lips().empty(); })) {
+    return;
+  }
   std::vector<CrackedSurface> surfaces;
-  bool has_cracked = false;
   for (TouchingObject* object : objects) {
     surfaces.push_back(
         {object->contact_part(), object->living(), object->held(), object->fresh_lips(), object->state().position});
-    has_cracked = has_cracked || !surfaces.back().lips.empty();
   }
-  if (has_cracked) {
-    contact::open_lips(surfaces);
-  }
+  contact::open_lips(surfaces);
 }
 
 }  // namespace world

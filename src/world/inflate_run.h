@@ -35,7 +35,7 @@ class InflateRun : public TouchingObject {
     return state_->burning ? &state_->burning->living.triangles : nullptr;
   }
   std::vector<bool> held() const override { return inflate_->held(); }
-  std::vector<Lip> fresh_lips() const override { return lips_; }
+  const std::vector<Lip>& fresh_lips() const override { return lips_; }
   void follow_start() override { inflate_->follow_start(*state_); }
   void accept(double time) override;
   void keep() override;

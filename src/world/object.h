@@ -138,8 +138,8 @@ class TouchingObject : public Object {
   virtual const std::vector<bool>* living() const = 0;
   /// Local particles that are not free in all directions.
   virtual std::vector<bool> held() const = 0;
-  /// Of the cracks that have opened when the step was accepted, which are to be moved apart where it touches itself.
-  virtual std::vector<Lip> fresh_lips() const = 0;
+  /// Lips of the cracks that separated the surface when the last step was accepted.
+  virtual const std::vector<Lip>& fresh_lips() const = 0;
   /// To be called when positions have changed at the start of a run: updates what follows from them.
   virtual void follow_start() = 0;
 };
