@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact/barrier.h"
-#include "contact/bodies.h"
+#include "contact/body_sweep.h"
 #include "contact/contact_options.h"
 #include "contact/slip.h"
 #include "geometry/deepest_point.h"
@@ -56,7 +56,7 @@ class BodyContact : public Potential {
   /// Which part of the surface bodies act on in the steps to come; all of it at first. Not collective.
   /// @param held local particles that do not move, pinned or not there
   /// @param living drawn triangles of the local elements that are there; null: all
-  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living);
+  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living) { sweep_.set_surface(held, living); }
   /// To be called first in a step. Collective.
   /// @param start positions at the beginning of the step [m], ghosts up to date
   /// @param time_end at which forces are in balance [s] @param h length of the step until then [s]
@@ -64,9 +64,9 @@ class BodyContact : public Potential {
   /// Moves the bodies in the step that has begun. Not collective.
   void set_time(double time_end, double h);
 
-  bool empty() const { return bodies_.empty(); }
-  const std::vector<Body>& bodies() const { return bodies_; }
-  double thickness() const { return thickness_; }  ///< gap from which on bodies press [m]
+  bool empty() const { return bodies().empty(); }
+  const std::vector<Body>& bodies() const { return sweep_.bodies(); }
+  double thickness() const { return sweep_.thickness(); }  ///< gap from which on bodies press [m]
 
   double value(const Field& x) const override;
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override;
@@ -77,7 +77,7 @@ class BodyContact : public Potential {
   void add_hessian(const HessianBlocks& blocks) const override;
   void start_from(const Field& start, Field& x, double h) override;
   bool renew(const Field& x) override;
-  bool limits() const override { return !bodies_.empty(); }
+  bool limits() const override { return !empty(); }
   bool limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3Xd> step) override;
 
   /// In words, that something is too deep in a body; empty if nothing is. Collective.
@@ -89,7 +89,7 @@ class BodyContact : public Potential {
   /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
   void rebound(const Field& x, const Field& before, const std::vector<double>& mass, Field& velocity,
                std::vector<BodyLoad>& loads) const;
-  bool rebounds() const { return any_rebounds(bodies_); }
+  bool rebounds() const { return any_rebounds(bodies()); }
   /// At the end of a step. Collective.
   std::vector<BodyLoad> loads(const Field& x) const;
   /// Number of this rank's particles that bodies press on. Not collective.
@@ -113,17 +113,14 @@ class BodyContact : public Potential {
     Friction friction;
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   };
-  /// A body in the step, and the particles near it.
-  struct Moved {
-    Solid before;
-    Solid after;
-    std::vector<double> start_gap;   ///< of the local particles at the start [m]
-    std::vector<double> stiffer;     ///< by which the owned particles' stiffness is multiplied
-    std::vector<Friction> friction;  ///< of the owned particles
+  /// Of a body in the step, the owned particles.
+  struct Pressed {
+    std::vector<double> stiffer;  ///< by which their stiffness is multiplied
+    std::vector<Friction> friction;
   };
 
-  double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;
-  bool may_touch(const Moved& moved, PetscInt particle, const Eigen::Vector3d& x) const;
+  void find_friction();
+  bool may_touch(std::size_t body, PetscInt particle, const Eigen::Vector3d& x) const;
   double nearer(std::size_t body, const Eigen::Vector3d& rest) const;
   PointPotential press(std::size_t body, double stiffness, double nearer, const Friction& friction,
                        const Eigen::Vector3d& start, const Eigen::Vector3d& x) const;
@@ -133,11 +130,8 @@ class BodyContact : public Potential {
   void for_each_vertex(const Field& x, const Take& take) const;
   Eigen::Vector3d place(const ElementPoint& point, const Field& x) const;
   Eigen::Vector3d rest_place(const ElementPoint& point) const;
-  Eigen::Vector3d carried_place(std::size_t body, PetscInt particle) const;
   Eigen::Vector3d carried_place(const ElementPoint& point) const;
   bool counts(PetscInt element) const { return element < surface_.elements.owned; }
-  template <class Take>
-  void visit_near_triangles(const Field& x, bool at_start, double below, const Take& take) const;
   std::vector<std::array<double, 4>> samples() const;
   ElementPoint point_of(std::size_t body, std::size_t triangle) const;
   std::vector<ElementPoint> find_points(const Field& x, bool at_start) const;
@@ -145,27 +139,19 @@ class BodyContact : public Potential {
   void add_deepest(bool at_start, double below, std::size_t triangle, const std::array<Eigen::Vector3d, 3>& at,
                    const DeepestPoint& face, ElementPoint point, std::vector<ElementPoint>& points) const;
   bool add_points(const std::vector<ElementPoint>& found);
-  std::vector<double> safe_shares(std::size_t body, const Field& from, const Field& to, bool from_start) const;
-  bool shorten(const Field& from, Field& to, bool from_start, StepLimit how) const;
 
   const Surface& surface_;
   double slip_speed_;  ///< [m/s]
-  double thickness_;   ///< [m]
-  double stiffness_;   ///< [Pa/m]
-  std::vector<Body> bodies_;
+  BodySweep sweep_;
+  double stiffness_;                         ///< [Pa/m]
   std::vector<std::vector<double>> nearer_;  ///< of each body the local particles, see `nearer` [m]
   std::vector<bool> is_sampled_;             ///< each body: so round that samples come nearer than particles
   std::vector<double> area_;                 ///< undeformed, round the local particles [m^2]
   std::vector<double> element_area_;         ///< of the local elements [m^2]
 
   // The step.
-  Field start_;
-  std::vector<bool> held_;
-  std::vector<bool> living_;  ///< empty: all drawn triangles are there
-  double h_ = 0;              ///< [s]
-  double time_ = 0;           ///< of its start [s]
-  SmoothSlip slip_;           ///< of the step
-  std::vector<Moved> moved_;
+  SmoothSlip slip_;  ///< of the step
+  std::vector<Pressed> pressed_;
   std::vector<ElementPoint> points_;
   std::vector<Eigen::Matrix3d> hessian_;  ///< of the owned particles [N/m]
   PetscInt version_ = 0;

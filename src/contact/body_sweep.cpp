@@ -1,0 +1,233 @@
+#include "contact/body_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace contact {
+
+namespace {
+
+constexpr double surface_gap = 0.7;  ///< of the thickness, at which what comes from outside is stopped
+
+double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
+  return std::max(
+      {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
+}
+
+}  // namespace
+
+PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights) {
+  const std::array<PetscInt, 3>& corners = surface.triangles[triangle];
+  if (!surface.has_quads()) {
+    return {{corners[0], corners[1], corners[2], corners[2]}, {weights[0], weights[1], weights[2], 0}};
+  }
+  PointWeights result{surface.cells[triangle / 4], {}};
+  result.weights.fill(weights[2] / 4);
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t corner = 0; corner < 2; ++corner) {
+      result.weights[k] += result.particles[k] == corners[corner] ? weights[static_cast<Eigen::Index>(corner)] : 0;
+    }
+  }
+  return result;
+}
+
+BodySweep::BodySweep(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness)
+    : surface_(surface),
+      thickness_(thickness),
+      bodies_(make_bodies(surface.comm(), bodies)),
+      held_(static_cast<std::size_t>(surface.particles.local()), false),
+      start_(surface.particles, 3),
+      moved_(bodies_.size()) {}
+
+void BodySweep::set_surface(const std::vector<bool>& held, const std::vector<bool>* living) {
+  held_ = held;
+  living_ = living != nullptr ? *living : std::vector<bool>();
+}
+
+void BodySweep::begin_step(const Field& start, double time_end, double h) {
+  start_.values() = start.values();
+  set_time(time_end, h);
+}
+
+void BodySweep::set_time(double time_end, double h) {
+  h_ = h;
+  time_ = time_end - h;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    Moved& moved = moved_[b];
+    moved.before = bodies_[b].at(time_end - h);
+    moved.after = bodies_[b].at(time_end);
+    moved.start_gap.resize(static_cast<std::size_t>(surface_.particles.local()));
+    for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+      Eigen::Vector3d normal;
+      moved.start_gap[static_cast<std::size_t>(i)] = gap_at(b, moved.before, start_.vector(i), normal);
+    }
+  }
+}
+
+double BodySweep::gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x,
+                         Eigen::Vector3d& normal) const {
+  const SignedDistance gap = signed_distance(solid, x);
+  normal = gap.normal;
+  return gap.distance - bodies_[body].margin;
+}
+
+/// The deepest point of a triangle that is nearer to a body than `below` and not held.
+std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, std::size_t triangle,
+                                                    const std::array<Eigen::Vector3d, 3>& at, bool at_start,
+                                                    double below) const {
+  const PetscInt corner = surface_.triangles[triangle][0];
+  const double moved_by = at_start ? 0 : (at[0] - carried_place(body, corner)).norm();
+  if (start_gap(body, corner) - moved_by - longest_side(at) > below) {
+    return std::nullopt;
+  }
+  const double margin = bodies_[body].margin;
+  const Solid& solid = at_start ? before(body) : after(body);
+  std::optional<DeepestPoint> found = deepest_point(solid, at, below + margin, gap_error * thickness_);
+  if (found && found->gap.distance - margin < below) {
+    const std::array<PetscInt, 4> particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
+    if (!std::all_of(particles.begin(), particles.end(), [this](PetscInt i) { return is_held(i); })) {
+      return found;
+    }
+  }
+  return std::nullopt;
+}
+
+/// For each local particle the share of its way up to which no drawn triangle, and none of the particles, passes
+/// through a body; for particles of other ranks this rank knows a part only. Not collective.
+/// @param is_carried whether `from` is where the body has carried what was near it
+/// @param at_surface how far they may go: up to the body's surface, or to its middle
+std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
+                                           bool at_surface) const {
+  std::vector<double> shares(static_cast<std::size_t>(surface_.particles.local()), 1);
+  const double depth = depth_of(bodies_[body].shape);
+  if (!std::isfinite(depth)) {
+    return shares;
+  }
+  const double middle = std::max(depth / 2, 0.1 * thickness_);
+  const double rounding = 0.05 * std::min(thickness_, middle);
+  const double margin = bodies_[body].margin;
+  // Gaps at `from` are no less than this.
+  const auto least_gap = [&](PetscInt i) {
+    const double there = start_gap(body, i);
+    return is_carried ? there : there - (from.vector(i) - carried_place(body, i)).norm();
+  };
+  // The share of the way on which the gap, which `gap` gives for a share, stays above a bound.
+  const auto trace = [&](double length, const auto& gap) {
+    constexpr int most = 200;
+    const double begin = gap(0.0);
+    double bound = at_surface ? surface_gap * thickness_ : -middle;
+    if (begin - bound <= 2 * rounding) {  // It may move along the surface and outward, but not creep deeper.
+      constexpr double ahead = 0.01;
+      if (!at_surface && gap(ahead) < begin) {
+        return 0.0;
+      }
+      bound = begin - 2 * rounding;
+    }
+    double share = 0;
+    double spare = begin - bound;
+    for (int n = 0; n < most && spare > rounding; ++n) {
+      share += spare / length;
+      if (share >= 1) {
+        return 1.0;
+      }
+      spare = gap(share) - bound;
+    }
+    return share;
+  };
+  const auto between = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double share) {
+    return Eigen::Vector3d((1 - share) * a + share * b);
+  };
+  const Solid& solid = after(body);
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
+    const Eigen::Vector3d a = from.vector(i);
+    const Eigen::Vector3d b = to.vector(i);
+    const double length = (b - a).norm();
+    if (length > least_gap(i) + middle) {
+      shares[static_cast<std::size_t>(i)] =
+          trace(length, [&](double share) { return signed_distance(solid, between(a, b, share)).distance - margin; });
+    }
+  }
+  const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
+    if (!living_.empty() && !living_[t]) {
+      continue;
+    }
+    const std::size_t element = t / per_element;
+    const std::array<PetscInt, 3>& corners = surface_.triangles[t];
+    const std::array<Eigen::Vector3d, 3> a = DrawnPlaces(surface_, from.data(), element)(corners);
+    const std::array<Eigen::Vector3d, 3> b = DrawnPlaces(surface_, to.data(), element)(corners);
+    const double length = std::max({(b[0] - a[0]).norm(), (b[1] - a[1]).norm(), (b[2] - a[2]).norm()});
+    if (length <= least_gap(corners[0]) - longest_side(a) + middle) {
+      continue;
+    }
+    const double share = trace(length, [&](double way) {
+      const std::array<Eigen::Vector3d, 3> at{between(a[0], b[0], way), between(a[1], b[1], way),
+                                              between(a[2], b[2], way)};
+      const auto deepest = deepest_point(solid, at, std::numeric_limits<double>::infinity(), rounding);
+      return deepest->gap.distance - margin;
+    });
+    if (share < 1) {
+      const auto shorten = [&](PetscInt i) {
+        double& old = shares[static_cast<std::size_t>(i)];
+        old = std::min(old, share);
+      };
+      if (surface_.has_quads()) {
+        std::for_each(surface_.cells[element].begin(), surface_.cells[element].end(), shorten);
+      } else {
+        std::for_each(corners.begin(), corners.end(), shorten);
+      }
+    }
+  }
+  return shares;
+}
+
+/// @param from null: from where the bodies have carried it
+bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const {
+  constexpr int most = 20;  // A triangle whose corners stop one after the other may have to stop again.
+  bool is_shortened = false;
+  const PetscInt owned = surface_.particles.owned;
+  for (int round = 0; round < most; ++round) {
+    bool again = false;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      Field begin(surface_.particles, 3);
+      for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+        begin.vector(i) = from == nullptr ? carried_place(b, i) : Eigen::Vector3d(from->vector(i));
+      }
+      std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
+      if (how == StepLimit::all_alike || round + 1 == most) {
+        double least = owned > 0 ? *std::min_element(shares.begin(), shares.begin() + owned) : 1;
+        MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+        std::fill(shares.begin(), shares.end(), least);
+      }
+      bool changes = false;
+      for (PetscInt i = 0; i < owned; ++i) {
+        const double share = shares[static_cast<std::size_t>(i)];
+        if (share < 1 && !is_held(i)) {
+          changes = true;
+          to.vector(i) = (1 - share) * begin.vector(i) + share * to.vector(i);
+        }
+      }
+      if (on_any_rank(surface_.comm(), changes)) {
+        again = true;
+        to.update_ghosts();
+      }
+    }
+    if (!again) {
+      break;
+    }
+    is_shortened = true;
+  }
+  return is_shortened;
+}
+
+bool BodySweep::stop_at_surface(Field& to) const { return shorten(nullptr, to, true, StepLimit::each_vertex); }
+
+bool BodySweep::stop_at_middle(const Field* from, Field& to, StepLimit how) const {
+  return shorten(from, to, false, how);
+}
+
+}  // namespace contact
+}  // namespace pellicle

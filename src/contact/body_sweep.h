@@ -1,0 +1,130 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "contact/bodies.h"
+#include "geometry/deepest_point.h"
+#include "solvers/vertex_potential.h"
+#include "surface/drawn_places.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace contact {
+
+/// Particles and weights of a point of a drawn triangle; 0 for particles that do not count.
+struct PointWeights {
+  std::array<PetscInt, 4> particles{};
+  std::array<double, 4> weights{};
+};
+
+/// @param weights of the triangle's corners, sum 1
+PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights);
+
+/// Bodies as they move in a step, what of a surface is near them, and how far it may go there.
+class BodySweep {
+ public:
+  static constexpr double gap_error = 0.02;  ///< of the thickness: of the gap of a triangle
+
+  /// Collective. Surface must outlive it. @param thickness gap from which on bodies press [m]
+  /// @throws Error as make_bodies does
+  BodySweep(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness);
+
+  const std::vector<Body>& bodies() const { return bodies_; }
+  double thickness() const { return thickness_; }
+
+  /// Which part of the surface bodies act on in the steps to come; all of it at first. Not collective.
+  /// @param held local particles that do not move, pinned or not there
+  /// @param living drawn triangles of the local elements that are there; null: all
+  void set_surface(const std::vector<bool>& held, const std::vector<bool>* living);
+  /// To be called first in a step. Not collective.
+  /// @param start positions at the beginning of the step [m], ghosts up to date
+  /// @param time_end at its end [s] @param h its length [s]
+  void begin_step(const Field& start, double time_end, double h);
+  /// Moves the bodies in the step that has begun. Not collective.
+  void set_time(double time_end, double h);
+
+  const Field& start() const { return start_; }
+  bool is_held(PetscInt particle) const { return held_[static_cast<std::size_t>(particle)]; }
+  double h() const { return h_; }                                              ///< [s]
+  double time() const { return time_; }                                        ///< of the step's start [s]
+  const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< where it starts
+  const Solid& after(std::size_t body) const { return moved_[body].after; }    ///< where it ends
+  /// In words, the body that particles are deeper in than `least` where the step starts; empty: none. Collective.
+  std::string start_fault(double least) const {
+    return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, held_, least) : "";
+  }
+  /// Between body, with its margin, and a local particle, both where they start [m]. Once a step has begun.
+  double start_gap(std::size_t body, PetscInt particle) const {
+    return moved_[body].start_gap[static_cast<std::size_t>(particle)];
+  }
+  /// Gap between a body with its margin and a point.
+  double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;
+  /// Where a point would be if it had moved with the body since the start.
+  Eigen::Vector3d carried_place(std::size_t body, const Eigen::Vector3d& start) const {
+    return carried(moved_[body].before.pose, moved_[body].after.pose, start);
+  }
+  Eigen::Vector3d carried_place(std::size_t body, PetscInt particle) const {
+    return carried_place(body, start_.vector(particle));
+  }
+
+  /// Calls `take` with each body, each drawn triangle of the local elements that is nearer to it than `below`, the
+  /// triangle's corners and its deepest point; not with triangles that are held, nor for half spaces, where a corner is
+  /// the deepest point. Not collective.
+  /// @param at_start takes the bodies where they were then, and not where they end
+  template <class Take>
+  void visit_near_triangles(const Field& x, bool at_start, double below, const Take& take) const {
+    const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (std::holds_alternative<HalfSpace>(bodies_[b].shape)) {
+        continue;
+      }
+      for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
+        if (!living_.empty() && !living_[t]) {
+          continue;
+        }
+        const auto at = DrawnPlaces(surface_, x.data(), t / per_element)(surface_.triangles[t]);
+        if (const auto found = deepest_near(b, t, at, at_start, below)) {
+          take(b, t, at, *found);
+        }
+      }
+    }
+  }
+
+  /// Draws `to` back towards where the bodies have carried what was near them at the start, until no drawn triangle,
+  /// and none of the particles, passes beyond a gap of `start_gap` of the thickness on its way there. Collective.
+  /// @returns whether anything was drawn back, on any rank
+  bool stop_at_surface(Field& to) const;
+  /// As above, where nothing may pass beyond the middle of a body, nor deeper where it is beyond already.
+  /// @param from null: from where the bodies have carried it
+  bool stop_at_middle(const Field* from, Field& to, StepLimit how) const;
+
+ private:
+  /// A body in the step.
+  struct Moved {
+    Solid before;
+    Solid after;
+    std::vector<double> start_gap;  ///< of the local particles [m]
+  };
+
+  std::optional<DeepestPoint> deepest_near(std::size_t body, std::size_t triangle,
+                                           const std::array<Eigen::Vector3d, 3>& at, bool at_start, double below) const;
+  std::vector<double> safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
+                                  bool at_surface) const;
+  bool shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const;
+
+  const Surface& surface_;
+  double thickness_;  ///< [m]
+  std::vector<Body> bodies_;
+  std::vector<bool> held_;
+  std::vector<bool> living_;  ///< empty: all drawn triangles are there
+  Field start_;
+  double h_ = 0;     ///< [s]
+  double time_ = 0;  ///< of the step's start [s]
+  std::vector<Moved> moved_;
+};
+
+}  // namespace contact
+}  // namespace pellicle
