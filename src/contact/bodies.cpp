@@ -18,19 +18,6 @@ inline namespace contact {
 
 namespace {
 
-/// A particle this near to a surface touches it: far above rounding, far below any sheet's thickness [m].
-constexpr double touching = 1e-9;
-
-/// What is left of a slip along a surface when friction can take away up to `limit` of it.
-Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
-  const double length = slip.norm();
-  return length > limit ? Eigen::Vector3d(slip * (1 - limit / length)) : Eigen::Vector3d(Eigen::Vector3d::Zero());
-}
-
-Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector3d& normal) {
-  return vector - normal * normal.dot(vector);
-}
-
 bool has_axis(BodyShape shape) {
   return shape == BodyShape::capsule || shape == BodyShape::cylinder || shape == BodyShape::ring;
 }
@@ -226,6 +213,18 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
   return bodies;
 }
 
+std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (loads[b].gap < -tolerance) {
+      char text[200];
+      std::snprintf(text, sizeof text, " is entered by %.2e m, expected at most %.2e m, a tenth of contact.thickness",
+                    -loads[b].gap, tolerance);
+      return "body " + bodies[b].name + text;
+    }
+  }
+  return "";
+}
+
 bool any_rebounds(const std::vector<Body>& bodies) {
   return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.restitution > 0; });
 }
@@ -253,91 +252,6 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
     }
   }
   return "";
-}
-
-PetscInt Bodies::correct_positions(Field& positions, const ContactStep& step) {
-  PetscInt inside = 0;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const Body& body = bodies_[b];
-    const Solid solid = body.at(step.time_end);
-    const Pose before = body.motion.at(step.time_end - step.h);
-    for (PetscInt i = 0; i < step.particles.local(); ++i) {
-      auto x = positions.vector(i);
-      const SignedDistance gap = signed_distance(solid, x);
-      const double push = body.margin - gap.distance;
-      if (push <= 0 || step.pinned[static_cast<std::size_t>(i)]) {
-        continue;
-      }
-      const Eigen::Vector3d uncorrected = x;
-      x += push * gap.normal;
-      if (body.friction > 0) {
-        const Eigen::Vector3d slip = along_surface(x - carried(before, solid.pose, step.start.vector(i)), gap.normal);
-        x += slip_after_friction(slip, body.friction * push) - slip;
-        // The tangent plane of a curved surface leaves it.
-        const SignedDistance left = signed_distance(solid, x);
-        x += (body.margin - left.distance) * left.normal;
-      }
-      if (i < step.particles.owned) {
-        ++inside;
-        force_[b] -= step.mass[static_cast<std::size_t>(i)] / (step.h * step.h) * (x - uncorrected);
-      }
-    }
-  }
-  return inside;
-}
-
-PetscInt Bodies::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
-  PetscInt approaching = 0;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const Body& body = bodies_[b];
-    const Solid solid = body.at(step.time_end);
-    const Pose before = body.motion.at(step.time_end - step.h);
-    for (PetscInt i = 0; i < step.particles.local(); ++i) {
-      const SignedDistance gap = signed_distance(solid, positions.vector(i));
-      if (gap.distance > body.margin + touching || step.pinned[static_cast<std::size_t>(i)]) {
-        continue;
-      }
-      // The mean over the step, as in eq. 13: a particle that sticks to the body has exactly this velocity.
-      const Eigen::Vector3d place = positions.vector(i);
-      const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
-      const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;
-      double rebound = 0;
-      if (body.restitution > 0 && step.start_velocity != nullptr &&
-          signed_distance(Solid{solid.shape, before}, step.start.vector(i)).distance > body.margin + touching) {
-        rebound = std::max(0.0, -body.restitution * gap.normal.dot(step.start_velocity->vector(i) - body_velocity));
-      }
-      const double approach = rebound - relative.dot(gap.normal);
-      if (approach <= 0) {
-        continue;
-      }
-      const Eigen::Vector3d corrected =
-          body_velocity + rebound * gap.normal +
-          slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
-      if (i < step.particles.owned) {
-        ++approaching;
-        force_[b] -= step.mass[static_cast<std::size_t>(i)] / step.h * (corrected - velocities.vector(i));
-      }
-      velocities.vector(i) = corrected;
-    }
-  }
-  return approaching;
-}
-
-std::vector<BodyLoad> Bodies::loads(const Field& positions, const ContactStep& step, double reach) const {
-  std::vector<BodyLoad> loads;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const Solid solid = bodies_[b].at(step.time_end);
-    BodyLoad load{force_[b], reach};
-    for (PetscInt i = 0; i < step.particles.owned; ++i) {
-      if (!step.pinned[static_cast<std::size_t>(i)]) {
-        load.gap = std::min(load.gap, signed_distance(solid, positions.vector(i)).distance - bodies_[b].margin);
-      }
-    }
-    MPI_Allreduce(MPI_IN_PLACE, load.force.data(), 3, MPI_DOUBLE, MPI_SUM, step.particles.comm);
-    MPI_Allreduce(MPI_IN_PLACE, &load.gap, 1, MPI_DOUBLE, MPI_MIN, step.particles.comm);
-    loads.push_back(load);
-  }
-  return loads;
 }
 
 }  // namespace contact

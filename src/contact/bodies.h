@@ -78,6 +78,10 @@ struct BodyLoad {
   double gap = 0;  ///< least gap beyond the body's margin, at most the thickness of contacts [m]
 };
 
+/// In words, the first body that something is deeper in than the tolerance [m], a tenth of contact.thickness; empty:
+/// none. @param loads of each body
+std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance);
+
 /// Whether anything rebounds from one of these bodies.
 bool any_rebounds(const std::vector<Body>& bodies);
 
@@ -86,55 +90,6 @@ bool any_rebounds(const std::vector<Body>& bodies);
 /// @param held local particles that do not count @param least depth that counts [m]
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
                              const Field& positions, const std::vector<bool>& held, double least);
-
-/// What contact with bodies needs to know of a step.
-struct ContactStep {
-  const Layout& particles;
-  const Field& start;               ///< positions at the beginning of the step [m], ghosts up to date
-  const std::vector<bool>& pinned;  ///< of each local particle; a pinned particle is left alone
-  double time_end = 0;              ///< at the end of the step [s]
-  double h = 0;                     ///< length of the step [s]
-  const std::vector<double>& mass;  ///< of each local particle [kg]
-  /// At the beginning of the step, of particles that may rebound [m/s]; null: nothing rebounds
-  const Field* start_velocity = nullptr;
-};
-
-/// All bodies of a scene. Between calls it keeps nothing but the force on them: a step may be repeated.
-///
-/// Coulomb friction adds up over the calls of a step: a particle that is pushed out of a body by d may lose up to mu d
-/// of its displacement along the surface relative to the body, as by an impulse m d/h.
-class Bodies {
- public:
-  /// Collective. @throws Error as make_bodies does.
-  Bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options)
-      : bodies_(make_bodies(comm, options)), force_(bodies_.size(), Eigen::Vector3d::Zero()) {}
-
-  /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
-  /// at every projection step. Not collective: local particles, ghosts too, are moved alike on every rank.
-  /// @param positions [m], ghosts up to date before and after
-  /// @returns how many particles of this rank were inside a body
-  PetscInt correct_positions(Field& positions, const ContactStep& step);
-
-  /// Takes the approaching part from the velocities of particles on a surface, relative to the body, and up to mu times
-  /// as much from the part along the surface (burning paper, eq. 15). What has come to touch a body leaves it with its
-  /// restitution. Not collective, ghosts as above.
-  /// @param velocities [m/s] after eq. 13
-  /// @param positions [m] at the end of the step
-  /// @returns how many particles of this rank approached a body
-  PetscInt correct_velocities(Field& velocities, const Field& positions, const ContactStep& step);
-
-  /// Forgets the forces of the last step.
-  void begin_step() { std::fill(force_.begin(), force_.end(), Eigen::Vector3d::Zero()); }
-  /// Over all calls since `begin_step`. Collective. @param reach the gaps' upper limit [m]
-  std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step, double reach) const;
-
-  const std::vector<Body>& bodies() const { return bodies_; }
-  bool empty() const { return bodies_.empty(); }
-
- private:
-  std::vector<Body> bodies_;
-  std::vector<Eigen::Vector3d> force_;  ///< on each, by this rank's particles [N]
-};
 
 }  // namespace contact
 }  // namespace pellicle

@@ -463,16 +463,7 @@ bool BodyContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matrix3
 }
 
 std::string BodyContact::fault(const Field& x) const {
-  const std::vector<BodyLoad> all = loads(x);
-  for (std::size_t b = 0; b < all.size(); ++b) {
-    if (all[b].gap < -tolerance * thickness()) {
-      char text[200];
-      std::snprintf(text, sizeof text, " is entered by %.2e m, expected at most %.2e m, a tenth of contact.thickness",
-                    -all[b].gap, tolerance * thickness());
-      return "body " + bodies()[b].name + text;
-    }
-  }
-  return "";
+  return entered_too_deep(bodies(), loads(x), tolerance * thickness());
 }
 
 std::string BodyContact::start_fault() const { return sweep_.start_fault(tolerance * thickness()); }

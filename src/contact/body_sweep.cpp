@@ -49,6 +49,12 @@ void BodySweep::set_surface(const std::vector<bool>& held, const std::vector<boo
 
 void BodySweep::begin_step(const Field& start, double time_end, double h) {
   start_.values() = start.values();
+  longest_side_ = 0;
+  for (std::size_t t = 0; t < surface_.triangles.size() && !bodies_.empty(); ++t) {
+    const std::size_t element = t / static_cast<std::size_t>(surface_.triangles_per_element);
+    const auto at = DrawnPlaces(surface_, start_.data(), element)(surface_.triangles[t]);
+    longest_side_ = std::max(longest_side_, longest_side(at));
+  }
   set_time(time_end, h);
 }
 
@@ -72,6 +78,25 @@ double BodySweep::gap_at(std::size_t body, const Solid& solid, const Eigen::Vect
   const SignedDistance gap = signed_distance(solid, x);
   normal = gap.normal;
   return gap.distance - bodies_[body].margin;
+}
+
+/// Whether an element has one of these as a corner.
+bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles) const {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
+    if (particles[static_cast<std::size_t>(surface_.corner(element, k))]) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Farthest that a local particle has moved relative to the body since the start [m].
+double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
+  double farthest = 0;
+  for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+    farthest = std::max(farthest, (x.vector(i) - carried_place(body, i)).norm());
+  }
+  return farthest;
 }
 
 /// The deepest point of a triangle that is nearer to a body than `below` and not held.
@@ -141,18 +166,22 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     return Eigen::Vector3d((1 - share) * a + share * b);
   };
   const Solid& solid = after(body);
-  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
+  double farthest_way = 0;
+  for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
     const Eigen::Vector3d a = from.vector(i);
     const Eigen::Vector3d b = to.vector(i);
     const double length = (b - a).norm();
-    if (length > least_gap(i) + middle) {
+    farthest_way = std::max(farthest_way, length);
+    if (i < surface_.particles.owned && length > least_gap(i) + middle) {
       shares[static_cast<std::size_t>(i)] =
           trace(length, [&](double share) { return signed_distance(solid, between(a, b, share)).distance - margin; });
     }
   }
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
+  const double moved = is_carried ? 0 : farthest_moved(body, from);
+  const double farthest = reach_of(moved) + farthest_way - middle;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (!living_.empty() && !living_[t]) {
+    if (start_gap(body, surface_.triangles[t][0]) >= farthest || (!living_.empty() && !living_[t])) {
       continue;
     }
     const std::size_t element = t / per_element;

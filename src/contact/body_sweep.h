@@ -74,15 +74,19 @@ class BodySweep {
   /// triangle's corners and its deepest point; not with triangles that are held, nor for half spaces, where a corner is
   /// the deepest point. Not collective.
   /// @param at_start takes the bodies where they were then, and not where they end
+  /// @param with only triangles of elements that have one of these local particles; null: all
   template <class Take>
-  void visit_near_triangles(const Field& x, bool at_start, double below, const Take& take) const {
+  void visit_near_triangles(const Field& x, bool at_start, double below, const Take& take,
+                            const std::vector<bool>* with = nullptr) const {
     const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       if (std::holds_alternative<HalfSpace>(bodies_[b].shape)) {
         continue;
       }
+      const double farthest = below + reach_of(at_start ? 0 : farthest_moved(b, x));
       for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-        if (!living_.empty() && !living_[t]) {
+        if (start_gap(b, surface_.triangles[t][0]) > farthest || (!living_.empty() && !living_[t]) ||
+            (with != nullptr && !has_any(t / per_element, *with))) {
           continue;
         }
         const auto at = DrawnPlaces(surface_, x.data(), t / per_element)(surface_.triangles[t]);
@@ -109,6 +113,10 @@ class BodySweep {
     std::vector<double> start_gap;  ///< of the local particles [m]
   };
 
+  bool has_any(std::size_t element, const std::vector<bool>& particles) const;
+  double farthest_moved(std::size_t body, const Field& x) const;
+  /// What a triangle reaches nearer to a body than its first corner has started, if nothing has moved further.
+  double reach_of(double moved) const { return moved + longest_side_ + 2 * moved; }
   std::optional<DeepestPoint> deepest_near(std::size_t body, std::size_t triangle,
                                            const std::array<Eigen::Vector3d, 3>& at, bool at_start, double below) const;
   std::vector<double> safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
@@ -121,8 +129,9 @@ class BodySweep {
   std::vector<bool> held_;
   std::vector<bool> living_;  ///< empty: all drawn triangles are there
   Field start_;
-  double h_ = 0;     ///< [s]
-  double time_ = 0;  ///< of the step's start [s]
+  double longest_side_ = 0;  ///< of the drawn triangles at the start [m]
+  double h_ = 0;             ///< [s]
+  double time_ = 0;          ///< of the step's start [s]
   std::vector<Moved> moved_;
 };
 

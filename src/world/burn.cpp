@@ -19,6 +19,18 @@ namespace {
 
 const std::map<std::string, BodyOptions> no_bodies;
 
+/// The bodies, so that they begin to press where a BodyCorrection puts the sheet, and without friction, which is its
+/// task.
+std::map<std::string, BodyOptions> behind_the_surface(const Options& options, double thickness) {
+  std::map<std::string, BodyOptions> bodies = options.bodies;
+  for (auto& [name, body] : bodies) {
+    body.margin -= (1 - BodyContact::onset) * thickness;
+    body.friction = 0;
+    body.restitution = 0;
+  }
+  return bodies;
+}
+
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
   std::array<std::vector<double>, 4> result;
@@ -82,15 +94,14 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(state == nullptr ? Pins(sheet, options.pins) : Pins(sheet, options.pins, state->pin)),
-      bodies_(sheet.comm(), is_balanced(options) ? no_bodies : options.bodies),
+      bodies_(sheet, is_balanced(options) ? no_bodies : options.bodies, contact_thickness(sheet, options.contact)),
       chambers_(state == nullptr ? Chambers(sheet, options.gas, options.chambers)
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
       start_(sheet.particles, 3),
       end_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
-      held_(pins_.pinned()),
-      contact_reach_(contact_thickness(sheet, options.contact)) {
+      held_(pins_.pinned()) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
@@ -111,6 +122,10 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       filled_.emplace(*elastic_, chambers_, options.gas.tangent);
     }
   } else if (options.contact.self) {
+    if (!bodies_.empty()) {
+      backing_ = std::make_unique<BodyContact>(sheet, behind_the_surface(options, bodies_.thickness()), options.contact,
+                                               usual_stiffness_);
+    }
     masses_ = std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.newton_tolerance, options.time.step,
                                          pressing());
     if (contact_) {
@@ -163,6 +178,9 @@ std::vector<Potential*> Burn::pressing() {
   std::vector<Potential*> potentials;
   if (body_contact_ != nullptr) {
     potentials.push_back(body_contact_.get());
+  }
+  if (backing_ != nullptr) {
+    potentials.push_back(backing_.get());
   }
   if (contact_ && options_.dynamics == Dynamics::elastic) {
     potentials.push_back(&*contact_);
@@ -432,6 +450,11 @@ void Burn::begin_masses(const State& state, double h) {
     body_contact_->set_stiffness(stiffness_);
   }
   begin_bodies(state, h);
+  if (backing_ != nullptr) {
+    backing_->set_stiffness(stiffness_);
+    backing_->set_surface(held_, &state.living.triangles);
+    backing_->begin_step(start_, state.time + h, h);
+  }
   masses_->begin(state.position, {mass_, held_, start_, h});
 }
 
@@ -457,13 +480,12 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   if (elastic_ != nullptr) {
     result = advance_elastic(state, contact.h);
   } else {
-    PetscInt contacts = 0;
-    bodies_.begin_step();
+    bodies_.begin_step(contact, &state.living.triangles);
     // With a strain limit it is brought into balance with its contact after each projection step, until both hold.
     const bool settles_often = settling_ != nullptr && options_.project.strain_limit;
     DynamicsResult settled;
     const auto correct = [&](Field& positions) {
-      contacts = bodies_.correct_positions(positions, contact);
+      bodies_.correct_positions(positions, contact);
       if (settles_often && settled.converged) {
         settle_contact(state, settled);
       }
@@ -478,9 +500,8 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
     } else {
       static_cast<StageResult&>(result) =
           springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h});
-      correct(state.position);
     }
-    result.contacts = contacts;
+    result.contacts = bodies_.correct_triangles(state.position, contact);
     if (settling_ != nullptr && !settles_often && result.converged) {
       settle_contact(state, settled);
     }
@@ -507,7 +528,13 @@ void Burn::leave_bodies(State& state, const ContactStep& contact, std::vector<Bo
     body_contact_->rebound(state.position, start_velocity_, mass_, state.velocity, loads);
   } else if (!bodies_.empty()) {
     bodies_.correct_velocities(state.velocity, state.position, contact);
-    loads = bodies_.loads(state.position, contact, contact_reach_);
+    loads = bodies_.loads(state.position, contact);
+    if (backing_ != nullptr) {
+      const std::vector<BodyLoad> pressed = backing_->loads(state.position);
+      for (std::size_t b = 0; b < loads.size(); ++b) {
+        loads[b].force += pressed[b].force;
+      }
+    }
   }
 }
 
@@ -635,6 +662,10 @@ void Burn::end_dynamics(State& state) {
     moved_.reason = imbalance;
   }
   find_velocities(state, *moving_, moved_.loads);
+  if (const std::string fault = bodies_.fault(moved_.loads); moved_.converged && !fault.empty()) {
+    moved_.converged = false;
+    moved_.reason = fault;
+  }
 }
 
 /// What the weights of gas and air do (Chambers::uneven_forces). Collective.

@@ -14,6 +14,7 @@
 #include "constraints/pins.h"
 #include "contact/bodies.h"
 #include "contact/body_contact.h"
+#include "contact/body_correction.h"
 #include "contact/surface_contact.h"
 #include "elastic/elastic_step.h"
 #include "equilibrium/gas_filled_part.h"
@@ -195,8 +196,9 @@ class Burn {
   Textures textures_;
   Burning burning_;
   Pins pins_;
-  Bodies bodies_;                              ///< that move the sheet; none if there are any in body_contact_
+  BodyCorrection bodies_;                      ///< that move the sheet; none if there are any in body_contact_
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance
+  std::unique_ptr<BodyContact> backing_;       ///< bodies into which a sheet that they correct would press itself
   std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
   Chambers chambers_;
@@ -226,7 +228,6 @@ class Burn {
   std::vector<double> mass_;              ///< that moves with them [kg]
   double usual_stiffness_ = 0;            ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_ = 0;                  ///< of contact, in the present step [Pa/m]
-  double contact_reach_ = 0;              ///< gap up to which bodies note how near the sheet is [m]
   std::vector<double> volume_ratio_;      ///< see set_volume_ratios
   std::vector<double> stiffness_factor_;  ///< see set_stiffness_factors
 };

@@ -5,6 +5,7 @@
 
 #include "contact/barrier.h"
 #include "geometry/deepest_point.h"
+#include "geometry/pi.h"
 #include "surface/drawn_places.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
@@ -178,7 +179,20 @@ TEST(SheetOnBodies, OnRailsABlockSticksBelowTheAngleOfFrictionAndSlidesAbove) {
   expect_coulomb(0.6, rails);
 }
 
-TEST(SheetOnBodies, NoDrawnTriangleEntersABody) {
+/// By every way to move a sheet.
+class AnySheetOnBodies : public ::testing::TestWithParam<std::string> {
+ protected:
+  static Options options() {
+    Options options = elastic_options();
+    options.dynamics = GetParam();
+    options.spring.stiffness = 300;
+    return options;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Dynamics, AnySheetOnBodies, ::testing::Values("elastic", "projection", "spring"),
+                         [](const auto& info) { return info.param; });
+
+TEST_P(AnySheetOnBodies, NoDrawnTriangleEntersABody) {
   std::map<std::string, BodyOptions> bodies;
   bodies["ball"].radius = 0.03;
   bodies["rod"].shape = "capsule";
@@ -197,9 +211,9 @@ TEST(SheetOnBodies, NoDrawnTriangleEntersABody) {
   for (auto& [name, body] : bodies) {
     body.centre = {4.4 * edge, 2.6 * edge, -0.1};  // between corners
     body.friction = 0.3;
-    Options options = elastic_options();
-    options.bodies[name] = body;
-    MovingSheet sheet(options);
+    Options of_body = options();
+    of_body.bodies[name] = body;
+    MovingSheet sheet(of_body);
     double least = 1;
     for (int n = 0; n < 100 && !::testing::Test::HasFailure(); ++n) {
       sheet.step();
@@ -211,8 +225,8 @@ TEST(SheetOnBodies, NoDrawnTriangleEntersABody) {
 }
 
 // The ball flies 80 mm, more than its diameter, in a step.
-TEST(SheetOnBodies, NothingFastTunnels) {
-  Options options = elastic_options();
+TEST_P(AnySheetOnBodies, NothingFastTunnels) {
+  Options options = AnySheetOnBodies::options();
   options.force.gravity.setZero();
   BodyOptions ball;
   ball.radius = 0.03;
@@ -220,6 +234,7 @@ TEST(SheetOnBodies, NothingFastTunnels) {
   ball.velocity = {0, 0, 40};
   options.bodies["ball"] = ball;
   options.elastic.newton_iterations = 300;
+  options.project.error_limit = 10;
   MovingSheet sheet(options);
   for (int n = 0; n < 8 && !::testing::Test::HasFailure(); ++n) {
     sheet.step();
@@ -230,6 +245,34 @@ TEST(SheetOnBodies, NothingFastTunnels) {
   double of_all = highest;
   MPI_Allreduce(MPI_IN_PLACE, &of_all, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
   EXPECT_GT(of_all, -0.2 + 40 * sheet.state.time);
+}
+
+// The upper half of a U falls on the lower half, which lies on the floor.
+TEST_P(AnySheetOnBodies, ItsContactWithItselfPressesItIntoNone) {
+  Options options = AnySheetOnBodies::options();
+  options.force.gravity *= 10;
+  options.contact.self = true;
+  options.contact.stiffness.reset();
+  const BodyOptions floor = plane(0.3);
+  options.bodies["floor"] = floor;
+  SurfaceMesh mesh = grid_mesh(8, 3, edge);
+  const double radius = 2 * edge / pi;
+  for (Vector3d& point : mesh.points) {
+    const double beyond = point.x() - 3 * edge;
+    if (beyond > 0) {
+      const double turn = std::min(beyond / radius, pi);
+      point.x() = 3 * edge + radius * std::sin(turn) - std::max(0.0, beyond - 2 * edge);
+      point.z() = radius * (1 - std::cos(turn));
+    }
+    point.z() += 0.02 * edge;
+  }
+  MovingSheet sheet(options, 2e-3, mesh);
+  PetscInt touching = 0;
+  for (int n = 0; n < 60 && !::testing::Test::HasFailure(); ++n) {
+    touching = std::max(touching, sheet.step().touching->contacts);
+    EXPECT_GE(sheet.least_gap(floor), -0.1 * 0.1 * edge) << n;
+  }
+  EXPECT_GT(touching, 0) << "the halves do not meet";
 }
 
 TEST(SheetOnBodies, ABouncingSheetGainsNoEnergy) {

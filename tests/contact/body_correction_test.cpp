@@ -1,4 +1,4 @@
-#include "contact/bodies.h"
+#include "contact/body_correction.h"
 
 #include <gtest/gtest.h>
 #include <petscsys.h>
@@ -16,11 +16,12 @@ namespace {
 constexpr double g = 9.81;
 
 /// Free particles, as many on every rank, that bodies act on without a sheet between them.
-class BodiesTest : public ::testing::Test {
+class BodyCorrectionTest : public ::testing::Test {
  protected:
-  explicit BodiesTest(PetscInt count = 3)
+  explicit BodyCorrectionTest(PetscInt count = 3)
       : pinned(static_cast<std::size_t>(count), false), mass(static_cast<std::size_t>(count), 0.1) {
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    Layout& particles = surface.particles;
     particles.comm = PETSC_COMM_WORLD;
     particles.owned = count;
     MPI_Allreduce(&count, &particles.global, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
@@ -31,18 +32,23 @@ class BodiesTest : public ::testing::Test {
   }
 
   /// One step of section 7 for particles without springs.
-  void advance(Bodies& bodies, double h, const Eigen::Vector3d& gravity = {0, 0, -g}) {
+  void advance(BodyCorrection& bodies, double h, const Eigen::Vector3d& gravity = {0, 0, -g}) {
     start.values() = positions.values();
     velocities.values().colwise() += h * gravity;
     positions.values() += h * velocities.values();
     time += h;
     const ContactStep step{particles, start, pinned, time, h, mass};
-    bodies.correct_positions(positions, step);
+    correct(bodies, step);
     velocities.values() = (positions.values() - start.values()) / h;
     bodies.correct_velocities(velocities, positions, step);
   }
 
-  static Bodies one(const BodyOptions& options) { return Bodies(PETSC_COMM_WORLD, {{"body", options}}); }
+  PetscInt correct(BodyCorrection& bodies, const ContactStep& step) {
+    bodies.begin_step(step, nullptr);
+    return bodies.correct_positions(positions, step);
+  }
+
+  BodyCorrection one(const BodyOptions& options) const { return BodyCorrection(surface, {{"body", options}}, 0.002); }
   static BodyOptions plane(const Eigen::Vector3d& normal, double friction) {
     BodyOptions options;
     options.shape = "plane";
@@ -52,7 +58,8 @@ class BodiesTest : public ::testing::Test {
   }
 
   int rank = 0;
-  Layout particles;
+  Surface surface;  ///< without elements
+  const Layout& particles = surface.particles;
   Field start;
   Field positions;
   Field velocities;
@@ -61,7 +68,7 @@ class BodiesTest : public ::testing::Test {
   double time = 0;
 };
 
-TEST_F(BodiesTest, sphere_pushes_out_to_its_radius_and_margin) {
+TEST_F(BodyCorrectionTest, sphere_pushes_out_to_its_radius_and_margin) {
   BodyOptions ball;
   ball.centre = {1, 2, 3};
   ball.radius = 0.5;
@@ -70,13 +77,15 @@ TEST_F(BodiesTest, sphere_pushes_out_to_its_radius_and_margin) {
   positions.vector(0) = ball.centre + 0.2 * direction;
   positions.vector(1) = ball.centre + 0.505 * direction;
   positions.vector(2) = ball.centre + 0.52 * direction;
-  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1, mass}), 2);
+  start.values() = positions.values();
+  BodyCorrection bodies = one(ball);
+  EXPECT_EQ(correct(bodies, {particles, start, pinned, 1, 1, mass}), 2);
   EXPECT_LT((positions.vector(0) - ball.centre - 0.51 * direction).norm(), 1e-12);
   EXPECT_LT((positions.vector(1) - ball.centre - 0.51 * direction).norm(), 1e-12);
   EXPECT_EQ(positions.vector(2), ball.centre + 0.52 * direction) << "left alone";
 }
 
-TEST_F(BodiesTest, friction_on_a_sphere_leaves_points_on_it) {
+TEST_F(BodyCorrectionTest, friction_on_a_sphere_leaves_points_on_it) {
   BodyOptions ball;
   ball.radius = 0.5;
   ball.friction = 0.3;
@@ -85,7 +94,8 @@ TEST_F(BodiesTest, friction_on_a_sphere_leaves_points_on_it) {
     positions.vector(i) = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 0.45);
   }
   const Eigen::Matrix3Xd before = positions.values();
-  EXPECT_EQ(one(ball).correct_positions(positions, {particles, start, pinned, 1, 1, mass}), 3);
+  BodyCorrection bodies = one(ball);
+  EXPECT_EQ(correct(bodies, {particles, start, pinned, 1, 1, mass}), 3);
   for (PetscInt i = 0; i < 3; ++i) {
     const Eigen::Vector3d normal = before.col(i).normalized();
     const Eigen::Vector3d pushed = 0.5 * normal;
@@ -97,8 +107,8 @@ TEST_F(BodiesTest, friction_on_a_sphere_leaves_points_on_it) {
   EXPECT_LT(positions.vector(2).x(), 0.5 * before.col(2).normalized().x() - 0.002) << "the slip is less by mu d";
 }
 
-TEST_F(BodiesTest, block_on_a_slope_sticks_below_the_angle_of_friction) {
-  Bodies slope = one(plane({0.5, 0, 1}, 0.51));  // tan = 0.5
+TEST_F(BodyCorrectionTest, block_on_a_slope_sticks_below_the_angle_of_friction) {
+  BodyCorrection slope = one(plane({0.5, 0, 1}, 0.51));  // tan = 0.5
   for (int n = 0; n < 200; ++n) {
     advance(slope, 0.01);
   }
@@ -106,13 +116,13 @@ TEST_F(BodiesTest, block_on_a_slope_sticks_below_the_angle_of_friction) {
   EXPECT_LT(velocities.values().cwiseAbs().maxCoeff(), 1e-12);
 }
 
-TEST_F(BodiesTest, block_on_a_slope_slides_with_gravity_less_friction) {
+TEST_F(BodyCorrectionTest, block_on_a_slope_slides_with_gravity_less_friction) {
   const double angle = std::atan(0.5);
   const Eigen::Vector3d downhill(std::cos(angle), 0, -std::sin(angle));
   for (const double friction : {0.0, 0.3}) {
     positions.values().setZero();
     velocities.values().setZero();
-    Bodies slope = one(plane({0.5, 0, 1}, friction));
+    BodyCorrection slope = one(plane({0.5, 0, 1}, friction));
     for (int n = 0; n < 200; ++n) {
       advance(slope, 0.01);
     }
@@ -123,8 +133,8 @@ TEST_F(BodiesTest, block_on_a_slope_slides_with_gravity_less_friction) {
   }
 }
 
-TEST_F(BodiesTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
-  Bodies floor = one(plane({0, 0, 1}, 0.2));
+TEST_F(BodyCorrectionTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
+  BodyCorrection floor = one(plane({0, 0, 1}, 0.2));
   positions.vector(0) = Eigen::Vector3d(0, 0, 0.004);
   velocities.vector(0) = Eigen::Vector3d(1, 0, -2);  // slides on: 1 - 0.2 * 2
   positions.vector(1) = Eigen::Vector3d(0, 0, 0.004);
@@ -138,10 +148,10 @@ TEST_F(BodiesTest, impact_takes_the_normal_velocity_and_its_share_of_the_slip) {
   EXPECT_LT((velocities.vector(2) - Eigen::Vector3d(1, 0, 0.5)).norm(), 1e-12);
 }
 
-TEST_F(BodiesTest, moving_floor_carries_points_along) {
+TEST_F(BodyCorrectionTest, moving_floor_carries_points_along) {
   BodyOptions options = plane({0, 0, 1}, 0.5);
   options.velocity = {1, 0, 0};
-  Bodies floor = one(options);
+  BodyCorrection floor = one(options);
   const double time_to_stick = 1 / (0.5 * g);
   for (int n = 0; n < 10; ++n) {
     advance(floor, 0.01);
@@ -156,10 +166,10 @@ TEST_F(BodiesTest, moving_floor_carries_points_along) {
   EXPECT_NEAR(positions.vector(0).z(), 0, 1e-12);
 }
 
-TEST_F(BodiesTest, body_follows_its_key_points) {
+TEST_F(BodyCorrectionTest, body_follows_its_key_points) {
   BodyOptions options = plane({0, 0, 1}, 0);
   options.path = {{0, 0, 0, -1}, {1, 0, 0, 0.5}, {2, 0, 0, 0.5}};
-  Bodies lift = one(options);
+  BodyCorrection lift = one(options);
   positions.values().setZero();
   for (int n = 0; n < 150; ++n) {
     advance(lift, 0.01, Eigen::Vector3d::Zero());
@@ -175,14 +185,14 @@ TEST_F(BodiesTest, body_follows_its_key_points) {
   EXPECT_NEAR(positions.vector(0).z(), 0.5 + 1.5 * 0.5, 1e-10);
 }
 
-TEST_F(BodiesTest, turning_drum_carries_points_round) {
+TEST_F(BodyCorrectionTest, turning_drum_carries_points_round) {
   BodyOptions drum;
   drum.shape = "cylinder";
   drum.axis = {0, 1, 0};
   drum.radius = 0.5;
   drum.angular_velocity = {0, 2, 0};
   drum.friction = 200;  // enough to take them along at once
-  Bodies bodies = one(drum);
+  BodyCorrection bodies = one(drum);
   positions.values().row(2).setConstant(0.5);
   advance(bodies, 1e-3);
   for (PetscInt i = 0; i < 3; ++i) {
@@ -190,22 +200,21 @@ TEST_F(BodiesTest, turning_drum_carries_points_round) {
   }
 }
 
-TEST_F(BodiesTest, force_at_rest_is_the_weight) {
-  Bodies floor = one(plane({0, 0, 1}, 0.5));
+TEST_F(BodyCorrectionTest, force_at_rest_is_the_weight) {
+  BodyCorrection floor = one(plane({0, 0, 1}, 0.5));
   for (int n = 0; n < 3; ++n) {
-    floor.begin_step();
     advance(floor, 0.01);
-    const std::vector<BodyLoad> loads = floor.loads(positions, {particles, start, pinned, time, 0.01, mass}, 0.002);
+    const std::vector<BodyLoad> loads = floor.loads(positions, {particles, start, pinned, time, 0.01, mass});
     const double weight = 0.1 * g * static_cast<double>(particles.global);
     EXPECT_LT((loads[0].force - Eigen::Vector3d(0, 0, -weight)).norm(), 1e-9 * weight);
     EXPECT_NEAR(loads[0].gap, 0, 1e-15);
   }
 }
 
-TEST_F(BodiesTest, particles_rebound_with_the_restitution) {
+TEST_F(BodyCorrectionTest, particles_rebound_with_the_restitution) {
   BodyOptions options = plane({0, 0, 1}, 0);
   options.restitution = 0.6;
-  Bodies floor = one(options);
+  BodyCorrection floor = one(options);
   positions.values().row(2).setConstant(0.004);
   velocities.values().row(2).setConstant(-2);
   const Field before = [this] {
@@ -216,21 +225,21 @@ TEST_F(BodiesTest, particles_rebound_with_the_restitution) {
   start.values() = positions.values();
   positions.values() += 0.01 * velocities.values();
   const ContactStep step{particles, start, pinned, 0.01, 0.01, mass, &before};
-  floor.correct_positions(positions, step);
+  correct(floor, step);
   velocities.values() = (positions.values() - start.values()) / 0.01;
   floor.correct_velocities(velocities, positions, step);
   EXPECT_NEAR(velocities.vector(0).z(), 1.2, 1e-12);
-  const double impulse = 0.01 * floor.loads(positions, step, 0.002)[0].force.z();
+  const double impulse = 0.01 * floor.loads(positions, step)[0].force.z();
   EXPECT_NEAR(impulse, -0.1 * 3.2 * static_cast<double>(particles.global), 1e-9) << "what the momentum has changed by";
 }
 
-TEST_F(BodiesTest, pinned_particles_are_left_alone) {
+TEST_F(BodyCorrectionTest, pinned_particles_are_left_alone) {
   pinned[1] = true;
   positions.values().row(2).setConstant(-0.1);
   velocities.values().row(2).setConstant(-1);
   const ContactStep step{particles, start, pinned, 1, 1, mass};
-  Bodies floor = one(plane({0, 0, 1}, 0.5));
-  EXPECT_EQ(floor.correct_positions(positions, step), 2);
+  BodyCorrection floor = one(plane({0, 0, 1}, 0.5));
+  EXPECT_EQ(correct(floor, step), 2);
   EXPECT_EQ(positions.vector(0).z(), 0);
   EXPECT_EQ(positions.vector(1).z(), -0.1);
   EXPECT_EQ(floor.correct_velocities(velocities, positions, step), 2);
@@ -240,7 +249,7 @@ TEST_F(BodiesTest, pinned_particles_are_left_alone) {
 
 std::string message(const BodyOptions& options) {
   try {
-    Bodies bodies(PETSC_COMM_WORLD, {{"ball", options}});
+    make_bodies(PETSC_COMM_WORLD, {{"ball", options}});
   } catch (const Error& error) {
     return error.what();
   }

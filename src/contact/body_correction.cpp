@@ -1,0 +1,258 @@
+#include "contact/body_correction.h"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdio>
+
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace contact {
+
+namespace {
+
+/// A particle this near to a surface touches it: far above rounding, far below any sheet's thickness [m].
+constexpr double touching = 1e-9;
+/// A point of a triangle in which free particles have less of a share than this cannot be moved by them.
+constexpr double least_free = 0.1;
+
+/// What is left of a slip along a surface when friction can take away up to `limit` of it.
+Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
+  const double length = slip.norm();
+  return length > limit ? Eigen::Vector3d(slip * (1 - limit / length)) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
+Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector3d& normal) {
+  return vector - normal * normal.dot(vector);
+}
+
+Eigen::Vector3d place(const PointWeights& point, const Field& x) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    sum += point.weights[k] * x.vector(point.particles[k]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+BodyCorrection::BodyCorrection(const Surface& surface, const std::map<std::string, BodyOptions>& bodies,
+                               double thickness)
+    : surface_(surface),
+      sweep_(surface, bodies, thickness),
+      force_(sweep_.bodies().size(), Eigen::Vector3d::Zero()),
+      last_(surface.particles, 3),
+      is_touched_(static_cast<std::size_t>(surface.particles.owned), false) {}
+
+void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>* living) {
+  std::fill(force_.begin(), force_.end(), Eigen::Vector3d::Zero());
+  std::fill(is_touched_.begin(), is_touched_.end(), false);
+  is_moved_ = false;
+  if (!empty()) {
+    sweep_.set_surface(step.pinned, living);
+    sweep_.begin_step(step.start, step.time_end, step.h);
+  }
+}
+
+PetscInt BodyCorrection::correct_positions(Field& positions, const ContactStep& step) {
+  std::fill(is_touched_.begin(), is_touched_.end(), false);
+  keep_out(positions, step);
+  return touched();
+}
+
+/// Collective.
+void BodyCorrection::keep_out(Field& positions, const ContactStep& step) {
+  if (empty()) {
+    return;
+  }
+  sweep_.stop_at_middle(is_moved_ ? &last_ : nullptr, positions, StepLimit::each_vertex);
+  push_particles(positions, step);
+  is_moved_ = true;
+  last_.values() = positions.values();
+}
+
+PetscInt BodyCorrection::correct_triangles(Field& positions, const ContactStep& step) {
+  constexpr int most_rounds = 50;
+  keep_out(positions, step);
+  std::vector<bool> has_moved;
+  for (int round = 0; !empty() && round < most_rounds; ++round) {
+    const Field::Values values = positions.values();
+    const Eigen::Matrix3Xd before = values;
+    if (!push_triangles(positions, step, round == 0 ? nullptr : &has_moved)) {
+      break;
+    }
+    push_particles(positions, step);
+    has_moved.assign(static_cast<std::size_t>(step.particles.local()), false);
+    for (Eigen::Index i = 0; i < before.cols(); ++i) {
+      has_moved[static_cast<std::size_t>(i)] = before.col(i) != values.col(i);
+    }
+  }
+  return touched();
+}
+
+/// Where a point gets to that a body pushes out, friction included. @param start of the point, where the step starts
+Eigen::Vector3d BodyCorrection::corrected(std::size_t body, double push, const Eigen::Vector3d& normal,
+                                          const Eigen::Vector3d& start, const Eigen::Vector3d& x) const {
+  const double friction = bodies()[body].friction;
+  Eigen::Vector3d result = x + push * normal;
+  if (friction > 0) {
+    const Eigen::Vector3d slip = along_surface(result - sweep_.carried_place(body, start), normal);
+    result += slip_after_friction(slip, friction * push) - slip;
+    // The tangent plane of a curved surface leaves it.
+    const SignedDistance left = signed_distance(sweep_.after(body), result);
+    result += (bodies()[body].margin - left.distance) * left.normal;
+  }
+  return result;
+}
+
+void BodyCorrection::add_force(std::size_t body, PetscInt particle, const Eigen::Vector3d& moved_by,
+                               const ContactStep& step) {
+  is_touched_[static_cast<std::size_t>(particle)] = true;
+  force_[body] -= step.mass[static_cast<std::size_t>(particle)] / (step.h * step.h) * moved_by;
+}
+
+/// Moves local particles, ghosts too, alike on every rank.
+void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
+  for (std::size_t b = 0; b < bodies().size(); ++b) {
+    const Solid& solid = sweep_.after(b);
+    for (PetscInt i = 0; i < step.particles.local(); ++i) {
+      auto x = positions.vector(i);
+      const SignedDistance gap = signed_distance(solid, x);
+      const double push = bodies()[b].margin - gap.distance;
+      if (push <= 0 || step.pinned[static_cast<std::size_t>(i)]) {
+        continue;
+      }
+      const Eigen::Vector3d before = x;
+      x = corrected(b, push, gap.normal, step.start.vector(i), before);
+      if (i < step.particles.owned) {
+        add_force(b, i, x - before, step);
+      }
+    }
+  }
+}
+
+/// How much of a point belongs to particles that are free to move.
+double BodyCorrection::free_share(const PointWeights& point) const {
+  double share = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    share += sweep_.is_held(point.particles[k]) ? 0 : point.weights[k];
+  }
+  return share;
+}
+
+/// Moves what is too deep once: a particle as far as one of its triangles wants, in the mean direction. Collective.
+/// @param with triangles with none of these have not changed since nothing was too deep; null: any may have
+/// @returns whether anything was, on any rank
+bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with) {
+  const double limit = tolerance / 2 * sweep_.thickness();
+  struct Move {
+    double length = 0;  ///< the most that a triangle wants
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  std::map<std::pair<std::size_t, PetscInt>, Move> moves;  // by body and particle
+  sweep_.visit_near_triangles(
+      positions, false, -limit,
+      [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
+        const PointWeights point = weights_of(surface_, t, deepest.weights);
+        if (free_share(point) < least_free) {
+          return;
+        }
+        const Eigen::Vector3d x = place(point, positions);
+        const double push = bodies()[b].margin - deepest.gap.distance;
+        const Eigen::Vector3d by = corrected(b, push, deepest.gap.normal, place(point, step.start), x) - x;
+        std::array<double, 4> share{};
+        double sum = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const PetscInt particle = point.particles[k];
+          share[k] = sweep_.is_held(particle) ? 0 : point.weights[k] / step.mass[static_cast<std::size_t>(particle)];
+          sum += share[k] * point.weights[k];
+        }
+        for (std::size_t k = 0; k < 4; ++k) {
+          if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
+            Move& move = moves[{b, point.particles[k]}];
+            const Eigen::Vector3d wanted = share[k] / sum * by;
+            move.length = std::max(move.length, wanted.norm());
+            move.sum += wanted;
+          }
+        }
+      },
+      with);
+  for (const auto& [who, move] : moves) {
+    const auto& [body, particle] = who;
+    const Eigen::Vector3d by = move.length * move.sum.normalized();
+    positions.vector(particle) += by;
+    add_force(body, particle, by, step);
+  }
+  if (!on_any_rank(surface_.comm(), !moves.empty())) {
+    return false;
+  }
+  positions.update_ghosts();
+  return true;
+}
+
+PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
+  PetscInt approaching = 0;
+  for (std::size_t b = 0; b < bodies().size(); ++b) {
+    const Body& body = bodies()[b];
+    const Solid& solid = sweep_.after(b);
+    const Pose& before = sweep_.before(b).pose;
+    for (PetscInt i = 0; i < step.particles.local(); ++i) {
+      const SignedDistance gap = signed_distance(solid, positions.vector(i));
+      if (gap.distance > body.margin + touching || step.pinned[static_cast<std::size_t>(i)]) {
+        continue;
+      }
+      // The mean over the step, as in eq. 13: a particle that sticks to the body has exactly this velocity.
+      const Eigen::Vector3d place = positions.vector(i);
+      const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
+      const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;
+      double rebound = 0;
+      if (body.restitution > 0 && step.start_velocity != nullptr && sweep_.start_gap(b, i) > touching) {
+        rebound = std::max(0.0, -body.restitution * gap.normal.dot(step.start_velocity->vector(i) - body_velocity));
+      }
+      const double approach = rebound - relative.dot(gap.normal);
+      if (approach <= 0) {
+        continue;
+      }
+      const Eigen::Vector3d corrected =
+          body_velocity + rebound * gap.normal +
+          slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
+      if (i < step.particles.owned) {
+        ++approaching;
+        force_[b] -= step.mass[static_cast<std::size_t>(i)] / step.h * (corrected - velocities.vector(i));
+      }
+      velocities.vector(i) = corrected;
+    }
+  }
+  return approaching;
+}
+
+std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const ContactStep& step) const {
+  std::vector<BodyLoad> loads;
+  for (std::size_t b = 0; b < bodies().size(); ++b) {
+    BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], sweep_.thickness()});
+    for (PetscInt i = 0; i < step.particles.owned; ++i) {
+      if (!step.pinned[static_cast<std::size_t>(i)]) {
+        Eigen::Vector3d normal;
+        load.gap = std::min(load.gap, sweep_.gap_at(b, sweep_.after(b), positions.vector(i), normal));
+      }
+    }
+  }
+  sweep_.visit_near_triangles(positions, false, sweep_.thickness(),
+                              [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& found) {
+                                if (free_share(weights_of(surface_, t, found.weights)) >= least_free) {
+                                  loads[b].gap = std::min(loads[b].gap, found.gap.distance - bodies()[b].margin);
+                                }
+                              });
+  for (BodyLoad& load : loads) {
+    MPI_Allreduce(MPI_IN_PLACE, load.force.data(), 3, MPI_DOUBLE, MPI_SUM, step.particles.comm);
+    MPI_Allreduce(MPI_IN_PLACE, &load.gap, 1, MPI_DOUBLE, MPI_MIN, step.particles.comm);
+  }
+  return loads;
+}
+
+std::string BodyCorrection::fault(const std::vector<BodyLoad>& loads) const {
+  return entered_too_deep(bodies(), loads, tolerance * sweep_.thickness());
+}
+
+}  // namespace contact
+}  // namespace pellicle

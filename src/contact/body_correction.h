@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "contact/body_sweep.h"
+
+namespace pellicle {
+inline namespace contact {
+
+/// What contact with bodies needs to know of a step.
+struct ContactStep {
+  const Layout& particles;
+  const Field& start;               ///< positions at the beginning of the step [m], ghosts up to date
+  const std::vector<bool>& pinned;  ///< of each local particle; a pinned particle is left alone
+  double time_end = 0;              ///< at the end of the step [s]
+  double h = 0;                     ///< length of the step [s]
+  const std::vector<double>& mass;  ///< of each local particle [kg]
+  /// At the beginning of the step, of particles that may rebound [m/s]; null: nothing rebounds
+  const Field* start_velocity = nullptr;
+};
+
+/// Bodies that move a sheet out of themselves: they correct its positions and velocities, and nothing has to be brought
+/// into balance. Between steps they keep nothing but the force on them: a step may be repeated.
+///
+/// Coulomb friction adds up over the calls of a step: a point that is pushed out of a body by d may lose up to mu d of
+/// its displacement along the surface relative to the body, as by an impulse m d/h.
+///
+/// Nothing passes through a body between two calls: particles and drawn triangles are stopped in its middle, from where
+/// they are pushed out to the side from which they came.
+class BodyCorrection {
+ public:
+  static constexpr double tolerance = 0.1;  ///< of the thickness, to which a drawn triangle may be in a body
+
+  /// Collective. Surface must outlive it. @param thickness gap up to which they note how near the surface is [m]
+  /// @throws Error as make_bodies does
+  BodyCorrection(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness);
+
+  const std::vector<Body>& bodies() const { return sweep_.bodies(); }
+  bool empty() const { return bodies().empty(); }
+  double thickness() const { return sweep_.thickness(); }
+
+  /// Forgets the forces of the last step. Not collective.
+  /// @param living drawn triangles of the local elements that are there; null: all
+  void begin_step(const ContactStep& step, const std::vector<bool>* living);
+
+  /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
+  /// at every projection step. Collective. @param positions [m], ghosts up to date before and after
+  /// @returns how many particles of this rank have been moved
+  PetscInt correct_positions(Field& positions, const ContactStep& step);
+
+  /// The same at the end of a step, after any last projection step; then, until none is deeper in a body than half of
+  /// the tolerance, puts the drawn triangles there by the deepest point of each, which moves its corners by their
+  /// shares in it and inversely to their masses. Collective. @returns how many particles of this rank it or the last
+  /// `correct_positions` has moved
+  PetscInt correct_triangles(Field& positions, const ContactStep& step);
+
+  /// Takes the approaching part from the velocities of particles on a surface, relative to the body, and up to mu times
+  /// as much from the part along the surface (burning paper, eq. 15). What has come to touch a body leaves it with its
+  /// restitution. Not collective: local particles, ghosts too, are changed alike on every rank.
+  /// @param velocities [m/s] after eq. 13
+  /// @param positions [m] at the end of the step
+  /// @returns how many particles of this rank approached a body
+  PetscInt correct_velocities(Field& velocities, const Field& positions, const ContactStep& step);
+
+  /// Over all calls since `begin_step`. Collective.
+  std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step) const;
+  /// In words, that a triangle is too deep in a body, which `correct_positions` could not cure; empty: none is.
+  std::string fault(const std::vector<BodyLoad>& loads) const;
+
+ private:
+  PetscInt touched() const { return static_cast<PetscInt>(std::count(is_touched_.begin(), is_touched_.end(), true)); }
+  void keep_out(Field& positions, const ContactStep& step);
+  void push_particles(Field& positions, const ContactStep& step);
+  bool push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with);
+  Eigen::Vector3d corrected(std::size_t body, double push, const Eigen::Vector3d& normal, const Eigen::Vector3d& start,
+                            const Eigen::Vector3d& x) const;
+  void add_force(std::size_t body, PetscInt particle, const Eigen::Vector3d& moved_by, const ContactStep& step);
+  double free_share(const PointWeights& point) const;
+
+  const Surface& surface_;
+  BodySweep sweep_;
+  std::vector<Eigen::Vector3d> force_;  ///< on each, by this rank's particles [N]
+  // Since the step began:
+  bool is_moved_ = false;         ///< positions have been corrected
+  Field last_;                    ///< to where [m]
+  std::vector<bool> is_touched_;  ///< of the owned particles, in the last correction
+};
+
+}  // namespace contact
+}  // namespace pellicle
