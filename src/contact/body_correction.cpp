@@ -140,6 +140,21 @@ double BodyCorrection::free_share(const PointWeights& point) const {
   return share;
 }
 
+/// How far each particle of a point moves if the point is to move by 1: by its weight and inversely to its mass.
+std::array<double, 4> BodyCorrection::shares(const PointWeights& point, const ContactStep& step) const {
+  std::array<double, 4> shares{};
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const PetscInt particle = point.particles[k];
+    shares[k] = sweep_.is_held(particle) ? 0 : point.weights[k] / step.mass[static_cast<std::size_t>(particle)];
+    sum += shares[k] * point.weights[k];
+  }
+  for (double& share : shares) {
+    share /= sum;
+  }
+  return shares;
+}
+
 /// Moves what is too deep once: a particle as far as one of its triangles wants, in the mean direction. Collective.
 /// @param with triangles with none of these have not changed since nothing was too deep; null: any may have
 /// @returns whether anything was, on any rank
@@ -160,17 +175,11 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
         const Eigen::Vector3d x = place(point, positions);
         const double push = bodies()[b].margin - deepest.gap.distance;
         const Eigen::Vector3d by = corrected(b, push, deepest.gap.normal, place(point, step.start), x) - x;
-        std::array<double, 4> share{};
-        double sum = 0;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const PetscInt particle = point.particles[k];
-          share[k] = sweep_.is_held(particle) ? 0 : point.weights[k] / step.mass[static_cast<std::size_t>(particle)];
-          sum += share[k] * point.weights[k];
-        }
+        const std::array<double, 4> share = shares(point, step);
         for (std::size_t k = 0; k < 4; ++k) {
           if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
             Move& move = moves[{b, point.particles[k]}];
-            const Eigen::Vector3d wanted = share[k] / sum * by;
+            const Eigen::Vector3d wanted = share[k] * by;
             move.length = std::max(move.length, wanted.norm());
             move.sum += wanted;
           }
@@ -223,7 +232,48 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
       velocities.vector(i) = corrected;
     }
   }
+  stop_triangles(velocities, positions, step);
   return approaching;
+}
+
+/// As above for the deepest points of the triangles that are in a body: a particle by the mean of what they want,
+/// weighted with their speeds of approach, so that rounding does not decide who counts. Collective.
+void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, const ContactStep& step) {
+  struct Change {
+    double weight = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  std::map<std::pair<std::size_t, PetscInt>, Change> changes;  // by body and particle
+  sweep_.visit_near_triangles(
+      positions, false, touching, [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
+        const PointWeights point = weights_of(surface_, t, deepest.weights);
+        const Eigen::Vector3d x = place(point, positions);
+        const Eigen::Vector3d body_velocity = (x - carried(sweep_.after(b).pose, sweep_.before(b).pose, x)) / step.h;
+        const Eigen::Vector3d relative = place(point, velocities) - body_velocity;
+        const double approach = -relative.dot(deepest.gap.normal);
+        if (approach <= 0 || free_share(point) < least_free) {
+          return;
+        }
+        const Eigen::Vector3d slip = along_surface(relative, deepest.gap.normal);
+        const Eigen::Vector3d by = slip_after_friction(slip, bodies()[b].friction * approach) - relative;
+        const std::array<double, 4> share = shares(point, step);
+        for (std::size_t k = 0; k < 4; ++k) {
+          if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
+            Change& change = changes[{b, point.particles[k]}];
+            change.weight += approach;
+            change.sum += approach * share[k] * by;
+          }
+        }
+      });
+  for (const auto& [who, change] : changes) {
+    const auto& [body, particle] = who;
+    const Eigen::Vector3d by = change.sum / change.weight;
+    velocities.vector(particle) += by;
+    force_[body] -= step.mass[static_cast<std::size_t>(particle)] / step.h * by;
+  }
+  if (on_any_rank(surface_.comm(), !changes.empty())) {
+    velocities.update_ghosts();
+  }
 }
 
 std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const ContactStep& step) const {
