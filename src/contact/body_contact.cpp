@@ -62,7 +62,7 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
                          const ContactOptions& options, double usual_stiffness)
     : surface_(surface),
       slip_speed_(options.slip_speed),
-      sweep_(surface, bodies, contact_thickness(surface, options)),
+      sweep_(surface, make_bodies(surface.comm(), bodies), contact_thickness(surface, options)),
       stiffness_(options.stiffness.value_or(usual_stiffness)),
       element_area_(static_cast<std::size_t>(surface.elements.local()), 0),
       pressed_(sweep_.bodies().size()),

@@ -26,6 +26,13 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
   return vector - normal * normal.dot(vector);
 }
 
+std::vector<Body> without_margins(std::vector<Body> bodies) {
+  for (Body& body : bodies) {
+    body.margin = 0;
+  }
+  return bodies;
+}
+
 Eigen::Vector3d place(const PointWeights& point, const Field& x) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < 4; ++k) {
@@ -39,8 +46,9 @@ Eigen::Vector3d place(const PointWeights& point, const Field& x) {
 BodyCorrection::BodyCorrection(const Surface& surface, const std::map<std::string, BodyOptions>& bodies,
                                double thickness)
     : surface_(surface),
-      sweep_(surface, bodies, thickness),
-      force_(sweep_.bodies().size(), Eigen::Vector3d::Zero()),
+      bodies_(make_bodies(surface.comm(), bodies)),
+      sweep_(surface, without_margins(bodies_), thickness),
+      force_(bodies_.size(), Eigen::Vector3d::Zero()),
       last_(surface.particles, 3),
       is_touched_(static_cast<std::size_t>(surface.particles.owned), false) {}
 
@@ -54,10 +62,9 @@ void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>
   }
 }
 
-PetscInt BodyCorrection::correct_positions(Field& positions, const ContactStep& step) {
+void BodyCorrection::correct_positions(Field& positions, const ContactStep& step) {
   std::fill(is_touched_.begin(), is_touched_.end(), false);
   keep_out(positions, step);
-  return touched();
 }
 
 /// Collective.
@@ -71,9 +78,10 @@ void BodyCorrection::keep_out(Field& positions, const ContactStep& step) {
   last_.values() = positions.values();
 }
 
-PetscInt BodyCorrection::correct_triangles(Field& positions, const ContactStep& step) {
+bool BodyCorrection::correct_triangles(Field& positions, const ContactStep& step) {
   constexpr int most_rounds = 50;
   keep_out(positions, step);
+  bool has_any = false;
   std::vector<bool> has_moved;
   for (int round = 0; !empty() && round < most_rounds; ++round) {
     const Field::Values values = positions.values();
@@ -81,26 +89,29 @@ PetscInt BodyCorrection::correct_triangles(Field& positions, const ContactStep& 
     if (!push_triangles(positions, step, round == 0 ? nullptr : &has_moved)) {
       break;
     }
+    has_any = true;
     push_particles(positions, step);
     has_moved.assign(static_cast<std::size_t>(step.particles.local()), false);
     for (Eigen::Index i = 0; i < before.cols(); ++i) {
       has_moved[static_cast<std::size_t>(i)] = before.col(i) != values.col(i);
     }
   }
-  return touched();
+  return has_any;
 }
 
-/// Where a point gets to that a body pushes out, friction included. @param start of the point, where the step starts
-Eigen::Vector3d BodyCorrection::corrected(std::size_t body, double push, const Eigen::Vector3d& normal,
+/// Where a point gets to that a body pushes out to a margin, friction included.
+/// @param gap at the point @param start of the point, where the step starts
+Eigen::Vector3d BodyCorrection::corrected(std::size_t body, const SignedDistance& gap, double margin,
                                           const Eigen::Vector3d& start, const Eigen::Vector3d& x) const {
-  const double friction = bodies()[body].friction;
-  Eigen::Vector3d result = x + push * normal;
+  const double friction = bodies_[body].friction;
+  const double push = margin - gap.distance;
+  Eigen::Vector3d result = x + push * gap.normal;
   if (friction > 0) {
-    const Eigen::Vector3d slip = along_surface(result - sweep_.carried_place(body, start), normal);
+    const Eigen::Vector3d slip = along_surface(result - sweep_.carried_place(body, start), gap.normal);
     result += slip_after_friction(slip, friction * push) - slip;
     // The tangent plane of a curved surface leaves it.
     const SignedDistance left = signed_distance(sweep_.after(body), result);
-    result += (bodies()[body].margin - left.distance) * left.normal;
+    result += (margin - left.distance) * left.normal;
   }
   return result;
 }
@@ -113,17 +124,16 @@ void BodyCorrection::add_force(std::size_t body, PetscInt particle, const Eigen:
 
 /// Moves local particles, ghosts too, alike on every rank.
 void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
-  for (std::size_t b = 0; b < bodies().size(); ++b) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Solid& solid = sweep_.after(b);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       auto x = positions.vector(i);
       const SignedDistance gap = signed_distance(solid, x);
-      const double push = bodies()[b].margin - gap.distance;
-      if (push <= 0 || step.pinned[static_cast<std::size_t>(i)]) {
+      if (gap.distance >= bodies_[b].margin || step.pinned[static_cast<std::size_t>(i)]) {
         continue;
       }
       const Eigen::Vector3d before = x;
-      x = corrected(b, push, gap.normal, step.start.vector(i), before);
+      x = corrected(b, gap, bodies_[b].margin, step.start.vector(i), before);
       if (i < step.particles.owned) {
         add_force(b, i, x - before, step);
       }
@@ -173,8 +183,7 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
           return;
         }
         const Eigen::Vector3d x = place(point, positions);
-        const double push = bodies()[b].margin - deepest.gap.distance;
-        const Eigen::Vector3d by = corrected(b, push, deepest.gap.normal, place(point, step.start), x) - x;
+        const Eigen::Vector3d by = corrected(b, deepest.gap, 0, place(point, step.start), x) - x;
         const std::array<double, 4> share = shares(point, step);
         for (std::size_t k = 0; k < 4; ++k) {
           if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
@@ -201,8 +210,8 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
 
 PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& positions, const ContactStep& step) {
   PetscInt approaching = 0;
-  for (std::size_t b = 0; b < bodies().size(); ++b) {
-    const Body& body = bodies()[b];
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = bodies_[b];
     const Solid& solid = sweep_.after(b);
     const Pose& before = sweep_.before(b).pose;
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
@@ -215,7 +224,7 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
       const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
       const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;
       double rebound = 0;
-      if (body.restitution > 0 && step.start_velocity != nullptr && sweep_.start_gap(b, i) > touching) {
+      if (body.restitution > 0 && step.start_velocity != nullptr && sweep_.start_gap(b, i) > body.margin + touching) {
         rebound = std::max(0.0, -body.restitution * gap.normal.dot(step.start_velocity->vector(i) - body_velocity));
       }
       const double approach = rebound - relative.dot(gap.normal);
@@ -255,7 +264,7 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
           return;
         }
         const Eigen::Vector3d slip = along_surface(relative, deepest.gap.normal);
-        const Eigen::Vector3d by = slip_after_friction(slip, bodies()[b].friction * approach) - relative;
+        const Eigen::Vector3d by = slip_after_friction(slip, bodies_[b].friction * approach) - relative;
         const std::array<double, 4> share = shares(point, step);
         for (std::size_t k = 0; k < 4; ++k) {
           if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
@@ -278,19 +287,19 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
 
 std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const ContactStep& step) const {
   std::vector<BodyLoad> loads;
-  for (std::size_t b = 0; b < bodies().size(); ++b) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
     BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], sweep_.thickness()});
     for (PetscInt i = 0; i < step.particles.owned; ++i) {
       if (!step.pinned[static_cast<std::size_t>(i)]) {
-        Eigen::Vector3d normal;
-        load.gap = std::min(load.gap, sweep_.gap_at(b, sweep_.after(b), positions.vector(i), normal));
+        const SignedDistance gap = signed_distance(sweep_.after(b), positions.vector(i));
+        load.gap = std::min(load.gap, gap.distance - bodies_[b].margin);
       }
     }
   }
   sweep_.visit_near_triangles(positions, false, sweep_.thickness(),
                               [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& found) {
                                 if (free_share(weights_of(surface_, t, found.weights)) >= least_free) {
-                                  loads[b].gap = std::min(loads[b].gap, found.gap.distance - bodies()[b].margin);
+                                  loads[b].gap = std::min(loads[b].gap, found.gap.distance);
                                 }
                               });
   for (BodyLoad& load : loads) {

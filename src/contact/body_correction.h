@@ -28,6 +28,9 @@ struct ContactStep {
 /// Coulomb friction adds up over the calls of a step: a point that is pushed out of a body by d may lose up to mu d of
 /// its displacement along the surface relative to the body, as by an impulse m d/h.
 ///
+/// Particles keep the margin of a body, drawn triangles keep out of the body itself: with a margin of a few chords'
+/// heights they do so by themselves.
+///
 /// Nothing passes through a body between two calls: particles and drawn triangles are stopped in its middle, from where
 /// they are pushed out to the side from which they came.
 class BodyCorrection {
@@ -38,7 +41,7 @@ class BodyCorrection {
   /// @throws Error as make_bodies does
   BodyCorrection(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness);
 
-  const std::vector<Body>& bodies() const { return sweep_.bodies(); }
+  const std::vector<Body>& bodies() const { return bodies_; }
   bool empty() const { return bodies().empty(); }
   double thickness() const { return sweep_.thickness(); }
 
@@ -48,14 +51,15 @@ class BodyCorrection {
 
   /// Puts the particles that are inside a body on its surface (burning paper, eq. 14), friction included. To be called
   /// at every projection step. Collective. @param positions [m], ghosts up to date before and after
-  /// @returns how many particles of this rank have been moved
-  PetscInt correct_positions(Field& positions, const ContactStep& step);
+  void correct_positions(Field& positions, const ContactStep& step);
 
   /// The same at the end of a step, after any last projection step; then, until none is deeper in a body than half of
   /// the tolerance, puts the drawn triangles there by the deepest point of each, which moves its corners by their
-  /// shares in it and inversely to their masses. Collective. @returns how many particles of this rank it or the last
-  /// `correct_positions` has moved
-  PetscInt correct_triangles(Field& positions, const ContactStep& step);
+  /// shares in it and inversely to their masses. Collective. @returns whether any triangle had to be, on any rank
+  bool correct_triangles(Field& positions, const ContactStep& step);
+
+  /// How many particles of this rank the last corrections of the step have moved.
+  PetscInt contacts() const { return static_cast<PetscInt>(std::count(is_touched_.begin(), is_touched_.end(), true)); }
 
   /// Takes the approaching part from the velocities of particles on a surface, relative to the body, and up to mu times
   /// as much from the part along the surface (burning paper, eq. 15). What has come to touch a body leaves it with its
@@ -67,15 +71,14 @@ class BodyCorrection {
 
   /// Over all calls since `begin_step`. Collective.
   std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step) const;
-  /// In words, that a triangle is too deep in a body, which `correct_positions` could not cure; empty: none is.
+  /// In words, that a triangle is too deep in a body, which `correct_triangles` could not cure; empty: none is.
   std::string fault(const std::vector<BodyLoad>& loads) const;
 
  private:
-  PetscInt touched() const { return static_cast<PetscInt>(std::count(is_touched_.begin(), is_touched_.end(), true)); }
   void keep_out(Field& positions, const ContactStep& step);
   void push_particles(Field& positions, const ContactStep& step);
   bool push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with);
-  Eigen::Vector3d corrected(std::size_t body, double push, const Eigen::Vector3d& normal, const Eigen::Vector3d& start,
+  Eigen::Vector3d corrected(std::size_t body, const SignedDistance& gap, double margin, const Eigen::Vector3d& start,
                             const Eigen::Vector3d& x) const;
   void add_force(std::size_t body, PetscInt particle, const Eigen::Vector3d& moved_by, const ContactStep& step);
   void stop_triangles(Field& velocities, const Field& positions, const ContactStep& step);
@@ -83,7 +86,8 @@ class BodyCorrection {
   double free_share(const PointWeights& point) const;
 
   const Surface& surface_;
-  BodySweep sweep_;
+  std::vector<Body> bodies_;
+  BodySweep sweep_;                     ///< without margins
   std::vector<Eigen::Vector3d> force_;  ///< on each, by this rank's particles [N]
   // Since the step began:
   bool is_moved_ = false;         ///< positions have been corrected

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "parallel/collective.h"
 
@@ -15,6 +16,13 @@ constexpr double surface_gap = 0.7;  ///< of the thickness, at which what comes 
 double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
   return std::max(
       {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
+}
+
+/// Of the local particles [m].
+double farthest_way(const Field& from, const Field& to) {
+  const Field::ConstValues a = from.values();
+  const Field::ConstValues b = to.values();
+  return a.cols() > 0 ? std::sqrt((b - a).colwise().squaredNorm().maxCoeff()) : 0;
 }
 
 }  // namespace
@@ -34,10 +42,10 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
   return result;
 }
 
-BodySweep::BodySweep(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness)
+BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness)
     : surface_(surface),
       thickness_(thickness),
-      bodies_(make_bodies(surface.comm(), bodies)),
+      bodies_(std::move(bodies)),
       held_(static_cast<std::size_t>(surface.particles.local()), false),
       start_(surface.particles, 3),
       moved_(bodies_.size()) {}
@@ -65,10 +73,15 @@ void BodySweep::set_time(double time_end, double h) {
     Moved& moved = moved_[b];
     moved.before = bodies_[b].at(time_end - h);
     moved.after = bodies_[b].at(time_end);
+    const Pose& pose = moved.before.pose;
+    moved.is_at_rest = pose.place == moved.after.pose.place && pose.turn == moved.after.pose.turn;
     moved.start_gap.resize(static_cast<std::size_t>(surface_.particles.local()));
+    moved.least_start_gap = std::numeric_limits<double>::infinity();
     for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
       Eigen::Vector3d normal;
-      moved.start_gap[static_cast<std::size_t>(i)] = gap_at(b, moved.before, start_.vector(i), normal);
+      const double gap = gap_at(b, moved.before, start_.vector(i), normal);
+      moved.start_gap[static_cast<std::size_t>(i)] = gap;
+      moved.least_start_gap = std::min(moved.least_start_gap, gap);
     }
   }
 }
@@ -92,6 +105,9 @@ bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles)
 
 /// Farthest that a local particle has moved relative to the body since the start [m].
 double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
+  if (moved_[body].is_at_rest) {
+    return farthest_way(start_, x);
+  }
   double farthest = 0;
   for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
     farthest = std::max(farthest, (x.vector(i) - carried_place(body, i)).norm());
@@ -99,17 +115,28 @@ double BodySweep::farthest_moved(std::size_t body, const Field& x) const {
   return farthest;
 }
 
-/// The deepest point of a triangle that is nearer to a body than `below` and not held.
-std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, std::size_t triangle,
-                                                    const std::array<Eigen::Vector3d, 3>& at, bool at_start,
-                                                    double below) const {
-  const PetscInt corner = surface_.triangles[triangle][0];
-  const double moved_by = at_start ? 0 : (at[0] - carried_place(body, corner)).norm();
-  if (start_gap(body, corner) - moved_by - longest_side(at) > below) {
+/// A bound: nothing of an element is nearer to a body [m].
+double BodySweep::least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const {
+  const Eigen::Vector3d first = x.vector(surface_.corner(element, 0));
+  Eigen::Vector3d normal;
+  const double gap = gap_at(body, solid, first, normal);
+  double radius = 0;
+  double rise = 0;  // the least of the tangent plane, below which the distance of a convex body does not lie
+  for (std::size_t k = 1; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
+    const Eigen::Vector3d arm = x.vector(surface_.corner(element, k)) - first;
+    radius = std::max(radius, arm.norm());
+    rise = std::min(rise, normal.dot(arm));
+  }
+  return gap + (solid.is_convex() ? rise : -radius);
+}
+
+/// The deepest point of a triangle that is there, nearer to a body than `below` and not held.
+std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,
+                                                    const std::array<Eigen::Vector3d, 3>& at, double below) const {
+  if (!living_.empty() && !living_[triangle]) {
     return std::nullopt;
   }
   const double margin = bodies_[body].margin;
-  const Solid& solid = at_start ? before(body) : after(body);
   std::optional<DeepestPoint> found = deepest_point(solid, at, below + margin, gap_error * thickness_);
   if (found && found->gap.distance - margin < below) {
     const std::array<PetscInt, 4> particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
@@ -124,14 +151,19 @@ std::optional<DeepestPoint> BodySweep::deepest_near(std::size_t body, std::size_
 /// through a body; for particles of other ranks this rank knows a part only. Not collective.
 /// @param is_carried whether `from` is where the body has carried what was near it
 /// @param at_surface how far they may go: up to the body's surface, or to its middle
+/// @returns nothing if all may go all the way
 std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
                                            bool at_surface) const {
-  std::vector<double> shares(static_cast<std::size_t>(surface_.particles.local()), 1);
   const double depth = depth_of(bodies_[body].shape);
   if (!std::isfinite(depth)) {
-    return shares;
+    return {};
   }
   const double middle = std::max(depth / 2, 0.1 * thickness_);
+  const double farthest = reach_of(is_carried ? 0 : farthest_moved(body, from)) + farthest_way(from, to) - middle;
+  if (moved_[body].least_start_gap >= farthest) {
+    return {};
+  }
+  std::vector<double> shares(static_cast<std::size_t>(surface_.particles.local()), 1);
   const double rounding = 0.05 * std::min(thickness_, middle);
   const double margin = bodies_[body].margin;
   // Gaps at `from` are no less than this.
@@ -166,20 +198,16 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     return Eigen::Vector3d((1 - share) * a + share * b);
   };
   const Solid& solid = after(body);
-  double farthest_way = 0;
-  for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+  for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
     const Eigen::Vector3d a = from.vector(i);
     const Eigen::Vector3d b = to.vector(i);
     const double length = (b - a).norm();
-    farthest_way = std::max(farthest_way, length);
-    if (i < surface_.particles.owned && length > least_gap(i) + middle) {
+    if (length > least_gap(i) + middle) {
       shares[static_cast<std::size_t>(i)] =
           trace(length, [&](double share) { return signed_distance(solid, between(a, b, share)).distance - margin; });
     }
   }
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
-  const double moved = is_carried ? 0 : farthest_moved(body, from);
-  const double farthest = reach_of(moved) + farthest_way - middle;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     if (start_gap(body, surface_.triangles[t][0]) >= farthest || (!living_.empty() && !living_[t])) {
       continue;
@@ -218,22 +246,30 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
   constexpr int most = 20;  // A triangle whose corners stop one after the other may have to stop again.
   bool is_shortened = false;
   const PetscInt owned = surface_.particles.owned;
+  std::optional<Field> carried;
+  if (from == nullptr) {
+    carried.emplace(surface_.particles, 3);
+  }
   for (int round = 0; round < most; ++round) {
     bool again = false;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      Field begin(surface_.particles, 3);
-      for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-        begin.vector(i) = from == nullptr ? carried_place(b, i) : Eigen::Vector3d(from->vector(i));
+      if (from == nullptr) {
+        for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
+          carried->vector(i) = carried_place(b, i);
+        }
       }
-      std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
+      const Field& begin = from == nullptr ? *carried : *from;
+      const std::vector<double> shares = safe_shares(b, begin, to, from == nullptr, at_surface);
+      double least = 1;
       if (how == StepLimit::all_alike || round + 1 == most) {
-        double least = owned > 0 ? *std::min_element(shares.begin(), shares.begin() + owned) : 1;
+        for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
+          least = std::min(least, shares[static_cast<std::size_t>(i)]);
+        }
         MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
-        std::fill(shares.begin(), shares.end(), least);
       }
       bool changes = false;
-      for (PetscInt i = 0; i < owned; ++i) {
-        const double share = shares[static_cast<std::size_t>(i)];
+      for (PetscInt i = 0; i < owned && (least < 1 || !shares.empty()); ++i) {
+        const double share = least < 1 ? least : shares[static_cast<std::size_t>(i)];
         if (share < 1 && !is_held(i)) {
           changes = true;
           to.vector(i) = (1 - share) * begin.vector(i) + share * to.vector(i);

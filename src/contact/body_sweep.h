@@ -28,9 +28,8 @@ class BodySweep {
  public:
   static constexpr double gap_error = 0.02;  ///< of the thickness: of the gap of a triangle
 
-  /// Collective. Surface must outlive it. @param thickness gap from which on bodies press [m]
-  /// @throws Error as make_bodies does
-  BodySweep(const Surface& surface, const std::map<std::string, BodyOptions>& bodies, double thickness);
+  /// Surface must outlive it. @param thickness gap from which on bodies press [m]
+  BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness);
 
   const std::vector<Body>& bodies() const { return bodies_; }
   double thickness() const { return thickness_; }
@@ -84,14 +83,18 @@ class BodySweep {
         continue;
       }
       const double farthest = below + reach_of(at_start ? 0 : farthest_moved(b, x));
-      for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-        if (start_gap(b, surface_.triangles[t][0]) > farthest || (!living_.empty() && !living_[t]) ||
-            (with != nullptr && !has_any(t / per_element, *with))) {
+      const Solid& solid = at_start ? before(b) : after(b);
+      for (std::size_t e = 0; e < surface_.triangles.size() / per_element; ++e) {
+        if (start_gap(b, surface_.corner(e, 0)) > farthest || (with != nullptr && !has_any(e, *with)) ||
+            least_gap(b, solid, e, x) > below) {
           continue;
         }
-        const auto at = DrawnPlaces(surface_, x.data(), t / per_element)(surface_.triangles[t]);
-        if (const auto found = deepest_near(b, t, at, at_start, below)) {
-          take(b, t, at, *found);
+        const DrawnPlaces places(surface_, x.data(), e);
+        for (std::size_t t = e * per_element; t < (e + 1) * per_element; ++t) {
+          const auto at = places(surface_.triangles[t]);
+          if (const auto found = deepest_near(b, solid, t, at, below)) {
+            take(b, t, at, *found);
+          }
         }
       }
     }
@@ -110,15 +113,18 @@ class BodySweep {
   struct Moved {
     Solid before;
     Solid after;
+    bool is_at_rest = false;
     std::vector<double> start_gap;  ///< of the local particles [m]
+    double least_start_gap = 0;     ///< of these
   };
 
   bool has_any(std::size_t element, const std::vector<bool>& particles) const;
   double farthest_moved(std::size_t body, const Field& x) const;
-  /// What a triangle reaches nearer to a body than its first corner has started, if nothing has moved further.
-  double reach_of(double moved) const { return moved + longest_side_ + 2 * moved; }
-  std::optional<DeepestPoint> deepest_near(std::size_t body, std::size_t triangle,
-                                           const std::array<Eigen::Vector3d, 3>& at, bool at_start, double below) const;
+  /// What an element reaches nearer to a body than its first corner has started, if nothing has moved further.
+  double reach_of(double moved) const { return moved + 2 * (longest_side_ + 2 * moved); }
+  double least_gap(std::size_t body, const Solid& solid, std::size_t element, const Field& x) const;
+  std::optional<DeepestPoint> deepest_near(std::size_t body, const Solid& solid, std::size_t triangle,
+                                           const std::array<Eigen::Vector3d, 3>& at, double below) const;
   std::vector<double> safe_shares(std::size_t body, const Field& from, const Field& to, bool is_carried,
                                   bool at_surface) const;
   bool shorten(const Field* from, Field& to, bool at_surface, StepLimit how) const;

@@ -267,8 +267,21 @@ void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::ve
 StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& input) {
   StageResult result;
   const double limit = *options_.strain_limit;
-  NetStrain strain = net_strain(sheet_, x, input.target_length, input.living);
-  for (int step = 0; step < options_.strain_steps && strain.largest > limit; ++step) {
+  const auto strain_at_x = [&] { return net_strain(sheet_, x, input.target_length, input.living); };
+  NetStrain strain = strain_at_x();
+  for (int step = 0;; ++step) {
+    if (strain.largest <= limit) {
+      if (!input.at_end || !input.at_end(x)) {
+        return result;
+      }
+      strain = strain_at_x();
+      if (strain.largest <= limit) {
+        return result;
+      }
+    }
+    if (step >= options_.strain_steps) {
+      break;
+    }
     for (const Colour colour : net_colours) {
       if (!sheet_.acts(colour)) {
         continue;
@@ -280,13 +293,11 @@ StageResult SuccessiveProjection::limit_strain(Field& x, const ProjectionInput& 
     if (input.after_step) {
       input.after_step(x);
     }
-    strain = net_strain(sheet_, x, input.target_length, input.living);
+    strain = strain_at_x();
   }
-  if (!(strain.largest <= limit)) {
-    result.converged = false;
-    result.reason =
-        beyond_limit(strain, limit) + ", after " + std::to_string(options_.strain_steps) + " steps to bring it back";
-  }
+  result.converged = false;
+  result.reason =
+      beyond_limit(strain, limit) + ", after " + std::to_string(options_.strain_steps) + " steps to bring it back";
   return result;
 }
 
@@ -343,6 +354,8 @@ StageResult SuccessiveProjection::advance(Field& x, const ProjectionInput& input
   if (options_.strain_limit) {
     add_solve(result, limit_strain(x, input));
     result.error = errors(x, input).total;
+  } else if (input.at_end) {
+    input.at_end(x);
   }
   return result;
 }

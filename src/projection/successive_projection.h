@@ -37,6 +37,9 @@ struct ProjectionInput {
   const std::vector<bool>& pinned;              ///< local particles that the projection must not move
   const Living& living;                         ///< what has not burnt, ghosts up to date
   std::function<void(Field&)> after_step = {};  ///< applied to the positions after each full step (contact), or empty
+  /// Applied to the positions after the last step, or empty. Says, alike on all ranks, whether it has moved anything: a
+  /// strain limit is seen to again then.
+  std::function<bool(Field&)> at_end = {};
   /// Receives how much shorter each owned spring's own constraint made it, by colour; negative where longer [m]:
   /// (w_a + w_b) |grad C| lambda, with the inverse masses w that move its ends, summed over the projection steps.
   std::array<std::vector<double>, 4>* pull = nullptr;

@@ -484,14 +484,25 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
     // With a strain limit it is brought into balance with its contact after each projection step, until both hold.
     const bool settles_often = settling_ != nullptr && options_.project.strain_limit;
     DynamicsResult settled;
-    const auto correct = [&](Field& positions) {
-      bodies_.correct_positions(positions, contact);
+    const auto settle_if_often = [&] {
       if (settles_often && settled.converged) {
         settle_contact(state, settled);
       }
     };
-    const ProjectionInput input{state.target_length,         mass_, held_, state.living, std::cref(correct),
-                                tearing_ ? &force_ : nullptr};
+    const auto correct = [&](Field& positions) {
+      bodies_.correct_positions(positions, contact);
+      settle_if_often();
+    };
+    const auto finish = [&](Field& positions) {
+      const bool has_moved = bodies_.correct_triangles(positions, contact);
+      if (has_moved) {
+        settle_if_often();
+      }
+      return has_moved;
+    };
+    const ProjectionInput input{
+        state.target_length,         mass_, held_, state.living, std::cref(correct), std::cref(finish),
+        tearing_ ? &force_ : nullptr};
     if (projection_ != nullptr) {
       static_cast<StageResult&>(result) = projection_->advance(state.position, input);
       if (tearing_) {
@@ -500,8 +511,9 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
     } else {
       static_cast<StageResult&>(result) =
           springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h});
+      finish(state.position);
     }
-    result.contacts = bodies_.correct_triangles(state.position, contact);
+    result.contacts = bodies_.contacts();
     if (settling_ != nullptr && !settles_often && result.converged) {
       settle_contact(state, settled);
     }

@@ -45,7 +45,8 @@ class BodyCorrectionTest : public ::testing::Test {
 
   PetscInt correct(BodyCorrection& bodies, const ContactStep& step) {
     bodies.begin_step(step, nullptr);
-    return bodies.correct_positions(positions, step);
+    bodies.correct_positions(positions, step);
+    return bodies.contacts();
   }
 
   BodyCorrection one(const BodyOptions& options) const { return BodyCorrection(surface, {{"body", options}}, 0.002); }

@@ -275,6 +275,26 @@ TEST_P(AnySheetOnBodies, ItsContactWithItselfPressesItIntoNone) {
   EXPECT_GT(touching, 0) << "the halves do not meet";
 }
 
+TEST(SheetOnBodies, AStrainLimitHoldsWhereTrianglesKeepOutOfABall) {
+  Options options = elastic_options();
+  options.dynamics = Dynamics::projection;
+  options.project.strain_limit = 0.01;
+  BodyOptions ball;
+  ball.radius = 0.08;
+  ball.centre = {4.4 * edge, 2.6 * edge, -0.1};
+  ball.friction = 0.3;
+  options.bodies["ball"] = ball;
+  MovingSheet sheet(options);
+  double least = 1;
+  for (int n = 0; n < 60 && !::testing::Test::HasFailure(); ++n) {
+    sheet.step();
+    EXPECT_LE(sheet.burn.net_strain(sheet.state).largest, 0.01) << n;
+    least = std::min(least, sheet.least_gap(ball));
+  }
+  EXPECT_GE(least, -0.1 * 0.1 * edge);
+  EXPECT_LE(least, 0) << "it does not lie on the ball";
+}
+
 TEST(SheetOnBodies, ABouncingSheetGainsNoEnergy) {
   Options options = elastic_options();
   BodyOptions floor = plane(0.3);
