@@ -71,6 +71,8 @@ class BodyCorrection {
 
   /// Over all calls since `begin_step`. Collective.
   std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step) const;
+  /// In words, the body that particles are too deep in where the step starts, and how many; empty: none. Collective.
+  std::string start_fault() const { return sweep_.start_fault(tolerance * sweep_.thickness()); }
   /// In words, that a triangle is too deep in a body, which `correct_triangles` could not cure; empty: none is.
   std::string fault(const std::vector<BodyLoad>& loads) const;
 

@@ -217,7 +217,8 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     const std::array<Eigen::Vector3d, 3> a = DrawnPlaces(surface_, from.data(), element)(corners);
     const std::array<Eigen::Vector3d, 3> b = DrawnPlaces(surface_, to.data(), element)(corners);
     const double length = std::max({(b[0] - a[0]).norm(), (b[1] - a[1]).norm(), (b[2] - a[2]).norm()});
-    if (length <= least_gap(corners[0]) - longest_side(a) + middle) {
+    if (length <= least_gap(corners[0]) - longest_side(a) + middle ||
+        (!at_surface && !deepest_point(solid, a, length - middle + margin, rounding))) {
       continue;
     }
     const double share = trace(length, [&](double way) {

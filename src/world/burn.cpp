@@ -675,8 +675,9 @@ void Burn::end_dynamics(State& state) {
   }
   find_velocities(state, *moving_, moved_.loads);
   if (const std::string fault = bodies_.fault(moved_.loads); moved_.converged && !fault.empty()) {
+    const std::string of_start = start_fault();
     moved_.converged = false;
-    moved_.reason = fault;
+    moved_.reason = of_start.empty() ? fault : of_start;
   }
 }
 

@@ -104,7 +104,9 @@ class Burn {
   /// is joined to has answered
   StageResult move(State& state, bool& is_done);
   /// See TouchingObject.
-  std::string start_fault() const { return body_contact_ != nullptr ? body_contact_->start_fault() : ""; }
+  std::string start_fault() const {
+    return body_contact_ != nullptr ? body_contact_->start_fault() : bodies_.start_fault();
+  }
   /// @param balance how the balance was found @param step what `begin` has said
   void end(State& state, const ImplicitResult& balance, BurnStep& step);
 
