@@ -63,15 +63,10 @@ void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>
 }
 
 void BodyCorrection::correct_positions(Field& positions, const ContactStep& step) {
-  std::fill(is_touched_.begin(), is_touched_.end(), false);
-  keep_out(positions, step);
-}
-
-/// Collective.
-void BodyCorrection::keep_out(Field& positions, const ContactStep& step) {
   if (empty()) {
     return;
   }
+  std::fill(is_touched_.begin(), is_touched_.end(), false);
   sweep_.stop_at_middle(is_moved_ ? &last_ : nullptr, positions, StepLimit::each_vertex);
   push_particles(positions, step);
   is_moved_ = true;
@@ -80,7 +75,6 @@ void BodyCorrection::keep_out(Field& positions, const ContactStep& step) {
 
 bool BodyCorrection::correct_triangles(Field& positions, const ContactStep& step) {
   constexpr int most_rounds = 50;
-  keep_out(positions, step);
   bool has_any = false;
   std::vector<bool> has_moved;
   for (int round = 0; !empty() && round < most_rounds; ++round) {
@@ -253,14 +247,23 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };
   std::map<std::pair<std::size_t, PetscInt>, Change> changes;  // by body and particle
+  triangle_gap_.assign(bodies_.size(), sweep_.thickness());
   sweep_.visit_near_triangles(
-      positions, false, touching, [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
+      positions, false, sweep_.thickness(),
+      [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
         const PointWeights point = weights_of(surface_, t, deepest.weights);
+        if (free_share(point) < least_free) {
+          return;
+        }
+        triangle_gap_[b] = std::min(triangle_gap_[b], deepest.gap.distance);
+        if (deepest.gap.distance > touching) {
+          return;
+        }
         const Eigen::Vector3d x = place(point, positions);
         const Eigen::Vector3d body_velocity = (x - carried(sweep_.after(b).pose, sweep_.before(b).pose, x)) / step.h;
         const Eigen::Vector3d relative = place(point, velocities) - body_velocity;
         const double approach = -relative.dot(deepest.gap.normal);
-        if (approach <= 0 || free_share(point) < least_free) {
+        if (approach <= 0) {
           return;
         }
         const Eigen::Vector3d slip = along_surface(relative, deepest.gap.normal);
@@ -288,7 +291,7 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
 std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const ContactStep& step) const {
   std::vector<BodyLoad> loads;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], sweep_.thickness()});
+    BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], triangle_gap_[b]});
     for (PetscInt i = 0; i < step.particles.owned; ++i) {
       if (!step.pinned[static_cast<std::size_t>(i)]) {
         const SignedDistance gap = signed_distance(sweep_.after(b), positions.vector(i));
@@ -296,12 +299,6 @@ std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const Contac
       }
     }
   }
-  sweep_.visit_near_triangles(positions, false, sweep_.thickness(),
-                              [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& found) {
-                                if (free_share(weights_of(surface_, t, found.weights)) >= least_free) {
-                                  loads[b].gap = std::min(loads[b].gap, found.gap.distance);
-                                }
-                              });
   for (BodyLoad& load : loads) {
     MPI_Allreduce(MPI_IN_PLACE, load.force.data(), 3, MPI_DOUBLE, MPI_SUM, step.particles.comm);
     MPI_Allreduce(MPI_IN_PLACE, &load.gap, 1, MPI_DOUBLE, MPI_MIN, step.particles.comm);

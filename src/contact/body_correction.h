@@ -53,9 +53,9 @@ class BodyCorrection {
   /// at every projection step. Collective. @param positions [m], ghosts up to date before and after
   void correct_positions(Field& positions, const ContactStep& step);
 
-  /// The same at the end of a step, after any last projection step; then, until none is deeper in a body than half of
-  /// the tolerance, puts the drawn triangles there by the deepest point of each, which moves its corners by their
-  /// shares in it and inversely to their masses. Collective. @returns whether any triangle had to be, on any rank
+  /// To be called at the end of a step, behind `correct_positions`: puts the drawn triangles there, too, by the deepest
+  /// point of each, which moves its corners by their shares in it and inversely to their masses, until none is deeper
+  /// in a body than half of the tolerance. Collective. @returns whether any triangle had to be, on any rank
   bool correct_triangles(Field& positions, const ContactStep& step);
 
   /// How many particles of this rank the last corrections of the step have moved.
@@ -69,7 +69,7 @@ class BodyCorrection {
   /// @returns how many particles of this rank approached a body
   PetscInt correct_velocities(Field& velocities, const Field& positions, const ContactStep& step);
 
-  /// Over all calls since `begin_step`. Collective.
+  /// Over all calls since `begin_step`, at the positions of `correct_velocities`. Collective.
   std::vector<BodyLoad> loads(const Field& positions, const ContactStep& step) const;
   /// In words, the body that particles are too deep in where the step starts, and how many; empty: none. Collective.
   std::string start_fault() const { return sweep_.start_fault(tolerance * sweep_.thickness()); }
@@ -77,7 +77,6 @@ class BodyCorrection {
   std::string fault(const std::vector<BodyLoad>& loads) const;
 
  private:
-  void keep_out(Field& positions, const ContactStep& step);
   void push_particles(Field& positions, const ContactStep& step);
   bool push_triangles(Field& positions, const ContactStep& step, const std::vector<bool>* with);
   Eigen::Vector3d corrected(std::size_t body, const SignedDistance& gap, double margin, const Eigen::Vector3d& start,
@@ -91,6 +90,7 @@ class BodyCorrection {
   std::vector<Body> bodies_;
   BodySweep sweep_;                     ///< without margins
   std::vector<Eigen::Vector3d> force_;  ///< on each, by this rank's particles [N]
+  std::vector<double> triangle_gap_;    ///< of each, the least of this rank's triangles, at most the thickness [m]
   // Since the step began:
   bool is_moved_ = false;         ///< positions have been corrected
   Field last_;                    ///< to where [m]

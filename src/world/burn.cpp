@@ -511,6 +511,7 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
     } else {
       static_cast<StageResult&>(result) =
           springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h});
+      correct(state.position);
       finish(state.position);
     }
     result.contacts = bodies_.contacts();
