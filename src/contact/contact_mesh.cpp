@@ -101,10 +101,11 @@ Box ContactMesh::box(PetscInt element, const Motion& motion) const {
 }
 
 /// Sends the owned elements to the ranks whose boxes they meet. Collective.
-/// @param own owned elements of which something lives @param boxes of them
+/// @param own owned elements of which something lives @param boxes of them, and of what else touches this rank's
+/// particles @param margin by which this rank asks for more than what meets its boxes [m]
 /// @returns what others send, in the order of their ranks
-std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own,
-                                                       const std::vector<Box>& boxes) const {
+std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element>& own, const std::vector<Box>& boxes,
+                                                       double margin) const {
   int rank = 0;
   MPI_Comm_rank(surface_.comm(), &rank);
   std::vector<std::size_t> order(boxes.size());
@@ -112,7 +113,8 @@ std::vector<ContactMesh::Element> ContactMesh::receive(const std::vector<Element
   std::vector<Box> patches;
   add_patches(boxes, order.begin(), order.end(), patches_of_rank, patches);
   std::vector<RankBox> own_patches;
-  for (const Box& patch : patches) {
+  for (Box& patch : patches) {
+    patch = Box(patch.min().array() - margin, patch.max().array() + margin);
     own_patches.push_back(
         {rank, {patch.min()[0], patch.min()[1], patch.min()[2], patch.max()[0], patch.max()[1], patch.max()[2]}});
   }
@@ -167,8 +169,10 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
   }
   int ranks = 1;
   MPI_Comm_size(surface_.comm(), &ranks);
+  double margin = 0;
   if (std::all_of(motion.is_new.begin(), motion.is_new.end(), [](bool is) { return is; })) {
     received_.clear();
+    margin = surface_.largest_thickness();  // A triangle that comes later makes all new.
   }
   if (ranks > 1) {
     std::vector<PetscInt> known_elements;
@@ -179,7 +183,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
       known_elements.push_back(element.number);
     }
     std::sort(known_elements.begin(), known_elements.end());
-    const std::vector<Element> sent_here = receive(sent, sent_boxes);
+    const std::vector<Element> sent_here = receive(sent, sent_boxes, margin);
     std::copy_if(sent_here.begin(), sent_here.end(), std::back_inserter(received_), [&](const Element& element) {
       return !std::binary_search(known_elements.begin(), known_elements.end(), element.number);
     });

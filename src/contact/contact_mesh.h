@@ -109,7 +109,8 @@ class ContactMesh {
   Element element(PetscInt number) const;
   Eigen::AlignedBox3d box(PetscInt element, const Motion& motion) const;
   bool touches_own(PetscInt element) const;
-  std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes) const;
+  std::vector<Element> receive(const std::vector<Element>& own, const std::vector<Eigen::AlignedBox3d>& boxes,
+                               double margin) const;
   void add(const Element& element, const std::array<PetscInt, 4>& corners);
   void find_leads();
   void find_points(const Field& known);
