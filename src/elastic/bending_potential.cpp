@@ -154,6 +154,9 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
     std::array<double, 2> count{};
     double factor = 0;
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+      if (!stencils_.takes_part(s, p)) {
+        continue;
+      }
       const auto i = static_cast<std::size_t>(stencils_.points()[p]);
       const std::size_t layer = sheet_->is_lattice[i] ? 1 : 0;
       shrinkage[layer] += input.shrinkage[i];

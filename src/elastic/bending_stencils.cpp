@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <map>
 
@@ -15,7 +16,30 @@ namespace {
 /// out.
 constexpr double negligible = 1e-6;
 
+/// Condition of the terms, each of unit length, up to which the points at an edge determine a surface. Square cells
+/// have 7, a corner of two cells between sides at a right angle 50.
+constexpr double worst_determined = 25;
+
 using Terms = Eigen::Matrix<double, 5, Eigen::Dynamic>;
+
+/// Terms of a quadratic surface at points of its undeformed tangent plane. @param is_clamped it keeps this plane
+Terms terms_at(const Eigen::Matrix2Xd& points, bool is_clamped) {
+  const double tilt = is_clamped ? 0 : 1;
+  Terms terms(5, points.cols());
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    const double x = points(0, k);
+    const double y = points(1, k);
+    terms.col(k) << tilt * x, tilt * y, x * x / 2, x * y, y * y / 2;
+  }
+  return terms;
+}
+
+/// Whether the heights of at least five points determine the surface well.
+bool determine_surface(const Terms& terms) {
+  const Eigen::MatrixXd alike = terms.rowwise().normalized();
+  const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(alike).singularValues();
+  return values[0] <= worst_determined * values[4];
+}
 
 /// Pseudo-inverse of the transposed terms.
 Terms pseudo_inverse(const Terms& terms) {
@@ -73,7 +97,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
       add_corner(static_cast<PetscInt>(i), cells_at[i], clamped[i]);
     }
   }
-  fitted_.resize(stencils_.size());
+  takes_part_.resize(stencils_.size());
   weights_.assign(points_.size(), Curvature3::Zero());
   update(Living(sheet));
 }
@@ -114,34 +138,76 @@ void BendingStencils::add_lattice(PetscInt cell, const CellSides& beyond) {
 }
 
 void BendingStencils::add_corner(PetscInt corner, const std::vector<PetscInt>& cells, bool is_clamped) {
-  std::map<PetscInt, int> cells_at_neighbour;
-  for (const PetscInt cell : cells) {
+  const auto side_of = [&](PetscInt cell) {  // from the corner to the next
     const auto& corners = sheet_->cells[static_cast<std::size_t>(cell)];
-    const auto k = static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
-    ++cells_at_neighbour[corners[(k + 1) % 4]];
-    ++cells_at_neighbour[corners[(k + 3) % 4]];
+    return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
+  };
+  std::map<PetscInt, Support> neighbours;
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    const auto& corners = sheet_->cells[static_cast<std::size_t>(cells[n])];
+    const std::size_t k = side_of(cells[n]);
+    for (const PetscInt neighbour : {corners[(k + 1) % 4], corners[(k + 3) % 4]}) {
+      const auto lattice = static_cast<PetscInt>(1 + n);
+      const auto [known, is_first] = neighbours.try_emplace(neighbour, Support{lattice, lattice});
+      known->second[1] = lattice;
+    }
   }
-  const bool is_inside = cells.size() > 2 && std::all_of(cells_at_neighbour.begin(), cells_at_neighbour.end(),
-                                                         [](const auto& count) { return count.second == 2; });
-  if (!is_inside && !is_clamped) {
+  const bool is_inside = cells.size() > 2 && std::all_of(neighbours.begin(), neighbours.end(), [](const auto& beside) {
+                           return beside.second[0] != beside.second[1];
+                         });
+  if (cells.size() < 2 && !is_clamped) {
     return;
   }
   begin_stencil(corner);
-  stencils_.back().is_clamped = !is_inside;
+  stencils_.back().is_clamped = is_clamped && !is_inside;
   for (const PetscInt cell : cells) {
-    const auto c = static_cast<std::size_t>(cell);
-    const auto& corners = sheet_->cells[c];
-    const auto k = static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
-    add_point(sheet_->lattice[c], {-1, -1});
-    for (const std::size_t triangle : {4 * c + k, 4 * c + (k + 3) % 4}) {
-      triangle_number_.push_back(static_cast<PetscInt>(triangle));
-      triangles_.push_back(sheet_->triangles[triangle]);
+    const PetscInt first = 4 * cell + static_cast<PetscInt>(side_of(cell));
+    const PetscInt last = 4 * cell + static_cast<PetscInt>((side_of(cell) + 3) % 4);
+    add_point(sheet_->lattice[static_cast<std::size_t>(cell)], {first, last});
+    for (const PetscInt triangle : {first, last}) {
+      triangle_number_.push_back(triangle);
+      triangles_.push_back(sheet_->triangles[static_cast<std::size_t>(triangle)]);
     }
   }
-  for (const auto& [neighbour, count] : cells_at_neighbour) {
-    add_point(neighbour, {-1, -1});
+  for (const auto& [neighbour, support] : neighbours) {
+    add_point(neighbour, support);
   }
   end_stencil();
+}
+
+bool BendingStencils::find_part(const Stencil& stencil, const Living& living, std::vector<bool>& takes_part) const {
+  const auto lives = [&living](PetscInt triangle) {
+    return triangle < 0 || living.triangles[static_cast<std::size_t>(triangle)];
+  };
+  const auto first = triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
+  const auto last = triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
+  takes_part.assign(stencil.last - stencil.first, true);
+  const bool is_lattice = sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)];
+  if (is_lattice || stencil.is_clamped) {
+    if (!std::all_of(first, last, lives)) {
+      return false;
+    }
+    for (std::size_t k = 0; k < takes_part.size() && is_lattice; ++k) {
+      const auto [side, opposite] = support_[stencil.first + k];
+      takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !living.cracked[static_cast<std::size_t>(side)]);
+    }
+    return true;
+  }
+  // Those of the cells that live: all round the corner, or one fan of them.
+  const std::size_t cells = (stencil.last_triangle - stencil.first_triangle) / 2;
+  std::size_t count = 0;
+  std::size_t neighbours = 0;
+  for (std::size_t k = 1; k < takes_part.size(); ++k) {
+    const auto [one, other] = support_[stencil.first + k];
+    if (k <= cells) {
+      takes_part[k] = lives(one) && lives(other);
+      count += takes_part[k];
+    } else {
+      takes_part[k] = takes_part[static_cast<std::size_t>(one)] || takes_part[static_cast<std::size_t>(other)];
+      neighbours += takes_part[k];
+    }
+  }
+  return count == cells && neighbours == count ? count > 2 : count > 1 && neighbours == count + 1;
 }
 
 void BendingStencils::update(const Living& living) {
@@ -150,42 +216,34 @@ void BendingStencils::update(const Living& living) {
   }
   living_before_ = living.triangles;
   cracked_before_ = living.cracked;
-  const auto lives = [&living](PetscInt triangle) {
-    return triangle < 0 || living.triangles[static_cast<std::size_t>(triangle)];
-  };
   std::vector<bool> takes_part;
   for (std::size_t s = 0; s < stencils_.size(); ++s) {
     Stencil& stencil = stencils_[s];
-    const bool is_whole =
-        std::all_of(triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle),
-                    triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle), lives);
-    stencil.area = is_whole ? 1 : 0;
-    if (!is_whole) {
+    stencil.area = 0;
+    if (!find_part(stencil, living, takes_part)) {
       continue;
     }
-    takes_part.clear();
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const PetscInt side = support_[p][0];
-      takes_part.push_back(lives(side) && lives(support_[p][1]) &&
-                           (side < 0 || !living.cracked[static_cast<std::size_t>(side)]));
-    }
-    if (takes_part != fitted_[s]) {
-      fit(stencil, takes_part);
+    if (takes_part != takes_part_[s]) {
+      takes_part_[s] = takes_part;
+      fit(s);
       ++fits_;
-      fitted_[s] = takes_part;
     }
+    stencil.area = stencil.is_determined ? 1 : 0;
   }
   const auto is_used = [this](PetscInt particle) {
     const PetscInt number = stencil_of_[static_cast<std::size_t>(particle)];
     return number >= 0 && stencils_[static_cast<std::size_t>(number)].area > 0;
   };
-  // A cell's area goes to its lattice point, an eighth of it to each corner that has a stencil.
+  // A cell's area goes to its lattice point, an eighth of it to each corner whose stencil it takes part in.
   std::vector<double> area(stencil_of_.size(), 0);
   for (std::size_t cell = 0; cell < sheet_->cells.size(); ++cell) {
     const double eighth = cell_area_[cell] / 8;
     area[static_cast<std::size_t>(sheet_->lattice[cell])] += 4 * eighth;
-    for (const PetscInt corner : sheet_->cells[cell]) {
-      area[static_cast<std::size_t>(is_used(corner) ? corner : sheet_->lattice[cell])] += eighth;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const PetscInt corner = sheet_->cells[cell][k];
+      const bool takes_part =
+          is_used(corner) && living.triangles[4 * cell + k] && living.triangles[4 * cell + (k + 3) % 4];
+      area[static_cast<std::size_t>(takes_part ? corner : sheet_->lattice[cell])] += eighth;
     }
   }
   for (Stencil& stencil : stencils_) {
@@ -193,13 +251,27 @@ void BendingStencils::update(const Living& living) {
   }
 }
 
-void BendingStencils::fit(Stencil& stencil, const std::vector<bool>& takes_part) {
+void BendingStencils::fit(std::size_t number) {
+  Stencil& stencil = stencils_[number];
+  const std::vector<bool>& takes_part = takes_part_[number];
+  const bool is_lattice = sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)];
+  if (!is_lattice) {  // two triangles a cell
+    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
+      if (takes_part[1 + (t - stencil.first_triangle) / 2]) {
+        triangles_[t] = sheet_->triangles[static_cast<std::size_t>(triangle_number_[t])];
+      } else {
+        triangles_[t].fill(stencil.centre);  // of no area
+      }
+    }
+  }
+  const std::size_t count = stencil.last - stencil.first;
+  std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), count, Curvature3::Zero());
+  stencil.rest.setZero();
   const Eigen::Vector3d centre = sheet_->rest.col(stencil.centre);
   const Eigen::Vector3d normal = area_vector(stencil, sheet_->rest).normalized();
   const Eigen::Vector3d along = warp_.col(stencil.centre);
   const Eigen::Vector3d warp = (along - normal.dot(along) * normal).normalized();
   const Eigen::Vector3d weft = normal.cross(warp);
-  const std::size_t count = stencil.last - stencil.first;
   Eigen::Matrix2Xd r(2, static_cast<Eigen::Index>(count));
   std::vector<Eigen::Index> used;
   for (std::size_t p = 0; p < count; ++p) {
@@ -209,20 +281,13 @@ void BendingStencils::fit(Stencil& stencil, const std::vector<bool>& takes_part)
       used.push_back(static_cast<Eigen::Index>(p));
     }
   }
-  std::fill_n(weights_.begin() + static_cast<std::ptrdiff_t>(stencil.first), count, Curvature3::Zero());
-  stencil.rest.setZero();
-  const double length = std::sqrt(r.squaredNorm() / static_cast<double>(count));
+  const double length = std::sqrt(r(Eigen::all, used).squaredNorm() / static_cast<double>(1 + used.size()));
   if (length == 0) {
     return;
   }
-  r /= length;
-  Terms terms(5, static_cast<Eigen::Index>(used.size()));
-  for (std::size_t row = 0; row < used.size(); ++row) {
-    const double x = r(0, used[row]);
-    const double y = r(1, used[row]);
-    const double tilt = stencil.is_clamped ? 0 : 1;
-    terms.col(static_cast<Eigen::Index>(row)) << tilt * x, tilt * y, x * x / 2, x * y, y * y / 2;
-  }
+  const Terms terms = terms_at(r(Eigen::all, used) / length, stencil.is_clamped);
+  const bool is_fan = !is_lattice && !stencil.is_clamped && used.size() % 2 == 1;  // one neighbour more than cells
+  stencil.is_determined = !is_fan || determine_surface(terms);
   const Terms inverse = pseudo_inverse(terms) / (length * length);
   for (std::size_t row = 0; row < used.size(); ++row) {
     const Curvature3 weight = inverse.col(static_cast<Eigen::Index>(row)).tail<3>();

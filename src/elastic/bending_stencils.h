@@ -17,8 +17,10 @@ inline namespace elastic {
 /// In coordinates r of the undeformed tangent plane (warp, weft) the heights of the neighbours above the particle
 /// are fitted by g.r + r.B r / 2 with least squares. B is linear in the heights, B_k = sum_i w_ki n.(x_i - x_0), so
 /// that a tilt changes nothing and a quadratic surface is met exactly, on any mesh. Lattice points have such a stencil
-/// as long as the four triangles of their cell live, corners as long as the triangles round them are all there and
-/// alive. A corner at a clamped edge has one whose tangent plane stays as it is: only B is fitted to the heights.
+/// as long as the four triangles of their cell live. Corners have one of the cells round them of which both triangles
+/// live, if these are all or a fan of at least two that determines the surface: without those at edges and cracks a
+/// strip of a cell's width could fold back and forth for nothing. A corner at a clamped edge has one whose tangent
+/// plane stays as it is: only B is fitted to the heights.
 ///
 /// The object holds the stencils of this rank's particles, and those that reach them.
 class BendingStencils {
@@ -33,6 +35,7 @@ class BendingStencils {
     std::size_t first_triangle = 0;
     std::size_t last_triangle = 0;
     bool is_clamped = false;               ///< the normal is that of the undeformed sheet, always
+    bool is_determined = true;             ///< whether its points determine the surface
     double area = 0;                       ///< area that it stands for; 0: it is not used [m^2]
     Curvature3 rest = Curvature3::Zero();  ///< B of the undeformed sheet [1/m]
   };
@@ -49,6 +52,10 @@ class BendingStencils {
   const std::vector<PetscInt>& points() const { return points_; }
   /// w_k of each point; their sum over a stencil is 0 [1/m^2].
   const std::vector<Curvature3>& weights() const { return weights_; }
+  /// Whether a point of a stencil does, by their numbers: its weights are 0 if not.
+  bool takes_part(std::size_t stencil, std::size_t point) const {
+    return takes_part_[stencil][point - stencils_[stencil].first];
+  }
   /// Number of times that weights were found: they are the same as long as this number is.
   std::size_t fits() const { return fits_; }
   /// Local drawn triangles round each centre, which give its normal.
@@ -72,8 +79,9 @@ class BendingStencils {
     return sum;
   }
 
-  /// Triangles on which a point of a stencil depends: the point takes part while both live and the side between them
-  /// has not cracked; -1: none.
+  /// What a point of a stencil depends on. Of a lattice point beside a cell or a corner: two triangles, of which both
+  /// must live, or -1; and beside a cell the side between them must not have cracked. Of a neighbour of a corner: the
+  /// numbers in the stencil of the one or two lattice points beside it, of which one must take part.
   using Support = std::array<PetscInt, 2>;
 
   void add_lattice(PetscInt cell, const CellSides& beyond);
@@ -81,7 +89,8 @@ class BendingStencils {
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);
   void end_stencil();
-  void fit(Stencil& stencil, const std::vector<bool>& takes_part);
+  bool find_part(const Stencil& stencil, const Living& living, std::vector<bool>& takes_part) const;
+  void fit(std::size_t number);
 
   const Sheet* sheet_;
   Eigen::Matrix3Xd warp_;
@@ -92,8 +101,8 @@ class BendingStencils {
   std::vector<Support> support_;
   std::vector<std::array<PetscInt, 3>> triangles_;
   std::vector<PetscInt> triangle_number_;
-  std::vector<std::vector<bool>> fitted_;  ///< points that took part in the last fit of each stencil
-  std::vector<PetscInt> stencil_of_;       ///< of each local particle, -1: none
+  std::vector<std::vector<bool>> takes_part_;  ///< which points of each stencil do, since its last fit
+  std::vector<PetscInt> stencil_of_;           ///< of each local particle, -1: none
   std::vector<bool> living_before_;
   std::vector<bool> cracked_before_;
   std::size_t fits_ = 0;

@@ -84,6 +84,50 @@ TEST(BendingPotentialTest, a_cylinder_of_any_direction_has_the_energy_of_a_plate
   }
 }
 
+TEST(BendingPotentialTest, a_strip_of_any_width_resists_folds_back_and_forth) {
+  const double height = 1e-3;
+  const double edge = 0.1;
+  for (const int width : {1, 2, 3, 8}) {
+    SheetOptions options;
+    options.is_one_surface = true;
+    Bent bent(make_sheet(PETSC_COMM_WORLD, grid_mesh(12, width, edge), options));
+    for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
+      if (!bent.sheet.is_lattice[static_cast<std::size_t>(i)]) {
+        const auto column = std::lround(bent.sheet.rest(0, i) / edge);
+        bent.x.vector(i).z() += column % 2 == 0 ? height : -height;
+      }
+    }
+    // Each cell is tilted by 2 h / a, against the next: folds of 4 h / a, curvatures of 4 h / a^2.
+    const double curvature = 4 * height / (edge * edge);
+    const double area = 12 * width * edge * edge;
+    EXPECT_GT(bent.energy(), 0.2 * 2 * area * curvature * curvature / 2) << width;
+  }
+}
+
+TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
+  const auto bent_of = [](int columns) {
+    SheetOptions options;
+    options.is_one_surface = true;
+    return Bent(make_sheet(PETSC_COMM_WORLD, grid_mesh(columns, 5, 0.1), options));
+  };
+  Bent whole = bent_of(8);
+  Bent rest = bent_of(6);
+  for (std::size_t cell = 0; cell < whole.sheet.cells.size(); ++cell) {
+    if (whole.sheet.rest(0, whole.sheet.lattice[cell]) > 0.6) {
+      std::fill_n(whole.living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell), 4, false);
+    }
+  }
+  for (Bent* bent : {&whole, &rest}) {
+    for (PetscInt i = 0; i < bent->sheet.particles.local(); ++i) {
+      const Eigen::Vector3d r = bent->sheet.rest.col(i);
+      bent->x.vector(i).z() = 0.01 * std::sin(40 * r.x()) * std::cos(30 * r.y());
+    }
+    bent->begin(bent->ones);
+  }
+  EXPECT_GT(rest.energy(), 1e-3);
+  EXPECT_NEAR(whole.energy(), rest.energy(), 1e-12 * rest.energy());
+}
+
 TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
   Bent bent(flat_sheet(PETSC_COMM_SELF,
                        [](double x, double y) {

@@ -17,9 +17,10 @@ namespace {
 class ElasticSheets : public ProgramTest {
  protected:
   /// How far the tip of input/cantilever.yaml has dropped when it is at rest [m].
-  double drop(const std::string& stiffness, const std::string& cells, const std::string& step) const {
-    succeed(1, {deck_path("cantilever"), "-sheet_bending_stiffness", stiffness, "-mesh_cells", cells, "-time_step",
-                step, "-output_interval_time", "10", "-output_directory", "out"});
+  double drop(const std::string& stiffness, const std::string& cells, const std::string& step,
+              const std::string& size = "1,0.2") const {
+    succeed(1, {deck_path("cantilever"), "-sheet_bending_stiffness", stiffness, "-mesh_cells", cells, "-mesh_size",
+                size, "-time_step", step, "-output_interval_time", "10", "-output_directory", "out"});
     const DrawnFrame frame = last_frame(folder() / "out" / "cantilever.pvd");
     double lowest = 0;
     for (const auto& [id, place] : frame.points.at("position")) {
@@ -35,6 +36,7 @@ const std::pair<const char*, double> elastica[] = {{"10", 0.1212}, {"1", 0.6954}
 TEST_F(ElasticSheets, ACantileverDropsAsTheElastica) {
   for (const auto& [stiffness, exact] : elastica) {
     EXPECT_NEAR(drop(stiffness, "20,4", "4e-3"), exact, 0.03) << stiffness;
+    EXPECT_NEAR(drop(stiffness, "20,1", "4e-3", "1,0.05"), exact, 0.03) << stiffness << ", a strip of one cell's width";
   }
 }
 

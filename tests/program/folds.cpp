@@ -131,7 +131,8 @@ INSTANTIATE_TEST_SUITE_P(Decks, LongFolds,
                          testing::Values("burning_paper", "hot_ball", "hot_sphere_a", "hot_sphere_b", "hot_sphere_c",
                                          "hot_sphere_d", "sheet_weights_a", "sheet_weights_b", "sheet_weights_c",
                                          "sheet_weights_d", "half_burns", "curtain", "roof", "shirt", "burning_torus",
-                                         "paper_lantern", "burning_lantern", "uniform_shrink", "torus_on_sphere"),
+                                         "paper_lantern", "burning_lantern", "uniform_shrink", "torus_on_sphere",
+                                         "tearing_paper"),
                          [](const auto& deck) { return std::string(deck.param); });
 
 class LongCrumpling : public FoldsTest {
