@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "geometry/box_tree.h"
@@ -108,6 +110,141 @@ Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
   return sum;
 }
 
+/// The edges of a mesh, and how they come out of the triangles that they cut through.
+class Edges {
+ public:
+  explicit Edges(const TangledMesh& mesh)
+      : edges_(edges_of(mesh.triangles, of_triangles_)), neighbours_(mesh.particles.size()) {
+    const std::vector<Eigen::Vector3d> places = mesh.points();
+    for (const Edge& edge : edges_) {
+      side_ +=
+          (places[static_cast<std::size_t>(edge.ends[1])] - places[static_cast<std::size_t>(edge.ends[0])]).norm() /
+          static_cast<double>(edges_.size());
+      for (const int a : mesh.particles_of(edge.ends[0])) {
+        for (const int b : mesh.particles_of(edge.ends[1])) {
+          if (a != b) {
+            neighbours_[static_cast<std::size_t>(a)].push_back(b);
+            neighbours_[static_cast<std::size_t>(b)].push_back(a);
+          }
+        }
+      }
+    }
+    for (std::vector<int>& list : neighbours_) {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+    }
+  }
+
+  const Edge& edge(int number) const { return edges_[static_cast<std::size_t>(number)]; }
+  double mean_side() const { return side_; }
+
+  /// Moves the particles until nothing cuts through anything. @returns the edges and triangles that still do after all
+  /// sweeps
+  std::vector<std::pair<int, int>> shorten_cuts(TangledMesh& mesh) const {
+    std::vector<Eigen::Vector3d> places = mesh.points();
+    for (int sweep = 0;; ++sweep) {
+      const std::vector<std::pair<int, int>> cuts = find_cuts(edges_, of_triangles_, mesh.triangles, places);
+      if (cuts.empty() || sweep == most_sweeps) {
+        return cuts;
+      }
+      std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
+      for (const auto& [e, t] : cuts) {
+        const Edge& edge = this->edge(e);
+        const std::array<int, 3>& triangle = mesh.triangles[static_cast<std::size_t>(t)];
+        const Eigen::Vector3d out = way_out(edge, triangle, places);
+        const Eigen::Vector3d move = most_of_side * side_ / std::sqrt(out.squaredNorm() + 1) * out;
+        const auto push = [&](int point, double sign) {
+          for (const int particle : mesh.particles_of(point)) {
+            moves[static_cast<std::size_t>(particle)] +=
+                Eigen::Vector4d(sign * move[0], sign * move[1], sign * move[2], 1);
+          }
+        };
+        push(edge.ends[0], 1);
+        push(edge.ends[1], 1);
+        push(triangle[0], -1);
+        push(triangle[1], -1);
+        push(triangle[2], -1);
+      }
+      for (std::size_t i = 0; i < moves.size(); ++i) {
+        Eigen::Vector3d move = Eigen::Vector3d::Zero();
+        if (moves[i][3] > 0) {
+          move = moves[i].head<3>() / moves[i][3];
+        } else {
+          for (const int j : neighbours_[i]) {
+            const Eigen::Vector4d& of_neighbour = moves[static_cast<std::size_t>(j)];
+            move += 0.5 * of_neighbour.head<3>() /
+                    (std::max(of_neighbour[3], 1.0) * static_cast<double>(neighbours_[i].size()));
+          }
+        }
+        if (!mesh.held[i]) {
+          mesh.particles[i] += move;
+        }
+      }
+      places = mesh.points();
+    }
+  }
+
+ private:
+  std::vector<std::array<int, 3>> of_triangles_;  ///< see edges_of
+  std::vector<Edge> edges_;
+  std::vector<std::vector<int>> neighbours_;  ///< of each particle
+  double side_ = 0;                           ///< the mean [m]
+};
+
+/// The connected piece of each particle, by the number of one of its particles.
+std::vector<int> pieces_of(const TangledMesh& mesh) {
+  std::vector<int> piece(mesh.particles.size());
+  std::iota(piece.begin(), piece.end(), 0);
+  const auto find = [&piece](int i) {
+    while (piece[static_cast<std::size_t>(i)] != i) {
+      i = piece[static_cast<std::size_t>(i)] = piece[static_cast<std::size_t>(piece[static_cast<std::size_t>(i)])];
+    }
+    return i;
+  };
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    for (const int point : triangle) {
+      for (const int i : mesh.particles_of(point)) {
+        piece[static_cast<std::size_t>(find(i))] = find(mesh.particles_of(triangle[0])[0]);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    piece[i] = find(static_cast<int>(i));
+  }
+  return piece;
+}
+
+/// The shortest way along an axis after which a piece's box meets that of no other piece.
+/// @param gap by which they are apart then [m]
+Eigen::Vector3d way_free(const std::vector<Eigen::Vector3d>& particles, const std::vector<int>& pieces, int piece,
+                         double gap) {
+  std::map<int, Eigen::AlignedBox3d> boxes;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    boxes[pieces[i]].extend(particles[i]);
+  }
+  const Eigen::AlignedBox3d start = boxes.at(piece);
+  boxes.erase(piece);
+  Eigen::Vector3d shortest = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {1.0, -1.0}) {
+      Eigen::Vector3d way = Eigen::Vector3d::Zero();
+      const auto met = [&] {
+        const Eigen::AlignedBox3d there = start.translated(way);
+        return std::find_if(boxes.begin(), boxes.end(),
+                            [&there](const auto& other) { return there.intersects(other.second); });
+      };
+      for (auto other = met(); other != boxes.end(); other = met()) {
+        way[axis] = sign > 0 ? other->second.max()[axis] + gap - start.min()[axis]
+                             : other->second.min()[axis] - gap - start.max()[axis];
+      }
+      if (way.norm() < shortest.norm()) {
+        shortest = way;
+      }
+    }
+  }
+  return shortest;
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3d> TangledMesh::points() const {
@@ -128,66 +265,42 @@ std::array<int, 4> TangledMesh::particles_of(int point) const {
 }
 
 int untangle(TangledMesh& mesh) {
-  std::vector<std::array<int, 3>> edges_of_triangles;
-  const std::vector<Edge> edges = edges_of(mesh.triangles, edges_of_triangles);
-  std::vector<std::vector<int>> neighbours(mesh.particles.size());
-  double side = 0;
-  std::vector<Eigen::Vector3d> places = mesh.points();
-  for (const Edge& edge : edges) {
-    side += (places[static_cast<std::size_t>(edge.ends[1])] - places[static_cast<std::size_t>(edge.ends[0])]).norm() /
-            static_cast<double>(edges.size());
-    for (const int a : mesh.particles_of(edge.ends[0])) {
-      for (const int b : mesh.particles_of(edge.ends[1])) {
-        if (a != b) {
-          neighbours[static_cast<std::size_t>(a)].push_back(b);
-          neighbours[static_cast<std::size_t>(b)].push_back(a);
+  const Edges edges(mesh);
+  const std::vector<int> pieces = pieces_of(mesh);
+  std::vector<bool> stays(pieces.size(), false);  // of the pieces, by their numbers
+  std::vector<int> size(pieces.size());
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const auto piece = static_cast<std::size_t>(pieces[i]);
+    stays[piece] = stays[piece] || mesh.held[i];
+    ++size[piece];
+  }
+  std::vector<Eigen::Vector3d> start = mesh.particles;
+  for (;;) {
+    const std::vector<std::pair<int, int>> cuts = edges.shorten_cuts(mesh);
+    int smallest = -1;
+    for (const auto& [e, t] : cuts) {
+      const auto piece_at = [&](int point) { return pieces[static_cast<std::size_t>(mesh.particles_of(point)[0])]; };
+      const int one = piece_at(edges.edge(e).ends[0]);
+      const int other = piece_at(mesh.triangles[static_cast<std::size_t>(t)][0]);
+      for (const int piece : {one, other}) {
+        const auto number = static_cast<std::size_t>(piece);
+        if (one != other && !stays[number] &&
+            (smallest < 0 || size[number] < size[static_cast<std::size_t>(smallest)])) {
+          smallest = piece;
         }
       }
     }
-  }
-  for (std::vector<int>& list : neighbours) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
-  for (int sweep = 0;; ++sweep) {
-    const std::vector<std::pair<int, int>> cuts = find_cuts(edges, edges_of_triangles, mesh.triangles, places);
-    if (cuts.empty() || sweep == most_sweeps) {
+    if (smallest < 0) {
       return static_cast<int>(cuts.size());
     }
-    std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
-    for (const auto& [e, t] : cuts) {
-      const Edge& edge = edges[static_cast<std::size_t>(e)];
-      const std::array<int, 3>& triangle = mesh.triangles[static_cast<std::size_t>(t)];
-      const Eigen::Vector3d out = way_out(edge, triangle, places);
-      const Eigen::Vector3d move = most_of_side * side / std::sqrt(out.squaredNorm() + 1) * out;
-      const auto push = [&](int point, double sign) {
-        for (const int particle : mesh.particles_of(point)) {
-          moves[static_cast<std::size_t>(particle)] +=
-              Eigen::Vector4d(sign * move[0], sign * move[1], sign * move[2], 1);
-        }
-      };
-      push(edge.ends[0], 1);
-      push(edge.ends[1], 1);
-      push(triangle[0], -1);
-      push(triangle[1], -1);
-      push(triangle[2], -1);
-    }
-    for (std::size_t i = 0; i < moves.size(); ++i) {
-      Eigen::Vector3d move = Eigen::Vector3d::Zero();
-      if (moves[i][3] > 0) {
-        move = moves[i].head<3>() / moves[i][3];
-      } else {
-        for (const int j : neighbours[i]) {
-          const Eigen::Vector4d& of_neighbour = moves[static_cast<std::size_t>(j)];
-          move += 0.5 * of_neighbour.head<3>() /
-                  (std::max(of_neighbour[3], 1.0) * static_cast<double>(neighbours[i].size()));
-        }
-      }
-      if (!mesh.held[i]) {
-        mesh.particles[i] += move;
+    stays[static_cast<std::size_t>(smallest)] = true;
+    const Eigen::Vector3d way = way_free(start, pieces, smallest, edges.mean_side());
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (pieces[i] == smallest) {
+        start[i] += way;
       }
     }
-    places = mesh.points();
+    mesh.particles = start;
   }
 }
 

@@ -21,8 +21,10 @@ struct TangledMesh {
 /// Moves the particles until no two triangles without a common point cut through each other, by at most a tenth of the
 /// mean side in each sweep: an edge that cuts through a triangle moves in the direction in which the line along which
 /// their surfaces cut becomes shorter fastest (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
-/// intersection contour minimization"), and its neighbours move partly with it. Not collective.
-/// @returns how many pairs of triangles still cut through each other after 1000 sweeps
+/// intersection contour minimization"), and its neighbours move partly with it. Where 1000 sweeps do not free two
+/// pieces of each other, such as a strip that lies straight through a sheet, all begins anew with the smaller one, of
+/// which nothing is held, beside the others: moved as a whole by the shortest way along an axis. Not collective.
+/// @returns how many edges still cut through triangles in the end
 int untangle(TangledMesh& mesh);
 
 }  // namespace contact

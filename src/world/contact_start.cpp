@@ -228,7 +228,8 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   }
   if (untangle_all(surfaces) > 0) {
     throw Error("contact.start: untangle: of " + tangle_words(crossings, surfaces) +
-                ", some stay so, expected surfaces that come free of each other when they are moved a little");
+                ", some stay so, expected surfaces that come free of themselves when they are moved a little, and of "
+                "each other, one of any two without pins");
   }
   push_apart(options, surfaces);
   carry_lattice(surfaces, before);

@@ -92,5 +92,43 @@ TEST(Untangle, WhatIsHeldStays) {
   }
 }
 
+/// A sheet, and a strip that lies straight through it.
+TangledMesh pierced_sheet(bool is_strip_held, bool is_sheet_held) {
+  TangledMesh tangle;
+  add(tangle, grid_mesh(10, 10, edge), Eigen::Affine3d::Identity());
+  const auto sheet = static_cast<std::ptrdiff_t>(tangle.particles.size());
+  const Eigen::AngleAxisd upright(-M_PI / 2, Eigen::Vector3d::UnitY());
+  add(tangle, grid_mesh(8, 2, edge), Eigen::Translation3d(0.53, 0.42, -0.37) * upright);
+  std::fill(tangle.held.begin(), tangle.held.begin() + sheet, is_sheet_held);
+  std::fill(tangle.held.begin() + sheet, tangle.held.end(), is_strip_held);
+  finish(tangle);
+  return tangle;
+}
+
+TEST(Untangle, AStripThatLiesStraightThroughASheetGoesBesideIt) {
+  TangledMesh tangle = pierced_sheet(false, false);
+  const TangledMesh before = tangle;
+  ASSERT_GT(crossings(before), 0);
+  EXPECT_EQ(untangle(tangle), 0);
+  EXPECT_EQ(crossings(tangle), 0);
+  const Eigen::Vector3d way = tangle.particles.back() - before.particles.back();
+  EXPECT_LT(way.norm(), 0.5 + edge) << "out by its shorter side";
+  for (std::size_t i = 0; i < tangle.particles.size(); ++i) {
+    const bool is_of_strip = i >= 121;
+    const Eigen::Vector3d moved = is_of_strip ? way : Eigen::Vector3d::Zero();
+    EXPECT_LT((tangle.particles[i] - before.particles[i] - moved).norm(), 1e-12);
+  }
+}
+
+TEST(Untangle, OfTwoPiecesTheOneThatIsNotHeldMoves) {
+  TangledMesh tangle = pierced_sheet(true, false);
+  const TangledMesh before = tangle;
+  EXPECT_EQ(untangle(tangle), 0);
+  EXPECT_EQ(crossings(tangle), 0);
+  EXPECT_EQ(tangle.particles.back(), before.particles.back());
+  TangledMesh pinned = pierced_sheet(true, true);
+  EXPECT_GT(untangle(pinned), 0);
+}
+
 }  // namespace
 }  // namespace pellicle::untangle_test
