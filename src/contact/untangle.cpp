@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
+#include <optional>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
 
@@ -192,33 +193,28 @@ class Edges {
 };
 
 /// The connected piece of each particle, by the number of one of its particles.
-std::vector<int> pieces_of(const TangledMesh& mesh) {
-  std::vector<int> piece(mesh.particles.size());
-  std::iota(piece.begin(), piece.end(), 0);
-  const auto find = [&piece](int i) {
-    while (piece[static_cast<std::size_t>(i)] != i) {
-      i = piece[static_cast<std::size_t>(i)] = piece[static_cast<std::size_t>(piece[static_cast<std::size_t>(i)])];
-    }
-    return i;
-  };
+std::vector<std::size_t> pieces_of(const TangledMesh& mesh) {
+  DisjointSets sets(mesh.particles.size());
   for (const std::array<int, 3>& triangle : mesh.triangles) {
+    const auto first = static_cast<std::size_t>(mesh.particles_of(triangle[0])[0]);
     for (const int point : triangle) {
       for (const int i : mesh.particles_of(point)) {
-        piece[static_cast<std::size_t>(find(i))] = find(mesh.particles_of(triangle[0])[0]);
+        sets.unite(first, static_cast<std::size_t>(i));
       }
     }
   }
-  for (std::size_t i = 0; i < piece.size(); ++i) {
-    piece[i] = find(static_cast<int>(i));
+  std::vector<std::size_t> piece;
+  for (std::size_t i = 0; i < mesh.particles.size(); ++i) {
+    piece.push_back(sets.find(i));
   }
   return piece;
 }
 
 /// The shortest way along an axis after which a piece's box meets that of no other piece.
 /// @param gap by which they are apart then [m]
-Eigen::Vector3d way_free(const std::vector<Eigen::Vector3d>& particles, const std::vector<int>& pieces, int piece,
-                         double gap) {
-  std::map<int, Eigen::AlignedBox3d> boxes;
+Eigen::Vector3d way_free(const std::vector<Eigen::Vector3d>& particles, const std::vector<std::size_t>& pieces,
+                         std::size_t piece, double gap) {
+  std::map<std::size_t, Eigen::AlignedBox3d> boxes;
   for (std::size_t i = 0; i < particles.size(); ++i) {
     boxes[pieces[i]].extend(particles[i]);
   }
@@ -266,37 +262,34 @@ std::array<int, 4> TangledMesh::particles_of(int point) const {
 
 int untangle(TangledMesh& mesh) {
   const Edges edges(mesh);
-  const std::vector<int> pieces = pieces_of(mesh);
+  const std::vector<std::size_t> pieces = pieces_of(mesh);
   std::vector<bool> stays(pieces.size(), false);  // of the pieces, by their numbers
   std::vector<int> size(pieces.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const auto piece = static_cast<std::size_t>(pieces[i]);
-    stays[piece] = stays[piece] || mesh.held[i];
-    ++size[piece];
+    stays[pieces[i]] = stays[pieces[i]] || mesh.held[i];
+    ++size[pieces[i]];
   }
   std::vector<Eigen::Vector3d> start = mesh.particles;
   for (;;) {
     const std::vector<std::pair<int, int>> cuts = edges.shorten_cuts(mesh);
-    int smallest = -1;
+    std::optional<std::size_t> smallest;
     for (const auto& [e, t] : cuts) {
       const auto piece_at = [&](int point) { return pieces[static_cast<std::size_t>(mesh.particles_of(point)[0])]; };
-      const int one = piece_at(edges.edge(e).ends[0]);
-      const int other = piece_at(mesh.triangles[static_cast<std::size_t>(t)][0]);
-      for (const int piece : {one, other}) {
-        const auto number = static_cast<std::size_t>(piece);
-        if (one != other && !stays[number] &&
-            (smallest < 0 || size[number] < size[static_cast<std::size_t>(smallest)])) {
+      const std::size_t one = piece_at(edges.edge(e).ends[0]);
+      const std::size_t other = piece_at(mesh.triangles[static_cast<std::size_t>(t)][0]);
+      for (const std::size_t piece : {one, other}) {
+        if (one != other && !stays[piece] && (!smallest || size[piece] < size[*smallest])) {
           smallest = piece;
         }
       }
     }
-    if (smallest < 0) {
+    if (!smallest) {
       return static_cast<int>(cuts.size());
     }
-    stays[static_cast<std::size_t>(smallest)] = true;
-    const Eigen::Vector3d way = way_free(start, pieces, smallest, edges.mean_side());
+    stays[*smallest] = true;
+    const Eigen::Vector3d way = way_free(start, pieces, *smallest, edges.mean_side());
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      if (pieces[i] == smallest) {
+      if (pieces[i] == *smallest) {
         start[i] += way;
       }
     }

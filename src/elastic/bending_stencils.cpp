@@ -161,8 +161,9 @@ void BendingStencils::add_corner(PetscInt corner, const std::vector<PetscInt>& c
   begin_stencil(corner);
   stencils_.back().is_clamped = is_clamped && !is_inside;
   for (const PetscInt cell : cells) {
-    const PetscInt first = 4 * cell + static_cast<PetscInt>(side_of(cell));
-    const PetscInt last = 4 * cell + static_cast<PetscInt>((side_of(cell) + 3) % 4);
+    const auto k = static_cast<PetscInt>(side_of(cell));
+    const PetscInt first = 4 * cell + k;
+    const PetscInt last = 4 * cell + (k + 3) % 4;
     add_point(sheet_->lattice[static_cast<std::size_t>(cell)], {first, last});
     for (const PetscInt triangle : {first, last}) {
       triangle_number_.push_back(triangle);
@@ -182,16 +183,16 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
   const auto first = triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
   const auto last = triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
   takes_part.assign(stencil.last - stencil.first, true);
-  const bool is_lattice = sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)];
-  if (is_lattice || stencil.is_clamped) {
-    if (!std::all_of(first, last, lives)) {
-      return false;
-    }
-    for (std::size_t k = 0; k < takes_part.size() && is_lattice; ++k) {
+  const bool is_whole = std::all_of(first, last, lives);
+  if (stencil.is_clamped) {
+    return is_whole;
+  }
+  if (sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)]) {
+    for (std::size_t k = 0; k < takes_part.size(); ++k) {
       const auto [side, opposite] = support_[stencil.first + k];
       takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !living.cracked[static_cast<std::size_t>(side)]);
     }
-    return true;
+    return is_whole;
   }
   // Those of the cells that live: all round the corner, or one fan of them.
   const std::size_t cells = (stencil.last_triangle - stencil.first_triangle) / 2;
@@ -207,7 +208,8 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
       neighbours += takes_part[k];
     }
   }
-  return count == cells && neighbours == count ? count > 2 : count > 1 && neighbours == count + 1;
+  const bool is_all_round = count == cells && neighbours == count;
+  return is_all_round ? count > 2 : count > 1 && neighbours == count + 1;
 }
 
 void BendingStencils::update(const Living& living) {

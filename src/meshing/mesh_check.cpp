@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <queue>
 #include <set>
 #include <sstream>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "geometry/pi.h"
 #include "meshing/self_intersection.h"
@@ -24,22 +24,6 @@ namespace {
 constexpr double area_tolerance = 1e-12;
 
 constexpr double degrees = 180 / pi;
-
-/// Sets of numbers that can be united.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  std::size_t find(std::size_t item) {
-    while (parent_[item] != item) {
-      item = parent_[item] = parent_[parent_[item]];
-    }
-    return item;
-  }
-  void unite(std::size_t a, std::size_t b) { parent_[find(b)] = find(a); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 /// One side of a face.
 struct Side {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <unordered_map>
 
+#include "base/disjoint_sets.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -13,42 +13,16 @@ inline namespace surface {
 
 namespace {
 
-/// Sets of local particles, joined two by two.
-class DisjointSets {
- public:
-  explicit DisjointSets(PetscInt count) : parent_(static_cast<std::size_t>(count)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-
-  /// The particle that stands for the set of particle `i`.
-  std::size_t find(PetscInt i) {
-    auto at = static_cast<std::size_t>(i);
-    while (parent_[at] != at) {
-      at = parent_[at] = parent_[parent_[at]];
-    }
-    return at;
-  }
-
-  void join(PetscInt i, PetscInt j) {
-    const std::size_t a = find(i);
-    const std::size_t b = find(j);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 /// For each local particle the least persistent id of the particles that living springs join to it, -1 if none lives.
 /// Collective.
 std::vector<PetscInt> connected_parts(const Surface& surface, const Living& living) {
-  DisjointSets sets(surface.particles.local());
+  DisjointSets sets(static_cast<std::size_t>(surface.particles.local()));
   for (const Colour colour : all_colours) {
     const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
     const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < ends.size(); ++s) {
       if (lives[s]) {
-        sets.join(ends[s][0], ends[s][1]);
+        sets.unite(static_cast<std::size_t>(ends[s][0]), static_cast<std::size_t>(ends[s][1]));
       }
     }
   }
@@ -61,7 +35,7 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
   std::vector<std::size_t> set_of(has_springs.size());
   for (PetscInt i = 0; i < local; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    set_of[k] = sets.find(i);
+    set_of[k] = sets.find(k);
     least[set_of[k]] = std::min(least[set_of[k]], surface.persistent_id[k]);
   }
   std::vector<PetscInt> part(has_springs.size());

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 
@@ -24,8 +25,7 @@ class Fan {
       return surface.element_id[static_cast<std::size_t>(a.first)] <
              surface.element_id[static_cast<std::size_t>(b.first)];
     });
-    std::vector<std::size_t> joined_to(elements_.size());
-    std::iota(joined_to.begin(), joined_to.end(), 0);
+    DisjointSets joined(elements_.size());
     std::vector<bool> lives(elements_.size(), false);
     std::map<PetscInt, std::vector<std::size_t>> at_neighbour;  // elements with a side that holds, by its other end
     const auto last = static_cast<std::size_t>(surface.sides_per_element()) - 1;
@@ -42,28 +42,20 @@ class Fan {
         }
       }
     }
-    const auto root = [&joined_to](std::size_t i) {
-      while (joined_to[i] != i) {
-        i = joined_to[i];
-      }
-      return i;
-    };
     for (const auto& [neighbour, members] : at_neighbour) {
       for (const std::size_t member : members) {
-        const std::size_t a = root(members.front());
-        const std::size_t b = root(member);
-        joined_to[std::max(a, b)] = std::min(a, b);
+        joined.unite(members.front(), member);
       }
     }
     std::map<std::size_t, std::size_t> group_of_root;  // in the order of the lowest elements
     for (std::size_t i = 0; i < elements_.size(); ++i) {
       if (lives[i]) {
-        group_of_root.emplace(root(i), group_of_root.size());
+        group_of_root.emplace(joined.find(i), group_of_root.size());
       }
     }
     mass_.assign(std::max<std::size_t>(1, group_of_root.size()), 0);
     for (std::size_t i = 0; i < elements_.size(); ++i) {
-      group_.push_back(lives[i] ? group_of_root.at(root(i)) : 0);
+      group_.push_back(lives[i] ? group_of_root.at(joined.find(i)) : 0);
       mass_[group_[i]] += surface.element_mass[static_cast<std::size_t>(elements_[i].first)];
     }
   }

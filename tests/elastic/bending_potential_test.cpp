@@ -16,14 +16,18 @@
 namespace pellicle {
 namespace {
 
+Sheet one_surface(MPI_Comm comm, const SurfaceMesh& mesh) {
+  SheetOptions options;
+  options.is_one_surface = true;
+  return make_sheet(comm, mesh, options);
+}
+
 Sheet flat_sheet(MPI_Comm comm, const std::function<Eigen::Vector3d(double, double)>& place) {
   SurfaceMesh mesh = grid_mesh(12, 8, 0.1);
   for (Eigen::Vector3d& point : mesh.points) {
     point = place(point.x(), point.y());
   }
-  SheetOptions options;
-  options.is_one_surface = true;
-  return make_sheet(comm, mesh, options);
+  return one_surface(comm, mesh);
 }
 
 /// A sheet whose bending is examined.
@@ -88,9 +92,7 @@ TEST(BendingPotentialTest, a_strip_of_any_width_resists_folds_back_and_forth) {
   const double height = 1e-3;
   const double edge = 0.1;
   for (const int width : {1, 2, 3, 8}) {
-    SheetOptions options;
-    options.is_one_surface = true;
-    Bent bent(make_sheet(PETSC_COMM_WORLD, grid_mesh(60, width, edge), options));
+    Bent bent(one_surface(PETSC_COMM_WORLD, grid_mesh(60, width, edge)));
     for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
       if (!bent.sheet.is_lattice[static_cast<std::size_t>(i)]) {
         const auto column = std::lround(bent.sheet.rest(0, i) / edge);
@@ -105,13 +107,8 @@ TEST(BendingPotentialTest, a_strip_of_any_width_resists_folds_back_and_forth) {
 }
 
 TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
-  const auto bent_of = [](int columns) {
-    SheetOptions options;
-    options.is_one_surface = true;
-    return Bent(make_sheet(PETSC_COMM_WORLD, grid_mesh(columns, 5, 0.1), options));
-  };
-  Bent whole = bent_of(8);
-  Bent rest = bent_of(6);
+  Bent whole(one_surface(PETSC_COMM_WORLD, grid_mesh(8, 5, 0.1)));
+  Bent rest(one_surface(PETSC_COMM_WORLD, grid_mesh(6, 5, 0.1)));
   for (std::size_t cell = 0; cell < whole.sheet.cells.size(); ++cell) {
     if (whole.sheet.rest(0, whole.sheet.lattice[cell]) > 0.6) {
       std::fill_n(whole.living.triangles.begin() + static_cast<std::ptrdiff_t>(4 * cell), 4, false);
