@@ -174,24 +174,28 @@ void expect_settles(const std::array<double, 3>& of, const char* name) {
       << name << ": " << of[0] << ", " << of[1] << ", " << of[2];
 }
 
+// Waves of crumpled paper are a few cells of 20 x 20 long: bend settles from 40 x 40 on, size and strain before.
 TEST_F(LongCrumpling, SettlesAsMeshAndStepAreHalved) {
   set_time_limit(1500);
-  const Statistics middle = crumple("40", "2e-3");
-  const Statistics coarse = crumple("20", "2e-3");
+  const Statistics base = crumple("40", "2e-3");
   const Statistics fine = crumple("80", "2e-3");
-  expect_settles({coarse.bend, middle.bend, fine.bend}, "rms_bend on finer meshes");
-  expect_settles({coarse.size, middle.size, fine.size}, "size on finer meshes");
-  expect_settles({coarse.strain, middle.strain, fine.strain}, "mean strain on finer meshes");
-  const Statistics long_step = crumple("40", "4e-3");
+  const Statistics finest = crumple("160", "2e-3");
+  expect_settles({base.bend, fine.bend, finest.bend}, "rms_bend on finer meshes");
+  expect_settles({base.size, fine.size, finest.size}, "size on finer meshes");
+  expect_settles({base.strain, fine.strain, finest.strain}, "mean strain on finer meshes");
   const Statistics short_step = crumple("40", "1e-3");
-  expect_settles({long_step.bend, middle.bend, short_step.bend}, "rms_bend with shorter steps");
-  expect_settles({long_step.size, middle.size, short_step.size}, "size with shorter steps");
-  expect_settles({long_step.strain, middle.strain, short_step.strain}, "mean strain with shorter steps");
-  // What is left of halving either once more: strain settles last on meshes, size is settled within 0.5 % from the
-  // longest step on.
-  EXPECT_NEAR(fine.strain, middle.strain, 0.05 * middle.strain);
-  EXPECT_NEAR(short_step.size, middle.size, 0.005 * middle.size);
-  EXPECT_NEAR(long_step.size, middle.size, 0.005 * middle.size);
+  const Statistics shortest_step = crumple("40", "5e-4");
+  expect_settles({base.bend, short_step.bend, shortest_step.bend}, "rms_bend with shorter steps");
+  expect_settles({base.size, short_step.size, shortest_step.size}, "size with shorter steps");
+  expect_settles({base.strain, short_step.strain, shortest_step.strain}, "mean strain with shorter steps");
+  // What is left of a halving: strain settles last on meshes, size is settled from coarse meshes and long steps on.
+  const Statistics coarse = crumple("20", "2e-3");
+  const Statistics long_step = crumple("40", "4e-3");
+  EXPECT_NEAR(fine.strain, base.strain, 0.05 * base.strain);
+  EXPECT_NEAR(finest.strain, fine.strain, 0.02 * fine.strain);
+  EXPECT_NEAR(coarse.size, base.size, 0.005 * base.size);
+  EXPECT_NEAR(long_step.size, base.size, 0.005 * base.size);
+  EXPECT_NEAR(short_step.size, base.size, 0.005 * base.size);
 }
 
 }  // namespace
