@@ -92,14 +92,6 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
   area_.assign(area.data(), area.data() + surface.particles.local());
 }
 
-Eigen::Vector3d BodyContact::place(const ElementPoint& point, const Field& x) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    sum += point.weights[k] * x.vector(point.particles[k]);
-  }
-  return sum;
-}
-
 Eigen::Vector3d BodyContact::rest_place(const ElementPoint& point) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < 4; ++k) {
@@ -109,7 +101,7 @@ Eigen::Vector3d BodyContact::rest_place(const ElementPoint& point) const {
 }
 
 Eigen::Vector3d BodyContact::carried_place(const ElementPoint& point) const {
-  return sweep_.carried_place(point.body, place(point, sweep_.start()));
+  return sweep_.carried_place(point.body, at_point(point, sweep_.start()));
 }
 
 void BodyContact::begin_step(const Field& start, double time_end, double h) {
@@ -124,7 +116,7 @@ void BodyContact::begin_step(const Field& start, double time_end, double h) {
   for (ElementPoint& point : points_) {
     if (const double friction = bodies()[point.body].friction; friction > 0) {
       Eigen::Vector3d normal;
-      const double gap = sweep_.gap_at(point.body, sweep_.before(point.body), place(point, start), normal);
+      const double gap = sweep_.gap_at(point.body, sweep_.before(point.body), at_point(point, start), normal);
       point.friction.force = -friction * Barrier{point.stiffness, thickness(), onset}.slope(gap + point.nearer);
       point.friction.normal = normal;
     }
@@ -190,7 +182,7 @@ PointPotential BodyContact::press(std::size_t body, double stiffness, double nea
 }
 
 PointPotential BodyContact::press(const ElementPoint& point, const Field& x) const {
-  return press(point.body, point.stiffness, point.nearer, point.friction, carried_place(point), place(point, x));
+  return press(point.body, point.stiffness, point.nearer, point.friction, carried_place(point), at_point(point, x));
 }
 
 void BodyContact::add_friction(const Friction& friction, const Eigen::Vector3d& displacement,
@@ -274,7 +266,7 @@ void BodyContact::update_hessian(const Field& x, Curvature curvature) {
     }
   }
   for (ElementPoint& point : points_) {
-    point.friction.tangent.move_to(slip_, slip_along(point.friction.normal, place(point, x) - carried_place(point)));
+    point.friction.tangent.move_to(slip_, slip_along(point.friction.normal, at_point(point, x) - carried_place(point)));
   }
   for_each_vertex(x, [this](PetscInt i, std::size_t, const PointPotential& potential) {
     hessian_[static_cast<std::size_t>(i)] += potential.hessian;
@@ -334,7 +326,7 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
             sample.stiffness = stiffness_ * element_area_[static_cast<std::size_t>(point.element)] /
                                static_cast<double>(all_samples.size());
             sample.nearer = nearer(b, rest_place(sample));
-            lowest = std::min(lowest, gap(place(sample, x)));
+            lowest = std::min(lowest, gap(at_point(sample, x)));
             points.push_back(sample);
           }
         }
@@ -440,7 +432,7 @@ bool BodyContact::renew(const Field& x) {
   }
   for (ElementPoint& point : points_) {
     Eigen::Vector3d normal;
-    const double gap = sweep_.gap_at(point.body, sweep_.after(point.body), place(point, x), normal);
+    const double gap = sweep_.gap_at(point.body, sweep_.after(point.body), at_point(point, x), normal);
     if (gap < limit) {
       point.stiffness *= stiffer_by;
       changes = true;
@@ -504,22 +496,40 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
     return;
   }
   std::vector<double> forces(3 * bodies().size(), 0);
-  for_each_vertex(x, [&](PetscInt i, std::size_t b, const PointPotential&) {
-    const double m = mass[static_cast<std::size_t>(i)];
+  const auto change = [&](std::size_t b, PetscInt i, const Eigen::Vector3d& by) {
+    velocity.vector(i) += by;
+    Eigen::Map<Eigen::Vector3d>(forces.data() + 3 * b) -= mass[static_cast<std::size_t>(i)] / sweep_.h() * by;
+  };
+  // By how much what has come to a place should leave a body faster than it does.
+  const auto missing = [&](std::size_t b, double start_gap, const Eigen::Vector3d& place,
+                           const Eigen::Vector3d& arrives, const Eigen::Vector3d& leaves) -> Eigen::Vector3d {
     Eigen::Vector3d normal;
-    const double gap = sweep_.gap_at(b, sweep_.after(b), x.vector(i), normal);
-    if (bodies()[b].restitution == 0 || gap >= thickness() || sweep_.start_gap(b, i) < thickness()) {
-      return;
+    const double restitution = bodies()[b].restitution;
+    if (restitution == 0 || start_gap < thickness() ||
+        sweep_.gap_at(b, sweep_.after(b), place, normal) >= thickness()) {
+      return Eigen::Vector3d::Zero();
     }
-    const Eigen::Vector3d place = x.vector(i);
-    const Eigen::Vector3d of_body = (place - carried(sweep_.after(b).pose, sweep_.before(b).pose, place)) / sweep_.h();
-    const double arrival = -normal.dot(before.vector(i) - of_body);
-    const double missing = bodies()[b].restitution * arrival - normal.dot(velocity.vector(i) - of_body);
-    if (arrival > 0 && missing > 0) {
-      velocity.vector(i) += missing * normal;
-      Eigen::Map<Eigen::Vector3d>(forces.data() + 3 * b) -= m / sweep_.h() * missing * normal;
-    }
+    const Eigen::Vector3d of_body = sweep_.velocity_at(b, place);
+    const double arrival = -normal.dot(arrives - of_body);
+    const double speed = arrival > 0 ? restitution * arrival - normal.dot(leaves - of_body) : 0;
+    return std::max(speed, 0.0) * normal;
+  };
+  for_each_vertex(x, [&](PetscInt i, std::size_t b, const PointPotential&) {
+    change(b, i, missing(b, sweep_.start_gap(b, i), x.vector(i), before.vector(i), velocity.vector(i)));
   });
+  velocity.update_ghosts();
+  WantedChanges changes;
+  for (const ElementPoint& point : points_) {
+    Eigen::Vector3d normal;
+    const double start_gap =
+        sweep_.gap_at(point.body, sweep_.before(point.body), at_point(point, sweep_.start()), normal);
+    const Eigen::Vector3d by =
+        missing(point.body, start_gap, at_point(point, x), at_point(point, before), at_point(point, velocity));
+    if (const auto shares = sweep_.shares(point, mass); shares && by.norm() > 0) {
+      changes.add(point.body, point, *shares, by, by.norm(), surface_.particles.owned);
+    }
+  }
+  changes.visit(change);
   velocity.update_ghosts();
   MPI_Allreduce(MPI_IN_PLACE, forces.data(), static_cast<int>(forces.size()), MPI_DOUBLE, MPI_SUM, surface_.comm());
   for (std::size_t b = 0; b < bodies().size(); ++b) {

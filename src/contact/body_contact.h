@@ -84,7 +84,8 @@ class BodyContact : public Potential {
   std::string fault(const Field& x) const;
   /// In words, the body that particles are too deep in where the step starts, and how many; empty: none. Collective.
   std::string start_fault() const;
-  /// Lets what has come to touch a body in the step rebound from it, if its restitution says so.
+  /// Lets what has come to touch a body in the step rebound from it, if its restitution says so: particles, and then
+  /// points of elements that are not yet fast enough. Collective.
   /// @param before velocities at the beginning of the step [m/s] @param mass of the local particles [kg]
   /// @param velocity at its end [m/s]; ghosts up to date @param loads get the forces of the impacts
   void rebound(const Field& x, const Field& before, const std::vector<double>& mass, Field& velocity,
@@ -103,13 +104,11 @@ class BodyContact : public Potential {
     SlipTangent tangent{};
   };
   /// A point of a drawn element that a body presses on.
-  struct ElementPoint {
+  struct ElementPoint : PointWeights {
     std::size_t body = 0;
     PetscInt element = 0;
-    std::array<PetscInt, 4> particles{};
-    std::array<double, 4> weights{};  ///< 0 for particles that do not count
-    double stiffness = 0;             ///< [N/m]
-    double nearer = 0;                ///< see `nearer`
+    double stiffness = 0;  ///< [N/m]
+    double nearer = 0;     ///< see `nearer`
     Friction friction;
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   };
@@ -128,7 +127,6 @@ class BodyContact : public Potential {
   void add_friction(const Friction& friction, const Eigen::Vector3d& displacement, PointPotential& sum) const;
   template <class Take>
   void for_each_vertex(const Field& x, const Take& take) const;
-  Eigen::Vector3d place(const ElementPoint& point, const Field& x) const;
   Eigen::Vector3d rest_place(const ElementPoint& point) const;
   Eigen::Vector3d carried_place(const ElementPoint& point) const;
   bool counts(PetscInt element) const { return element < surface_.elements.owned; }

@@ -13,8 +13,6 @@ namespace {
 
 /// A particle this near to a surface touches it: far above rounding, far below any sheet's thickness [m].
 constexpr double touching = 1e-9;
-/// A point of a triangle in which free particles have less of a share than this cannot be moved by them.
-constexpr double least_free = 0.1;
 
 /// What is left of a slip along a surface when friction can take away up to `limit` of it.
 Eigen::Vector3d slip_after_friction(const Eigen::Vector3d& slip, double limit) {
@@ -26,19 +24,16 @@ Eigen::Vector3d along_surface(const Eigen::Vector3d& vector, const Eigen::Vector
   return vector - normal * normal.dot(vector);
 }
 
+/// With which a body throws off what arrived at a velocity relative to it [m/s].
+double rebound_speed(const Body& body, const Eigen::Vector3d& normal, const Eigen::Vector3d& arrival) {
+  return std::max(0.0, -body.restitution * normal.dot(arrival));
+}
+
 std::vector<Body> without_margins(std::vector<Body> bodies) {
   for (Body& body : bodies) {
     body.margin = 0;
   }
   return bodies;
-}
-
-Eigen::Vector3d place(const PointWeights& point, const Field& x) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    sum += point.weights[k] * x.vector(point.particles[k]);
-  }
-  return sum;
 }
 
 }  // namespace
@@ -135,30 +130,6 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
   }
 }
 
-/// How much of a point belongs to particles that are free to move.
-double BodyCorrection::free_share(const PointWeights& point) const {
-  double share = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    share += sweep_.is_held(point.particles[k]) ? 0 : point.weights[k];
-  }
-  return share;
-}
-
-/// How far each particle of a point moves if the point is to move by 1: by its weight and inversely to its mass.
-std::array<double, 4> BodyCorrection::shares(const PointWeights& point, const ContactStep& step) const {
-  std::array<double, 4> shares{};
-  double sum = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const PetscInt particle = point.particles[k];
-    shares[k] = sweep_.is_held(particle) ? 0 : point.weights[k] / step.mass[static_cast<std::size_t>(particle)];
-    sum += shares[k] * point.weights[k];
-  }
-  for (double& share : shares) {
-    share /= sum;
-  }
-  return shares;
-}
-
 /// Moves what is too deep once: a particle as far as one of its triangles wants, in the mean direction. Collective.
 /// @param with triangles with none of these have not changed since nothing was too deep; null: any may have
 /// @returns whether anything was, on any rank
@@ -173,16 +144,17 @@ bool BodyCorrection::push_triangles(Field& positions, const ContactStep& step, c
       positions, false, -limit,
       [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
         const PointWeights point = weights_of(surface_, t, deepest.weights);
-        if (free_share(point) < least_free) {
+        const auto shares = sweep_.shares(point, step.mass);
+        if (!shares) {
           return;
         }
-        const Eigen::Vector3d x = place(point, positions);
-        const Eigen::Vector3d by = corrected(b, deepest.gap, 0, place(point, step.start), x) - x;
-        const std::array<double, 4> share = shares(point, step);
+        const Eigen::Vector3d x = at_point(point, positions);
+        const Eigen::Vector3d by = corrected(b, deepest.gap, 0, at_point(point, step.start), x) - x;
         for (std::size_t k = 0; k < 4; ++k) {
-          if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
+          const double share = (*shares)[k];
+          if (share > 0 && point.particles[k] < surface_.particles.owned) {
             Move& move = moves[{b, point.particles[k]}];
-            const Eigen::Vector3d wanted = share[k] * by;
+            const Eigen::Vector3d wanted = share * by;
             move.length = std::max(move.length, wanted.norm());
             move.sum += wanted;
           }
@@ -207,19 +179,17 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Body& body = bodies_[b];
     const Solid& solid = sweep_.after(b);
-    const Pose& before = sweep_.before(b).pose;
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       const SignedDistance gap = signed_distance(solid, positions.vector(i));
       if (gap.distance > body.margin + touching || step.pinned[static_cast<std::size_t>(i)]) {
         continue;
       }
       // The mean over the step, as in eq. 13: a particle that sticks to the body has exactly this velocity.
-      const Eigen::Vector3d place = positions.vector(i);
-      const Eigen::Vector3d body_velocity = (place - carried(solid.pose, before, place)) / step.h;
+      const Eigen::Vector3d body_velocity = sweep_.velocity_at(b, positions.vector(i));
       const Eigen::Vector3d relative = velocities.vector(i) - body_velocity;
       double rebound = 0;
       if (body.restitution > 0 && step.start_velocity != nullptr && sweep_.start_gap(b, i) > body.margin + touching) {
-        rebound = std::max(0.0, -body.restitution * gap.normal.dot(step.start_velocity->vector(i) - body_velocity));
+        rebound = rebound_speed(body, gap.normal, step.start_velocity->vector(i) - body_velocity);
       }
       const double approach = rebound - relative.dot(gap.normal);
       if (approach <= 0) {
@@ -239,50 +209,41 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
   return approaching;
 }
 
-/// As above for the deepest points of the triangles that are in a body: a particle by the mean of what they want,
-/// weighted with their speeds of approach, so that rounding does not decide who counts. Collective.
+/// As above for the deepest points of the triangles that are in a body. Collective.
 void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, const ContactStep& step) {
-  struct Change {
-    double weight = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::pair<std::size_t, PetscInt>, Change> changes;  // by body and particle
+  WantedChanges changes;
   triangle_gap_.assign(bodies_.size(), sweep_.thickness());
   sweep_.visit_near_triangles(
       positions, false, sweep_.thickness(),
       [&](std::size_t b, std::size_t t, const auto&, const DeepestPoint& deepest) {
+        const Body& body = bodies_[b];
         const PointWeights point = weights_of(surface_, t, deepest.weights);
-        if (free_share(point) < least_free) {
+        const auto shares = sweep_.shares(point, step.mass);
+        if (!shares) {
           return;
         }
         triangle_gap_[b] = std::min(triangle_gap_[b], deepest.gap.distance);
         if (deepest.gap.distance > touching) {
           return;
         }
-        const Eigen::Vector3d x = place(point, positions);
-        const Eigen::Vector3d body_velocity = (x - carried(sweep_.after(b).pose, sweep_.before(b).pose, x)) / step.h;
-        const Eigen::Vector3d relative = place(point, velocities) - body_velocity;
-        const double approach = -relative.dot(deepest.gap.normal);
-        if (approach <= 0) {
-          return;
+        const Eigen::Vector3d& normal = deepest.gap.normal;
+        const Eigen::Vector3d body_velocity = sweep_.velocity_at(b, at_point(point, positions));
+        const Eigen::Vector3d relative = at_point(point, velocities) - body_velocity;
+        double rebound = 0;
+        if (body.restitution > 0 && step.start_velocity != nullptr &&
+            signed_distance(sweep_.before(b), at_point(point, step.start)).distance > touching) {
+          rebound = rebound_speed(body, normal, at_point(point, *step.start_velocity) - body_velocity);
         }
-        const Eigen::Vector3d slip = along_surface(relative, deepest.gap.normal);
-        const Eigen::Vector3d by = slip_after_friction(slip, bodies_[b].friction * approach) - relative;
-        const std::array<double, 4> share = shares(point, step);
-        for (std::size_t k = 0; k < 4; ++k) {
-          if (share[k] > 0 && point.particles[k] < surface_.particles.owned) {
-            Change& change = changes[{b, point.particles[k]}];
-            change.weight += approach;
-            change.sum += approach * share[k] * by;
-          }
+        const double approach = rebound - relative.dot(normal);
+        if (approach > 0) {
+          const Eigen::Vector3d slip = slip_after_friction(along_surface(relative, normal), body.friction * approach);
+          changes.add(b, point, *shares, rebound * normal + slip - relative, approach, surface_.particles.owned);
         }
       });
-  for (const auto& [who, change] : changes) {
-    const auto& [body, particle] = who;
-    const Eigen::Vector3d by = change.sum / change.weight;
+  changes.visit([&](std::size_t body, PetscInt particle, const Eigen::Vector3d& by) {
     velocities.vector(particle) += by;
     force_[body] -= step.mass[static_cast<std::size_t>(particle)] / step.h * by;
-  }
+  });
   if (on_any_rank(surface_.comm(), !changes.empty())) {
     velocities.update_ghosts();
   }

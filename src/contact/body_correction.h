@@ -63,7 +63,7 @@ class BodyCorrection {
 
   /// Takes the approaching part from the velocities of particles on a surface, relative to the body, and up to mu times
   /// as much from the part along the surface (burning paper, eq. 15). What has come to touch a body leaves it with its
-  /// restitution. The same, without restitution, of the deepest points of triangles in a body. Collective.
+  /// restitution. The same of the deepest points of triangles that touch a body. Collective.
   /// @param velocities [m/s] after eq. 13, ghosts up to date before and after
   /// @param positions [m] at the end of the step
   /// @returns how many particles of this rank approached a body
@@ -83,8 +83,6 @@ class BodyCorrection {
                             const Eigen::Vector3d& x) const;
   void add_force(std::size_t body, PetscInt particle, const Eigen::Vector3d& moved_by, const ContactStep& step);
   void stop_triangles(Field& velocities, const Field& positions, const ContactStep& step);
-  std::array<double, 4> shares(const PointWeights& point, const ContactStep& step) const;
-  double free_share(const PointWeights& point) const;
 
   const Surface& surface_;
   std::vector<Body> bodies_;

@@ -12,6 +12,7 @@ inline namespace contact {
 namespace {
 
 constexpr double surface_gap = 0.7;  ///< of the thickness, at which what comes from outside is stopped
+constexpr double least_free = 0.1;   ///< share of free particles in a point, from which on they can move it
 
 double longest_side(const std::array<Eigen::Vector3d, 3>& corners) {
   return std::max(
@@ -40,6 +41,46 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
     }
   }
   return result;
+}
+
+Eigen::Vector3d at_point(const PointWeights& point, const Field& x) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    sum += point.weights[k] * x.vector(point.particles[k]);
+  }
+  return sum;
+}
+
+void WantedChanges::add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares,
+                        const Eigen::Vector3d& by, double weight, PetscInt owned) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (shares[k] > 0 && point.particles[k] < owned) {
+      Change& change = changes_[{body, point.particles[k]}];
+      change.weight += weight;
+      change.sum += weight * shares[k] * by;
+    }
+  }
+}
+
+std::optional<std::array<double, 4>> BodySweep::shares(const PointWeights& point,
+                                                       const std::vector<double>& mass) const {
+  std::array<double, 4> shares{};
+  double free = 0;
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (const PetscInt particle = point.particles[k]; !is_held(particle)) {
+      free += point.weights[k];
+      shares[k] = point.weights[k] / mass[static_cast<std::size_t>(particle)];
+      sum += shares[k] * point.weights[k];
+    }
+  }
+  if (free < least_free) {
+    return std::nullopt;
+  }
+  for (double& share : shares) {
+    share /= sum;
+  }
+  return shares;
 }
 
 BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double thickness)

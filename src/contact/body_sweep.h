@@ -3,6 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "contact/bodies.h"
@@ -22,6 +25,35 @@ struct PointWeights {
 
 /// @param weights of the triangle's corners, sum 1
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights);
+
+/// A field of 3 components at a point.
+Eigen::Vector3d at_point(const PointWeights& point, const Field& x);
+
+/// By how much points of triangles that touch bodies want the velocities of their corners to change: a particle changes
+/// by the mean of what is wanted of it at a body, weighted with how much each point wants it, so that rounding does not
+/// decide who counts.
+class WantedChanges {
+ public:
+  /// Of the owned particles of a point. @param shares how far each moves if the point is to move by 1
+  /// @param by what it wants [m/s] @param weight how much it wants it [m/s]
+  void add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares, const Eigen::Vector3d& by,
+           double weight, PetscInt owned);
+  /// Calls `take` with body, particle and its change.
+  template <class Take>
+  void visit(const Take& take) const {
+    for (const auto& [who, change] : changes_) {
+      take(who.first, who.second, Eigen::Vector3d(change.sum / change.weight));
+    }
+  }
+  bool empty() const { return changes_.empty(); }
+
+ private:
+  struct Change {
+    double weight = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  std::map<std::pair<std::size_t, PetscInt>, Change> changes_;  ///< by body and particle
+};
 
 /// Bodies as they move in a step, what of a surface is near them, and how far it may go there.
 class BodySweep {
@@ -58,6 +90,13 @@ class BodySweep {
   /// Between body, with its margin, and a local particle, both where they start [m]. Once a step has begun.
   double start_gap(std::size_t body, PetscInt particle) const {
     return moved_[body].start_gap[static_cast<std::size_t>(particle)];
+  }
+  /// How far each particle of a point moves if the point is to move by 1: by its weight and inversely to its mass.
+  /// Nothing if free particles have so little of a part in it that they cannot move it.
+  std::optional<std::array<double, 4>> shares(const PointWeights& point, const std::vector<double>& mass) const;
+  /// Mean velocity over the step of what a body has carried to x [m/s].
+  Eigen::Vector3d velocity_at(std::size_t body, const Eigen::Vector3d& x) const {
+    return (x - carried(after(body).pose, before(body).pose, x)) / h_;
   }
   /// Gap between a body with its margin and a point.
   double gap_at(std::size_t body, const Solid& solid, const Eigen::Vector3d& x, Eigen::Vector3d& normal) const;

@@ -324,6 +324,24 @@ TEST(SheetOnBodies, ABouncingSheetGainsNoEnergy) {
   EXPECT_NEAR(highest + 0.1, 0.64 * 0.1, 0.015);
 }
 
+TEST(SheetOnBodies, ACellThatFallsOnASmallBallBouncesToo) {
+  for (const Dynamics dynamics : {Dynamics::elastic, Dynamics::projection}) {
+    Options options = elastic_options();
+    options.dynamics = dynamics;
+    options.force.damping = 0;
+    BodyOptions ball;
+    ball.radius = 0.1 * edge;
+    ball.centre = {0.5 * edge, 0.5 * edge, -0.1 - ball.radius};
+    ball.restitution = 0.8;
+    options.bodies["ball"] = ball;
+    MovingSheet sheet(options, 1e-3, grid_mesh(1, 1, edge));
+    sheet.reach(0.18);
+    // An elastic sheet rebounds from the thickness of contact, a projected one from the ball itself.
+    const double arrives = std::sqrt(2 * g * (dynamics == Dynamics::elastic ? 0.1 - 0.1 * edge : 0.1));
+    EXPECT_NEAR(sheet.mean_velocity().z(), 0.8 * arrives - g * (0.18 - arrives / g), 0.03);
+  }
+}
+
 TEST(SheetOnBodies, ATurningDrumDragsTheSheet) {
   Options options = elastic_options();
   BodyOptions drum;
