@@ -151,6 +151,7 @@ void InflateRun::divide() {
   if (!lines.empty()) {
     state_->pressure.conservativeResizeLike(Eigen::VectorXd::Zero(state_->gas->parent.size()));
     inflate_ = std::make_unique<Inflate>(*membrane_, std::move(*inflate_), *state_);
+    note_replaced();
   }
   inflate_->follow(*state_);
   for (const std::string& line : lines) {
@@ -175,6 +176,7 @@ void InflateRun::split() {
   kept_ = nullptr;
   state_ = std::move(state);
   inflate_ = std::move(inflate);
+  note_replaced();
   membrane_ = std::move(membrane);
   inflate_->follow(*state_);
   update_pieces(state_->burning->pieces, *membrane_, state_->burning->living, state_->time);

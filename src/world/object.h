@@ -118,8 +118,10 @@ class TouchingObject : public Object {
 
   /// As `advance`, up to the point where its part is to be brought into balance.
   virtual StepResult begin(double h) = 0;
-  /// The part of the step that has begun. It is the same object as before unless its numbering has changed. Null: it
-  /// moves by itself.
+  /// How often part, gas and surface have been replaced by others, since the numbering of particles or chambers is a new
+  /// one.
+  int replaced() const { return replaced_; }
+  /// The part of the step that has begun. Null: it moves by itself.
   virtual StepPart* part() = 0;
   /// Of what has no part: moves it by the pressures that the gas has in the balance of the others. @param is_done set
   /// to false if both are to be done once more
@@ -138,10 +140,19 @@ class TouchingObject : public Object {
   virtual const std::vector<bool>* living() const = 0;
   /// Local particles that are not free in all directions.
   virtual std::vector<bool> held() const = 0;
+  /// Now and then when a step has been accepted: spreads itself over the ranks anew if contact has much more to do with
+  /// it on one of them than on others. @param load see SurfaceContact::load
+  virtual void spread(const std::vector<double>& /*load*/) {}
   /// Lips of the cracks that separated the surface when the last step was accepted.
   virtual const std::vector<Lip>& fresh_lips() const = 0;
   /// To be called when positions have changed at the start of a run: updates what follows from them.
   virtual void follow_start() = 0;
+
+ protected:
+  void note_replaced() { ++replaced_; }
+
+ private:
+  int replaced_ = 0;
 };
 
 }  // namespace world

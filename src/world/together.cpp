@@ -182,32 +182,32 @@ std::string Together::solver_words() {
 
 /// Made anew whenever an object has been numbered anew or is gone. @returns null: there is nothing to balance
 Together::Step* Together::common() {
+  std::vector<std::pair<const TouchingObject*, int>> numbering;
+  for (const TouchingObject* object : present()) {
+    numbering.emplace_back(object, object->replaced());
+  }
+  if (numbering == numbering_) {
+    return step_.get();
+  }
+  numbering_ = std::move(numbering);
   std::vector<StepPart*> parts;
   std::vector<ContactSurface::Part> surfaces;
   for (TouchingObject* object : with_parts()) {
     parts.push_back(object->part());
     surfaces.push_back(object->contact_part());
   }
-  std::vector<GasFilled*> gas;
-  for (TouchingObject* object : present()) {
-    gas.push_back(object->gas());
-  }
-  if (parts != parts_ || gas != gas_) {
-    step_ = nullptr;
-    if (!parts.empty()) {
-      std::unique_ptr<SurfaceContact> contact;
-      if (options_.any_touches()) {
-        const bool is_free = std::all_of(parts.begin(), parts.end(), [&](const StepPart* part) {
-          return can_move_alike(surfaces.front().surface->comm(), part->projectors());
-        });
-        contact = std::make_unique<SurfaceContact>(surfaces, options_.contact, is_free);
-      }
-      step_ = std::make_unique<Step>(parts, std::move(contact), options_);
+  step_ = nullptr;
+  if (!parts.empty()) {
+    std::unique_ptr<SurfaceContact> contact;
+    if (options_.any_touches()) {
+      const bool is_free = std::all_of(parts.begin(), parts.end(), [&](const StepPart* part) {
+        return can_move_alike(surfaces.front().surface->comm(), part->projectors());
+      });
+      contact = std::make_unique<SurfaceContact>(surfaces, options_.contact, is_free);
     }
-    parts_ = std::move(parts);
-    gas_ = std::move(gas);
-    share_gas();
+    step_ = std::make_unique<Step>(parts, std::move(contact), options_);
   }
+  share_gas();
   return step_.get();
 }
 
@@ -324,6 +324,12 @@ void Together::accept() {
   touching.erase(std::remove_if(touching.begin(), touching.end(), [this](const Object* o) { return !touches(o); }),
                  touching.end());
   open_lips(touching);
+  if (const Step* step = common(); step != nullptr && step->contact != nullptr) {
+    const std::vector<TouchingObject*> objects = with_parts();
+    for (std::size_t p = 0; p < objects.size(); ++p) {
+      objects[p]->spread(step->contact->load(p));
+    }
+  }
 }
 
 /// Brings what has a part into balance.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/stage_clock.h"
@@ -55,7 +56,7 @@ class Together {
   /// See Object::accept, when all objects have accepted.
   void accept();
   /// See Object::forget.
-  void forget() { parts_.clear(), gas_.clear(); }
+  void forget() { numbering_.clear(), step_ = nullptr; }
 
   /// Adds a row to contacts.csv, if any of them touch.
   void record(double time, int step);
@@ -104,10 +105,8 @@ class Together {
   OutputFolder& folder_;
   StageClock clock_;
   std::string start_line_;
-  // Of the objects as they are numbered and as far as they are not gone.
-  std::vector<StepPart*> parts_;
-  std::vector<GasFilled*> gas_;  ///< null: an object has none
-  std::unique_ptr<Step> step_;   ///< null: none of them has a part
+  std::vector<std::pair<const TouchingObject*, int>> numbering_;  ///< what is not gone, and TouchingObject::replaced
+  std::unique_ptr<Step> step_;                                    ///< of these; null: none of them has a part
   ImplicitResult last_;
   std::optional<ContactFigures> figures_;  ///< at the end of the last step
   std::unique_ptr<History> history_;       ///< made with the first row, when the first frame has made the folder
