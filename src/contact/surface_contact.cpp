@@ -162,6 +162,9 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   }
   mesh_.write_points(x, places_);
   renew_contact_pairs(mesh_, places_, near_);
+  if (is_first) {
+    note_load();
+  }
   reference_ = places_;
   may_press_ = std::partition(near_.begin(), near_.end(),
                               [](const ContactPair& pair) { return pair.may_press && pair.barrier.stiffness > 0; }) -
@@ -422,8 +425,7 @@ std::vector<ContactWork> SurfaceContact::work(const Field& x) const {
   std::vector<ContactWork> works(joined().parts());
   for (std::size_t p = 0; p < works.size(); ++p) {
     const PetscInt first = joined().first_owned(p);
-    const PetscInt end = p + 1 < works.size() ? joined().first_owned(p + 1) : surface_.particles().owned;
-    for (PetscInt i = first; i < end; ++i) {
+    for (PetscInt i = first; i < first + joined().owned(p); ++i) {
       const Eigen::Vector3d way = x.vector(i) - start_.vector(i);
       works[p].pressing -= way.dot(pressing.col(i));
       works[p].friction -= way.dot(friction.col(i));
@@ -582,6 +584,25 @@ void SurfaceContact::add_curvature(const Contact& contact, LowerBlocks& lower) c
       }
     }
   }
+}
+
+void SurfaceContact::note_load() {
+  load_.assign(static_cast<std::size_t>(surface_.particles().owned), 0);
+  for (const ContactPair& pair : near_) {
+    for (const PetscInt point : {pair.points.front(), pair.points.back()}) {
+      if (const PetscInt particle = *mesh_.particles(point).begin(); particle < surface_.particles().owned) {
+        load_[static_cast<std::size_t>(particle)] += 0.5;
+      }
+    }
+  }
+}
+
+std::vector<double> SurfaceContact::load(std::size_t part) const {
+  if (load_.empty()) {
+    return std::vector<double>(static_cast<std::size_t>(joined().owned(part)), 0);
+  }
+  const auto first = load_.begin() + joined().first_owned(part);
+  return {first, first + joined().owned(part)};
 }
 
 void SurfaceContact::forget() {

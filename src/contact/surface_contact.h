@@ -89,6 +89,9 @@ class SurfaceContact : public Potential {
   ContactFigures figures(const Field& x) const;
   /// Work on each part of the forces at the end of a step over the displacements of the step. Collective.
   std::vector<ContactWork> work(const Field& x) const;
+  /// How much there was to do with each of a part's owned particles in the last step: a half for each of the pairs that
+  /// its first search has found, of one particle of either feature. Not collective.
+  std::vector<double> load(std::size_t part = 0) const;
   /// Forgets earlier contacts: the next step is like that of a new object. Not collective.
   void forget();
   /// Gap at which two surfaces begin to press [m].
@@ -123,6 +126,7 @@ class SurfaceContact : public Potential {
 
   Eigen::Vector3d mean_step(const Field& start, const Field& x) const;
   void search(const Field& x, const Field& to);
+  void note_load();
   void measure_again(const Field& x);
   bool leaves_room(const Field& x) const;
   bool leaves_range(PetscInt i, const Field& x) const;
@@ -163,6 +167,7 @@ class SurfaceContact : public Potential {
   std::ptrdiff_t may_press_ = 0;   ///< so many of them, the first, may press
   Field trial_;                    ///< where particles would be, or what takes them back from there
   bool any_held_ = false;          ///< a particle was held back since then, on any rank
+  std::vector<double> load_;       ///< of the owned particles, see `load`
   int searches_ = 0;
   double room_used_ = 0;  ///< see ContactFigures, before the last search, on this rank
 

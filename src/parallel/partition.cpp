@@ -16,7 +16,8 @@ namespace {
 /// Weights of a graph's cells and neighbourhoods, and the share of the whole that each part is to have; empty: all
 /// equal.
 struct Weights {
-  std::vector<idx_t> cells;
+  idx_t of_cell = 1;         ///< how many weights a cell has, each of which is to be spread evenly
+  std::vector<idx_t> cells;  ///< those of each cell
   std::vector<idx_t> neighbours;
   std::vector<real_t> parts;
 };
@@ -35,17 +36,19 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
     }
     return part;
   }
-  idx_t constraints = 1;
   idx_t edge_cut = 0;
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 0;
-  weights.cells.resize(static_cast<std::size_t>(cells), 1);
+  if (weights.of_cell > 1) {
+    options[METIS_OPTION_UFACTOR] = 10;  // thousandths more than its share that a part may have
+  }
+  weights.cells.resize(static_cast<std::size_t>(weights.of_cell * cells), 1);
   for (idx_t& weight : weights.cells) {
     weight *= 20;  // METIS wants integers, and takes 3 cells and none for as even as 2 and 1.
   }
   const int status =
-      method(&cells, &constraints, graph.offsets.data(), graph.neighbours.data(), weights.cells.data(), nullptr,
+      method(&cells, &weights.of_cell, graph.offsets.data(), graph.neighbours.data(), weights.cells.data(), nullptr,
              weights.neighbours.empty() ? nullptr : weights.neighbours.data(), &parts,
              weights.parts.empty() ? nullptr : weights.parts.data(), nullptr, options, &edge_cut, part.data());
   if (status != METIS_OK) {
@@ -148,8 +151,17 @@ std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>
 
 }  // namespace
 
-std::vector<int> partition_with_metis(CellGraph graph, int parts) {
-  return split(std::move(graph), {}, parts, METIS_PartGraphKway);
+std::vector<int> partition_with_metis(CellGraph graph, int parts, const std::vector<double>& load) {
+  Weights weights;
+  if (const double whole = std::accumulate(load.begin(), load.end(), 0.0); whole > 0) {
+    constexpr double of_mean = 100;  // in integers
+    weights.of_cell = 2;
+    for (const double of_cell : load) {
+      weights.cells.push_back(1);
+      weights.cells.push_back(static_cast<idx_t>(of_mean * static_cast<double>(load.size()) * of_cell / whole));
+    }
+  }
+  return split(std::move(graph), std::move(weights), parts, METIS_PartGraphKway);
 }
 
 std::vector<int> split_in_patches(CellGraph graph, int patches) {

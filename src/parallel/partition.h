@@ -15,7 +15,8 @@ struct CellGraph {
 
 /// Splits the graph with METIS (k-way, fixed seed). @returns the part of each cell; parts may be empty when there are
 /// fewer cells than parts. Serial.
-std::vector<int> partition_with_metis(CellGraph graph, int parts);
+/// @param load of each cell, of which parts are to have as equal shares as of cells; empty: nothing else counts
+std::vector<int> partition_with_metis(CellGraph graph, int parts, const std::vector<double>& load = {});
 
 /// The same for patches of about ten cells, by bisection, first into regions of several patches: for so many parts this
 /// takes a quarter of the time and cuts a twentieth more edges.

@@ -1,12 +1,21 @@
 #include "surface/compaction.h"
 
+#include <algorithm>
+#include <array>
+#include <numeric>
 #include <utility>
 #include <vector>
+
+#include "parallel/exchange.h"
 
 namespace pellicle {
 inline namespace surface {
 
 namespace {
+
+std::vector<bool> all_cells(const Sheet& sheet) {
+  return std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true);
+}
 
 /// @param rows of all elements of a surface
 void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {
@@ -43,10 +52,28 @@ LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Rec
   return make_sheet(comm, std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
 }
 
+LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Records& particles, const Records& cells,
+                   const SheetOptions& options) {
+  std::vector<double> share = load;  // of each element at a particle
+  for (std::size_t i = 0; i < share.size(); ++i) {
+    share[i] /= std::max(sheet.cell_count[i], 1);
+  }
+  share.resize(static_cast<std::size_t>(sheet.particles.local()));
+  update_ghosts(sheet.particles, share);
+  const auto of = [&share](PetscInt particle) { return share[static_cast<std::size_t>(particle)]; };
+  MeshRows rows = rows_of(sheet, all_cells(sheet), particles, cells);
+  rows.part.clear();
+  for (std::size_t cell = 0; cell < rows.cells.size(); ++cell) {
+    const std::array<PetscInt, 4>& corners = sheet.cells[cell];
+    rows.load.push_back(std::accumulate(corners.begin(), corners.end(), of(sheet.lattice[cell]),
+                                        [&of](double sum, PetscInt corner) { return sum + of(corner); }));
+  }
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+}
+
 LoadedSheet split(const Sheet& sheet, const SplitCorners& corners, const Records& particles, const Records& copies,
                   const Records& cells, const SheetOptions& options) {
-  MeshRows rows =
-      rows_of(sheet, std::vector<bool>(static_cast<std::size_t>(sheet.elements.owned), true), particles, cells);
+  MeshRows rows = rows_of(sheet, all_cells(sheet), particles, cells);
   split(rows, corners, copies);
   return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, corners.id_end}, options);
 }

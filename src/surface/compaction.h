@@ -19,6 +19,13 @@ inline namespace surface {
 LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
                     const SheetOptions& options);
 
+/// Spreads the sheet over the ranks anew, so that all have as many cells and as much of a load. Everything keeps its
+/// persistent ids, undeformed places, texture coordinates, initial masses and groups. Collective.
+/// @param load of the owned particles @param particles what moves with the owned particles
+/// @param cells what moves with the owned cells
+LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Records& particles, const Records& cells,
+                   const SheetOptions& options);
+
 /// Splits corners. Everything else keeps its persistent ids, undeformed places, texture coordinates and groups (copies
 /// get those of their corners), and stays on its ranks. Collective.
 /// @param particles what moves with the owned particles; for those that are split, with their shares

@@ -91,7 +91,7 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
 }
 
 /// Which rank is to get each cell of this rank. Rank 0 gets the graph of the cells, in the order of their ids, and
-/// nothing else about them. Collective.
+/// their loads, and nothing else about them. Collective.
 std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOptions& options) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -112,8 +112,12 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
     corners.insert(corners.end(), first, first + static_cast<PetscInt>(count));
   }
   CellGraph graph = cell_graph(corners, rows.corners);
+  std::vector<double> load;
+  if (on_any_rank(comm, !rows.load.empty())) {
+    load = picked(to_root.send(rows.load), order);
+  }
   const std::vector<int> sorted_part = options.partitioner == Partitioner::metis
-                                           ? partition_with_metis(std::move(graph), ranks)
+                                           ? partition_with_metis(std::move(graph), ranks, load)
                                            : partition_with_petsc(comm, std::move(graph), options.partitioner.name());
   std::vector<int> part(sorted_part.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -455,6 +459,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   rows_.lattice_data = std::move(cells.lattice_data);
   rows_.cell_corners.clear();
   rows_.part.clear();
+  rows_.load.clear();
   const std::unordered_map<PetscInt, PetscInt> place = places(vertices);
   for (const PetscInt id : cells.corners.as<PetscInt>()) {
     corners_.push_back(cell_layout_.local() + place.at(id));

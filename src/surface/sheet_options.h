@@ -26,7 +26,7 @@ struct SheetOptions {
   Choice<Partitioner> partitioner = Partitioner::metis;
   double perturbation = 0;       ///< amplitude of the initial noise, as a share of the mean cell edge
   int seed = 1;                  ///< of the initial noise
-  double imbalance_limit = 1.2;  ///< number of a rank's cells over the mean above which a compaction redistributes them
+  double imbalance_limit = 1.1;  ///< what a rank has over the mean above which all is spread over the ranks anew
 };
 
 void describe(OptionTable& table, SheetOptions& options);

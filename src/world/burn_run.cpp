@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "ablation/cut_surface.h"
 #include "ablation/drawn_shares.h"
@@ -253,6 +254,9 @@ void BurnRun::accept(double time) {
   } else if (last_.died && options_.ablation.compact_fraction < 1) {
     compact();
   }
+  if (burn_->contact()) {
+    spread(burn_->contact()->load());
+  }
 }
 
 /// Divides the chambers whose walls have separated.
@@ -264,7 +268,7 @@ void BurnRun::divide() {
       divide_chambers(burn_->chambers(), state_->pieces.of_particle, *state_, state_->chamber);
   if (!lines.empty()) {
     state_->pressure.resize(static_cast<std::size_t>(state_->gas->parent.size()));
-    burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_);
+    forget();
   }
   burn_->follow(*state_);
   for (const std::string& line : lines) {
@@ -302,6 +306,25 @@ void BurnRun::compact() {
   }
 }
 
+void BurnRun::spread(const std::vector<double>& load) {
+  constexpr int interval = 50;  // steps
+  int ranks = 1;
+  MPI_Comm_size(sheet_->comm(), &ranks);
+  if (ranks == 1 || state_->step % interval != 0) {
+    return;
+  }
+  const double own = std::accumulate(load.begin(), load.end(), 0.0);
+  double largest = own;
+  double sum = own;
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_->comm());
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_->comm());
+  if (sum > sheet_->elements.global && largest * ranks > options_.sheet.imbalance_limit * sum) {
+    take_over(pellicle::spread(*sheet_, load, packed(*state_, Item::particle, sheet_->particles.owned),
+                               packed(*state_, Item::cell, sheet_->elements.owned), shell_options(options_)));
+    output_.console.say(output_.heading() + "step " + std::to_string(state_->step) + ": " + partition_line(*sheet_));
+  }
+}
+
 /// Continues with a sheet that was made from the present one, and the data that came with its items.
 void BurnRun::take_over(LoadedSheet loaded) {
   auto sheet = std::make_unique<Sheet>(std::move(loaded.sheet));
@@ -316,6 +339,7 @@ void BurnRun::take_over(LoadedSheet loaded) {
   kept_ = nullptr;
   state_ = std::move(state);
   burn_ = std::move(burn);
+  note_replaced();
   sheet_ = std::move(sheet);
 }
 
@@ -385,7 +409,10 @@ void BurnRun::save(Hdf5File& checkpoint) const {
   ledger_->save(checkpoint);
 }
 
-void BurnRun::forget() { burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_); }
+void BurnRun::forget() {
+  burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_);
+  note_replaced();
+}
 
 void BurnRun::resume_output(const Hdf5File& checkpoint) {
   ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers(), &checkpoint);

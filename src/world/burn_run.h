@@ -38,6 +38,7 @@ class BurnRun : public TouchingObject {
   ContactSurface::Part contact_part() const override { return burn_->contact_part(); }
   const std::vector<bool>* living() const override { return &state_->living.triangles; }
   std::vector<bool> held() const override { return burn_->held(); }
+  void spread(const std::vector<double>& load) override;
   const std::vector<Lip>& fresh_lips() const override { return lips_; }
   void follow_start() override { burn_->follow_start(*state_); }
   void accept(double time) override;

@@ -286,14 +286,17 @@ void describe(OptionTable& table, Options& options) {
         one_of("time.scheme", options.time.scheme, {TimeScheme::implicit_euler, TimeScheme::generalized_alpha}));
   }
   table.find_key("sheet.imbalance_limit")->acts_with(burns);
+  table.find_key("sheet.imbalance_limit")
+      ->acts_with({"contact.self, ablation.loss_mass or ablation.strength", [&options] {
+                     return options.contact.self || options.ablation.loss_mass > 0 ||
+                            options.ablation.strength.has_value();
+                   }});
   table.find_key("ablation.compact_fraction")->acts_with({"no chambers", [&chambers = options.chambers] {
                                                             return chambers.empty();
                                                           }});
-  for (const char* key : {"sheet.imbalance_limit", "ablation.compact_fraction"}) {
-    table.find_key(key)->acts_with({"ablation.loss_mass or ablation.strength", [&ablation = options.ablation] {
-                                      return ablation.loss_mass > 0 || ablation.strength.has_value();
-                                    }});
-  }
+  table.find_key("ablation.compact_fraction")
+      ->acts_with({"ablation.loss_mass or ablation.strength",
+                   [&ablation = options.ablation] { return ablation.loss_mass > 0 || ablation.strength.has_value(); }});
 }
 
 namespace {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace pellicle {
@@ -43,6 +44,28 @@ int cut(const CellGraph& graph, const std::vector<int>& patch) {
     }
   }
   return sum / 2;
+}
+
+TEST(Parts, HaveEvenSharesOfCellsAndOfALoad) {
+  constexpr int nx = 40;
+  constexpr int ny = 30;
+  const CellGraph graph = grid_graph(nx, ny);
+  std::vector<double> load;  // a third of the cells has nearly all of it
+  for (int cell = 0; cell < nx * ny; ++cell) {
+    load.push_back(cell % nx < nx / 3 ? 7 : 0.1);
+  }
+  const double whole = std::accumulate(load.begin(), load.end(), 0.0);
+  for (const int parts : {2, 3, 4}) {
+    const std::vector<int> part = partition_with_metis(graph, parts, load);
+    std::vector<double> cells(static_cast<std::size_t>(parts), 0);
+    std::vector<double> loads = cells;
+    for (std::size_t cell = 0; cell < part.size(); ++cell) {
+      ++cells.at(static_cast<std::size_t>(part[cell]));
+      loads.at(static_cast<std::size_t>(part[cell])) += load[cell];
+    }
+    EXPECT_LT(*std::max_element(cells.begin(), cells.end()) * parts, 1.05 * nx * ny) << parts;
+    EXPECT_LT(*std::max_element(loads.begin(), loads.end()) * parts, 1.05 * whole) << parts;
+  }
 }
 
 TEST(Patches, AreOfLikeSizeAndCompact) {

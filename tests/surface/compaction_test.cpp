@@ -73,17 +73,24 @@ class Compaction : public ::testing::Test {
     return {static_cast<char>(id), static_cast<char>(id / 100), static_cast<char>(id / 10000)};
   }
 
-  static LoadedSheet compact_with_data(const Sheet& sheet, const Keep& keep, const SheetOptions& options) {
+  static Records particle_data(const Sheet& sheet) {
     std::vector<ParticleDatum> particles;
-    std::vector<CellDatum> cells;
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
       particles.push_back(datum(sheet.persistent_id[static_cast<std::size_t>(i)]));
     }
+    return Records::of(particles);
+  }
+  static Records cell_data(const Sheet& sheet) {
+    std::vector<CellDatum> cells;
     for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
       const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(cell)];
       cells.push_back(cell_datum(sheet.persistent_id[static_cast<std::size_t>(lattice)]));
     }
-    return compact(sheet, kept(sheet, keep), Records::of(particles), Records::of(cells), options);
+    return Records::of(cells);
+  }
+
+  static LoadedSheet compact_with_data(const Sheet& sheet, const Keep& keep, const SheetOptions& options) {
+    return compact(sheet, kept(sheet, keep), particle_data(sheet), cell_data(sheet), options);
   }
 
   static SpringKey key(const Sheet& sheet, Colour colour, PetscInt s) {
@@ -252,6 +259,27 @@ TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
     EXPECT_GT(stayed.sheet.partition.imbalance, 1.2);
     EXPECT_GT(moved.sheet.partition.edge_cut, 0);
   }
+}
+
+TEST_F(Compaction, spreads_a_load_evenly) {
+  SheetOptions options;
+  options.thickness = 0.03;
+  const Sheet whole = make_sheet(PETSC_COMM_SELF, mesh(24, 16), options);
+  const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(24, 16), options);
+  std::vector<double> load;
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    load.push_back(sheet.rest(0, i) < 0.9 && !sheet.is_lattice[static_cast<std::size_t>(i)] ? 3 : 0);
+  }
+  const LoadedSheet spread = pellicle::spread(sheet, load, particle_data(sheet), cell_data(sheet), options);
+  expect_remainder(spread, whole, [](const Eigen::Vector3d&) { return true; });
+  int loaded = 0;  // corners of its cells
+  for (PetscInt cell = 0; cell < spread.sheet.elements.owned; ++cell) {
+    for (const PetscInt corner : spread.sheet.cells[static_cast<std::size_t>(cell)]) {
+      loaded += spread.sheet.rest(0, corner) < 0.9 ? 1 : 0;
+    }
+  }
+  EXPECT_LT(loaded * ranks_, 1.15 * sum(loaded));
+  EXPECT_LT(spread.sheet.partition.imbalance, 1.1);
 }
 
 TEST_F(Compaction, twice_is_the_same_as_once) {

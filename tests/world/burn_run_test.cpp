@@ -58,12 +58,21 @@ Options burning_options(const TestFolder& folder) {
 
 Sheet strip(const Options& options) { return make_sheet(PETSC_COMM_WORLD, grid_mesh(8, 2, edge), options.sheet); }
 
-/// Runs the strip, with a frame of each step. @returns what it printed, on rank 0
-std::string run_strip(const Options& options) {
+/// Runs the strip, with a frame of each step. @param is_spread whether first most of it goes to other ranks
+/// @returns what it printed, on rank 0
+std::string run_strip(const Options& options, bool is_spread = false) {
   std::ostringstream said;
   Console console(PETSC_COMM_WORLD, 1, said, false);
   RunFolder run_folder(options.output);
   OneObject<BurnRun> run(strip(options), options, run_folder.output, console);
+  if (is_spread) {
+    const Sheet& sheet = run.object().sheet();
+    std::vector<double> load;
+    for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+      load.push_back(sheet.rest(0, i) < 2 * edge ? 20 : 1);
+    }
+    run.object().spread(load);
+  }
   run.draw();
   run.record(0, 0);
   for (int k = 1; k <= steps; ++k) {
@@ -78,6 +87,26 @@ std::string run_strip(const Options& options) {
   return said.str();
 }
 
+/// Expects the same of two runs of the strip.
+void expect_same_runs(const std::filesystem::path& one, const std::filesystem::path& other) {
+  const auto whole = read_csv(one / "history.csv");
+  const auto compacted = read_csv(other / "history.csv");
+  EXPECT_GE(whole.at("pieces").back(), 2);
+  for (const auto& [name, column] : whole) {
+    const bool is_of_solver = name.find("seconds_") == 0 || name.find("_iterations") != std::string::npos;
+    for (std::size_t row = 0; row < column.size() && !is_of_solver; ++row) {
+      EXPECT_NEAR(compacted.at(name)[row], column[row], 1e-8 * std::abs(column[row]) + 1e-9) << name << " " << row;
+    }
+  }
+  const auto frames = read_pvd(one / "strip.pvd");
+  const auto others = read_pvd(other / "strip.pvd");
+  ASSERT_EQ(frames.size(), others.size());
+  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+    expect_same_remains(read_frame(frames[frame].first, frames[frame].second),
+                        read_frame(others[frame].first, others[frame].second), 1e-7, "frame " + std::to_string(frame));
+  }
+}
+
 TEST(BurnRun, GoesOnAsBeforeWhenEmptyCellsAreRemoved) {
   const TestFolder folder;
   Options options = burning_options(folder);
@@ -90,23 +119,22 @@ TEST(BurnRun, GoesOnAsBeforeWhenEmptyCellsAreRemoved) {
   if (folder.rank() == 0) {
     EXPECT_NE(said.find("cells are gone"), std::string::npos) << said;
   }
+  expect_same_runs(folder / "whole", folder / "compacted");
+}
 
-  const auto whole = read_csv(folder / "whole/history.csv");
-  const auto compacted = read_csv(folder / "compacted/history.csv");
-  EXPECT_GE(whole.at("pieces").back(), 2);
-  for (const auto& [name, column] : whole) {
-    const bool is_of_solver = name.find("seconds_") == 0 || name.find("_iterations") != std::string::npos;
-    for (std::size_t row = 0; row < column.size() && !is_of_solver; ++row) {
-      EXPECT_NEAR(compacted.at(name)[row], column[row], 1e-8 * std::abs(column[row]) + 1e-9) << name << " " << row;
-    }
+TEST(BurnRun, GoesOnAsBeforeWhenItIsSpreadAnew) {
+  const TestFolder folder;
+  Options options = burning_options(folder);
+  options.output.directory = folder / "stays";
+  run_strip(options);
+  options.output.directory = folder / "spread";
+  const std::string said = run_strip(options, true);
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  if (folder.rank() == 0) {
+    EXPECT_EQ(said.find("step 0: ranks: ") != std::string::npos, ranks > 1) << said;
   }
-  const auto frames = read_pvd(folder / "whole/strip.pvd");
-  const auto others = read_pvd(folder / "compacted/strip.pvd");
-  ASSERT_EQ(frames.size(), others.size());
-  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-    expect_same_remains(read_frame(frames[frame].first, frames[frame].second),
-                        read_frame(others[frame].first, others[frame].second), 1e-7, "frame " + std::to_string(frame));
-  }
+  expect_same_runs(folder / "stays", folder / "spread");
 }
 
 /// Expects that a frame of the springs has those that live, each as it is.
