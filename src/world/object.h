@@ -118,8 +118,7 @@ class TouchingObject : public Object {
 
   /// As `advance`, up to the point where its part is to be brought into balance.
   virtual StepResult begin(double h) = 0;
-  /// How often part, gas and surface have been replaced by others, since the numbering of particles or chambers is a new
-  /// one.
+  /// How often part, gas and surface have been replaced by others, because particles or chambers were numbered anew.
   int replaced() const { return replaced_; }
   /// The part of the step that has begun. Null: it moves by itself.
   virtual StepPart* part() = 0;
