@@ -108,7 +108,8 @@ Multiply fastest_multiply() {
 }
 
 /// Adds the blocks of lane i of a batch. @param first number of the first of its nine
-void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std::size_t first,
+/// @param whole otherwise those of a corner with itself
+void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std::size_t first, bool whole,
                  const HessianBlocks& blocks) {
   const Eigen::Vector3d e12(batch.e12[0][i], batch.e12[1][i], batch.e12[2][i]);
   const Eigen::Vector3d e13(batch.e13[0][i], batch.e13[1][i], batch.e13[2][i]);
@@ -128,6 +129,12 @@ void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std:
   const Eigen::Matrix3d block[3][2] = {{load_2 - b22 - b32, load_3 - b23 - b33},  // of the corners (a, 1) and (a, 2)
                                        {b22 + load_2, b23 + load_3},
                                        {b32 + load_2, b33 + load_3}};
+  if (!whole) {
+    blocks.add(first, -factor * (block[0][0] + block[0][1]));
+    blocks.add(first + 4, factor * block[1][0]);
+    blocks.add(first + 8, factor * block[2][1]);
+    return;
+  }
   for (std::size_t a = 0; a < 3; ++a) {
     blocks.add(first + 3 * a, -factor * (block[a][0] + block[a][1]));
     blocks.add(first + 3 * a + 1, factor * block[a][0]);
@@ -199,8 +206,9 @@ void MetricStiffness::add_blocks(double factor, const HessianBlocks& blocks) con
   // corner 1, their factor, and the sums of the matrix.
   constexpr double by_element = 2 * 9 + 3 * (45 + 3) + 72 + 3 * 9 + 81 + 81;
   const LogScope scope(event, by_element * static_cast<double>(elements));
+  const bool whole = blocks.wants_off_diagonal();
   for (std::size_t e = 0; e < elements; ++e) {
-    add_element(batches_[e / lanes], e % lanes, factor, 9 * e, blocks);
+    add_element(batches_[e / lanes], e % lanes, factor, 9 * e, whole, blocks);
   }
 }
 

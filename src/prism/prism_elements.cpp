@@ -134,7 +134,13 @@ void PrismElements::update_thickness(const Field& positions, std::vector<double>
     return;
   }
   for (std::size_t e = 0; e < membrane_->triangles.size(); ++e) {
-    thickness_ratio[e] = element_energy(e, positions, thickness_ratio[e], Derivatives::first).thickness_ratio;
+    if (stiffness(e) == 0) {
+      continue;
+    }
+    const bool is_taut = !wall_->material_of(e).wrinkles;
+    thickness_ratio[e] = wall_->rule == ThicknessRule::incompressible && is_taut
+                             ? rest(e).area / element_area(positions, membrane_->triangles[e]).norm()
+                             : element_energy(e, positions, thickness_ratio[e], Derivatives::first).thickness_ratio;
   }
 }
 

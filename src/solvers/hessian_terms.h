@@ -48,6 +48,8 @@ class HessianTerms {
 
   /// A block (3 x 3) of an owned vertex's row. @param row, column local vertices
   virtual void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) = 0;
+  /// Otherwise blocks of two different vertices may be left out.
+  virtual bool wants_off_diagonal() const { return true; }
   /// Terms of which at least one vertex is owned. Block by block unless overridden.
   virtual void add_differences(const std::vector<DifferenceTerm>& terms);
   /// Likewise.

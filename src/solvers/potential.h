@@ -36,6 +36,8 @@ class HessianBlocks {
 
   /// @param pair its number in the pattern @param block [N/m]
   virtual void add(std::size_t pair, const Eigen::Matrix3d& block) const = 0;
+  /// Otherwise blocks of two different vertices may be left out.
+  virtual bool wants_off_diagonal() const { return true; }
 };
 
 /// A part of the energy that a step makes stationary, by the positions x of the vertices of a layout: what a tangent

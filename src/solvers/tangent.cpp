@@ -50,6 +50,7 @@ class VisitedBlocks : public HessianBlocks {
       terms_.add_block(row, column, block);
     }
   }
+  bool wants_off_diagonal() const override { return terms_.wants_off_diagonal(); }
 
  private:
   const std::vector<std::array<PetscInt, 2>>& pairs_;
@@ -62,6 +63,7 @@ class Diagonal : public HessianTerms {
   explicit Diagonal(std::vector<Eigen::Matrix3d>& blocks)
       : HessianTerms(static_cast<PetscInt>(blocks.size())), blocks_(blocks) {}
 
+  bool wants_off_diagonal() const override { return false; }
   void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
     if (row == column) {
       blocks_[static_cast<std::size_t>(row)] += block;
@@ -383,7 +385,6 @@ void Tangent::visit_part(const Part& part, HessianTerms& terms) const {
   }
 }
 
-/// Product of the potentials' Hessian, in the directions that are free.
 void Tangent::make_diagonal() {
   if (has_diagonal_) {
     return;
@@ -424,6 +425,7 @@ void Tangent::give_inverse_blocks(const PetscScalar** values) {
   *values = inverse_.empty() ? nullptr : inverse_.front().data();
 }
 
+/// Product of the potentials' Hessian, in the directions that are free.
 void Tangent::multiply(Vec in, Vec out) {
   const double* w = nullptr;
   double* y = nullptr;

@@ -41,8 +41,8 @@ void describe(OptionTable& table, SheetOptions& options) {
       .at_least(1)
       .help(
           "when burnt cells are removed, the rest is spread over the ranks anew if the largest number of cells of a "
-          "rank is more than this times the mean; every 50 steps also if that of the pairs that may touch is, where "
-          "there are more of them than cells");
+          "rank is more than this times the mean; with the partitioner metis every 50 steps also if that of the "
+          "pairs that may touch is, where there are more of them than cells");
 }
 
 }  // namespace surface

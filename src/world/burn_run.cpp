@@ -310,7 +310,7 @@ void BurnRun::spread(const std::vector<double>& load) {
   constexpr int interval = 50;  // steps
   int ranks = 1;
   MPI_Comm_size(sheet_->comm(), &ranks);
-  if (ranks == 1 || state_->step % interval != 0) {
+  if (ranks == 1 || options_.sheet.partitioner != Partitioner::metis || state_->step % interval != 0) {
     return;
   }
   const double own = std::accumulate(load.begin(), load.end(), 0.0);
