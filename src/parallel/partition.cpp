@@ -154,11 +154,12 @@ std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>
 std::vector<int> partition_with_metis(CellGraph graph, int parts, const std::vector<double>& load) {
   Weights weights;
   if (const double whole = std::accumulate(load.begin(), load.end(), 0.0); whole > 0) {
-    constexpr double of_mean = 100;  // in integers
+    // In integers, 100 for the mean, but less in all than METIS can count.
+    const double total = std::min(100.0 * static_cast<double>(load.size()), 5e7);
     weights.of_cell = 2;
     for (const double of_cell : load) {
       weights.cells.push_back(1);
-      weights.cells.push_back(static_cast<idx_t>(of_mean * static_cast<double>(load.size()) * of_cell / whole));
+      weights.cells.push_back(static_cast<idx_t>(total * of_cell / whole));
     }
   }
   return split(std::move(graph), std::move(weights), parts, METIS_PartGraphKway);

@@ -301,6 +301,34 @@ TEST_P(SurfaceContactTest, NothingPassesThroughAnything) {
   }
 }
 
+// Folded once, with both layers in one plane and their vertices in common places; every fifth column is one point.
+TEST_P(SurfaceContactTest, CoincidentVerticesAndDegenerateTrianglesStayFinite) {
+  options_.friction = 0.3;
+  SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, true);
+  Field start(surface().particles, 3);
+  for (PetscInt i = 0; i < surface().particles.local(); ++i) {
+    const double column = std::round(std::abs(surface().rest(0, i) / edge - 12));
+    const bool is_point = static_cast<int>(column) % 5 == 0;
+    start.vector(i) = Eigen::Vector3d(column * edge, is_point ? 0 : std::round(surface().rest(1, i) / edge) * edge, 0);
+  }
+  Field x(surface().particles, 3);
+  x.values() = start.values();
+  contact.start_from(start, x, 1e-3);
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    EXPECT_TRUE(std::isfinite(sum(contact.value(x)))) << iteration;
+    EXPECT_TRUE(gradient(contact, x).allFinite()) << iteration;
+    EXPECT_TRUE(std::isfinite(contact.figures(x).smallest_gap)) << iteration;
+    Eigen::Matrix3Xd step = 0.2 * thickness * direction().values().leftCols(surface().particles.owned);
+    const double whole = step.norm();
+    contact.limit(x, StepLimit::each_vertex, step);
+    EXPECT_TRUE(step.allFinite());
+    EXPECT_LE(step.norm(), whole);
+    x.values().leftCols(step.cols()) += step;
+    x.update_ghosts();
+    contact.move_on(x);
+  }
+}
+
 TEST_P(SurfaceContactTest, LatticePointsAreHeldBackWithTheirCorners) {
   if (!surface().has_quads()) {
     GTEST_SKIP() << "triangles have no lattice points";
