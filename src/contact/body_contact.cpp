@@ -92,14 +92,6 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
   area_.assign(area.data(), area.data() + surface.particles.local());
 }
 
-Eigen::Vector3d BodyContact::rest_place(const ElementPoint& point) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    sum += point.weights[k] * surface_.rest.col(point.particles[k]);
-  }
-  return sum;
-}
-
 Eigen::Vector3d BodyContact::carried_place(const ElementPoint& point) const {
   return sweep_.carried_place(point.body, at_point(point, sweep_.start()));
 }
@@ -325,7 +317,7 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
             sample.weights = all_samples[k];
             sample.stiffness = stiffness_ * element_area_[static_cast<std::size_t>(point.element)] /
                                static_cast<double>(all_samples.size());
-            sample.nearer = nearer(b, rest_place(sample));
+            sample.nearer = nearer(b, at_point(sample, surface_.rest));
             lowest = std::min(lowest, gap(at_point(sample, x)));
             points.push_back(sample);
           }
@@ -367,7 +359,7 @@ void BodyContact::add_deepest(bool at_start, double below, std::size_t triangle,
   const auto add = [&](const DeepestPoint& found) {
     point.weights = weights_of(surface_, triangle, found.weights).weights;
     if (found.gap.distance - margin < below && !is_particle(point.weights)) {
-      point.nearer = nearer(point.body, rest_place(point));
+      point.nearer = nearer(point.body, at_point(point, surface_.rest));
       points.push_back(point);
     }
   };

@@ -127,7 +127,6 @@ class BodyContact : public Potential {
   void add_friction(const Friction& friction, const Eigen::Vector3d& displacement, PointPotential& sum) const;
   template <class Take>
   void for_each_vertex(const Field& x, const Take& take) const;
-  Eigen::Vector3d rest_place(const ElementPoint& point) const;
   Eigen::Vector3d carried_place(const ElementPoint& point) const;
   bool counts(PetscInt element) const { return element < surface_.elements.owned; }
   std::vector<std::array<double, 4>> samples() const;

@@ -43,14 +43,6 @@ PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eige
   return result;
 }
 
-Eigen::Vector3d at_point(const PointWeights& point, const Field& x) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < 4; ++k) {
-    sum += point.weights[k] * x.vector(point.particles[k]);
-  }
-  return sum;
-}
-
 void WantedChanges::add(std::size_t body, const PointWeights& point, const std::array<double, 4>& shares,
                         const Eigen::Vector3d& by, double weight, PetscInt owned) {
   for (std::size_t k = 0; k < 4; ++k) {

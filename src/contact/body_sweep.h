@@ -26,8 +26,16 @@ struct PointWeights {
 /// @param weights of the triangle's corners, sum 1
 PointWeights weights_of(const Surface& surface, std::size_t triangle, const Eigen::Vector3d& weights);
 
-/// A field of 3 components at a point.
-Eigen::Vector3d at_point(const PointWeights& point, const Field& x);
+/// What the particles have (3 x local), at a point.
+template <class Values>
+Eigen::Vector3d at_point(const PointWeights& point, const Values& values) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    sum += point.weights[k] * values.col(point.particles[k]);
+  }
+  return sum;
+}
+inline Eigen::Vector3d at_point(const PointWeights& point, const Field& x) { return at_point(point, x.values()); }
 
 /// By how much points of triangles that touch bodies want the velocities of their corners to change: a particle changes
 /// by the mean of what is wanted of it at a body, weighted with how much each point wants it, so that rounding does not

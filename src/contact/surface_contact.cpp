@@ -162,7 +162,9 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   }
   mesh_.write_points(x, places_);
   renew_contact_pairs(mesh_, places_, near_);
-  if (is_first) {
+  int ranks = 1;
+  MPI_Comm_size(surface_.comm(), &ranks);
+  if (is_first && ranks > 1) {
     note_load();
   }
   reference_ = places_;

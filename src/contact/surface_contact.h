@@ -90,7 +90,7 @@ class SurfaceContact : public Potential {
   /// Work on each part of the forces at the end of a step over the displacements of the step. Collective.
   std::vector<ContactWork> work(const Field& x) const;
   /// How much there was to do with each of a part's owned particles in the last step: a half for each of the pairs that
-  /// its first search has found, of one particle of either feature. Not collective.
+  /// its first search has found, of one particle of either feature; 0 on a single rank. Not collective.
   std::vector<double> load(std::size_t part = 0) const;
   /// Forgets earlier contacts: the next step is like that of a new object. Not collective.
   void forget();

@@ -9,6 +9,22 @@
 namespace pellicle {
 inline namespace parallel {
 
+/// How the ranks share an amount.
+struct RankShares {
+  double sum = 0;
+  double imbalance = 1;  ///< the largest share over the mean; 1 if there is nothing to share
+};
+
+/// @param own share of this rank, 0 or more. Collective.
+inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  double largest = own;
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, comm);
+  return {own, own > 0 ? largest * ranks / own : 1};
+}
+
 /// Whether something is so on any rank. Collective.
 inline bool on_any_rank(MPI_Comm comm, bool here) {
   MPI_Allreduce(MPI_IN_PLACE, &here, 1, MPI_CXX_BOOL, MPI_LOR, comm);

@@ -26,7 +26,7 @@ class JoinedLayout {
   PetscInt global(std::size_t part, PetscInt global_number) const;
   /// First of the owned items of a part.
   PetscInt first_owned(std::size_t part) const { return owned_[part].first; }
-  PetscInt owned(std::size_t part) const { return owned_[part].count; }
+  PetscInt owned(std::size_t part) const { return owned_[part].count; }  ///< how many
 
   /// Copies values of a part, ghosts included, into those of the whole. Not collective.
   void put(std::size_t part, const Field& of_part, Field& whole) const;

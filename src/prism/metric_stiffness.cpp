@@ -108,7 +108,7 @@ Multiply fastest_multiply() {
 }
 
 /// Adds the blocks of lane i of a batch. @param first number of the first of its nine
-/// @param whole otherwise those of a corner with itself
+/// @param whole all of them; otherwise only the three of a corner with itself
 void add_element(const StiffnessBatch& batch, std::size_t i, double factor, std::size_t first, bool whole,
                  const HessianBlocks& blocks) {
   const Eigen::Vector3d e12(batch.e12[0][i], batch.e12[1][i], batch.e12[2][i]);
@@ -204,9 +204,9 @@ void MetricStiffness::add_blocks(double factor, const HessianBlocks& blocks) con
   static const PetscLogEvent event = log_event("PrismBlocks");
   // The load's two blocks, b22, b23 and b33 with their diagonals, the six blocks of corners 2 and 3, the three of
   // corner 1, their factor, and the sums of the matrix.
-  constexpr double by_element = 2 * 9 + 3 * (45 + 3) + 72 + 3 * 9 + 81 + 81;
-  const LogScope scope(event, by_element * static_cast<double>(elements));
   const bool whole = blocks.wants_off_diagonal();
+  const double by_element = 2 * 9 + 3 * (45 + 3) + (whole ? 72 + 3 * 9 + 81 + 81 : 36 + 9 + 27 + 27);
+  const LogScope scope(event, by_element * static_cast<double>(elements));
   for (std::size_t e = 0; e < elements; ++e) {
     add_element(batches_[e / lanes], e % lanes, factor, 9 * e, whole, blocks);
   }

@@ -137,8 +137,8 @@ void PrismElements::update_thickness(const Field& positions, std::vector<double>
     if (stiffness(e) == 0) {
       continue;
     }
-    const bool is_taut = !wall_->material_of(e).wrinkles;
-    thickness_ratio[e] = wall_->rule == ThicknessRule::incompressible && is_taut
+    const bool keeps_volume = wall_->rule == ThicknessRule::incompressible && !wall_->material_of(e).wrinkles;
+    thickness_ratio[e] = keeps_volume
                              ? rest(e).area / element_area(positions, membrane_->triangles[e]).norm()
                              : element_energy(e, positions, thickness_ratio[e], Derivatives::first).thickness_ratio;
   }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 
 namespace pellicle {
@@ -37,19 +38,12 @@ void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {
 
 LoadedSheet compact(const Sheet& sheet, const std::vector<bool>& kept, const Records& particles, const Records& cells,
                     const SheetOptions& options) {
-  MPI_Comm comm = sheet.comm();
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
   MeshRows rows = rows_of(sheet, kept, particles, cells);
-  const auto own = static_cast<PetscInt>(rows.cells.size());
-  PetscInt largest = 0;
-  PetscInt total = 0;
-  MPI_Allreduce(&own, &largest, 1, MPIU_INT, MPI_MAX, comm);
-  MPI_Allreduce(&own, &total, 1, MPIU_INT, MPI_SUM, comm);
-  if (static_cast<double>(largest) * ranks > options.imbalance_limit * static_cast<double>(total)) {
+  const RankShares shares = shares_of_ranks(sheet.comm(), static_cast<double>(rows.cells.size()));
+  if (shares.imbalance > options.imbalance_limit) {
     rows.part.clear();
   }
-  return make_sheet(comm, std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
+  return make_sheet(sheet.comm(), std::move(rows), {sheet.first_lattice_id, sheet.id_end}, options);
 }
 
 LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Records& particles, const Records& cells,

@@ -589,18 +589,14 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
 }
 
 PartitionQuality Distribution::quality() const {
-  int ranks = 1;
-  MPI_Comm_size(comm_, &ranks);
   const PetscInt owned = cell_layout_.owned;
   const auto count = static_cast<PetscInt>(rows_.corners);
-  PetscInt largest = owned;
   PetscInt cut = 0;  // edges, which are counted from both sides
   for (PetscInt side = 0; side < count * owned; ++side) {
     cut += opposite_[static_cast<std::size_t>(side)] >= count * owned ? 1 : 0;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_INT, MPI_MAX, comm_);
   MPI_Allreduce(MPI_IN_PLACE, &cut, 1, MPIU_INT, MPI_SUM, comm_);
-  return {cut / 2, static_cast<double>(largest) * ranks / static_cast<double>(cell_layout_.global)};
+  return {cut / 2, shares_of_ranks(comm_, static_cast<double>(owned)).imbalance};
 }
 
 }  // namespace surface

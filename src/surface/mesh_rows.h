@@ -37,7 +37,7 @@ struct MeshRows {
   std::vector<Point> cells;
   std::vector<PetscInt> cell_corners;  ///< ids of the vertices, in order round each cell
   std::vector<int> part;               ///< rank to which each cell belongs; empty on all ranks: not decided yet
-  std::vector<double> load;            ///< of each cell, for which ranks to find evenly, too; empty on all ranks: none
+  std::vector<double> load;            ///< work of each cell, to be shared evenly, too; empty on all ranks: unknown
   std::vector<double> field_values;    ///< of each cell those of `fields`
   std::vector<Point> vertices;
 

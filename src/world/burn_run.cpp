@@ -10,6 +10,7 @@
 #include "ablation/drawn_shares.h"
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "state/field_tables.h"
 #include "state/mesh_tables.h"
 #include "surface/compaction.h"
@@ -313,12 +314,8 @@ void BurnRun::spread(const std::vector<double>& load) {
   if (ranks == 1 || options_.sheet.partitioner != Partitioner::metis || state_->step % interval != 0) {
     return;
   }
-  const double own = std::accumulate(load.begin(), load.end(), 0.0);
-  double largest = own;
-  double sum = own;
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_->comm());
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_->comm());
-  if (sum > sheet_->elements.global && largest * ranks > options_.sheet.imbalance_limit * sum) {
+  const RankShares shares = shares_of_ranks(sheet_->comm(), std::accumulate(load.begin(), load.end(), 0.0));
+  if (shares.sum > sheet_->elements.global && shares.imbalance > options_.sheet.imbalance_limit) {
     take_over(pellicle::spread(*sheet_, load, packed(*state_, Item::particle, sheet_->particles.owned),
                                packed(*state_, Item::cell, sheet_->elements.owned), shell_options(options_)));
     output_.console.say(output_.heading() + "step " + std::to_string(state_->step) + ": " + partition_line(*sheet_));
