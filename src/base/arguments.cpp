@@ -356,12 +356,18 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
 
 namespace {
 
-/// OpenBLAS, where it is the BLAS that PETSc uses, starts a thread on each core, which makes operations on a rank's
-/// short vectors tens of times slower: one thread, unless the user asks for more.
-void use_one_blas_thread() {
-  if (std::getenv("OPENBLAS_NUM_THREADS") == nullptr && std::getenv("OMP_NUM_THREADS") == nullptr) {
+/// Libraries start threads unasked, which makes operations on a rank's short vectors up to tens of times slower:
+/// OpenBLAS on each core, CHOLMOD four, whatever OMP_NUM_THREADS says. One thread, unless the user asks for more.
+void use_one_thread() {
+  const char* omp_threads = std::getenv("OMP_NUM_THREADS");
+  if (std::getenv("OPENBLAS_NUM_THREADS") == nullptr && omp_threads == nullptr) {
     if (void* set_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
       reinterpret_cast<void (*)(int)>(set_threads)(1);
+    }
+  }
+  if (omp_threads == nullptr || std::string(omp_threads) == "1") {
+    if (void* set_levels = dlsym(RTLD_DEFAULT, "omp_set_max_active_levels")) {
+      reinterpret_cast<void (*)(int)>(set_levels)(0);  // of parallel regions: none has more than one thread
     }
   }
 }
@@ -385,7 +391,7 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   int count = static_cast<int>(pointers.size());
   pointers.push_back(nullptr);
   char** arguments = pointers.data();
-  use_one_blas_thread();
+  use_one_thread();
   check(PetscInitialize(&count, &arguments, nullptr, nullptr));
   keep_petsc_messages();
   std::signal(SIGPIPE, SIG_DFL);  // `pellicle ... | head` ends quietly, without PETSc's trace.

@@ -43,8 +43,8 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
                                 const std::function<OptionTable&(const std::string& object)>& make_table);
 
 /// PetscInitialize with all of PETSc's own options that read_arguments has read; PETSc does not read them again. Its
-/// warning about unused options is switched off, since `warn_unused` warns instead. BLAS gets one thread unless the
-/// environment says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
+/// warning about unused options is switched off, since `warn_unused` warns instead. BLAS and what uses OpenMP get one
+/// thread unless the environment says how many. Collective on MPI_COMM_WORLD; MPI may be initialised already.
 void initialize_petsc(const std::string& program, const std::vector<PetscOption>& options, const ObjectTables& tables);
 
 }  // namespace base

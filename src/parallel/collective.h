@@ -54,5 +54,33 @@ std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
   return all;
 }
 
+/// Values of all ranks, rank after rank, again and again: how many each rank has stays.
+class Gatherer {
+ public:
+  Gatherer() = default;
+
+  /// Collective. @param own number of this rank's values
+  Gatherer(MPI_Comm comm, std::size_t own) : comm_(comm) {
+    for (const int count : of_all_ranks(comm, std::vector<int>{static_cast<int>(own)})) {
+      counts_.push_back(count);
+      starts_.push_back(starts_.back() + count);
+    }
+    MPI_Comm_rank(comm, &rank_);
+  }
+
+  /// Collective. @param all is resized
+  void gather(const double* own, std::vector<double>& all) const {
+    all.resize(static_cast<std::size_t>(starts_.back()));
+    MPI_Allgatherv(own, counts_[static_cast<std::size_t>(rank_)], MPI_DOUBLE, all.data(), counts_.data(),
+                   starts_.data(), MPI_DOUBLE, comm_);
+  }
+
+ private:
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  int rank_ = 0;
+  std::vector<int> counts_;  ///< of each rank
+  std::vector<int> starts_ = {0};
+};
+
 }  // namespace parallel
 }  // namespace pellicle

@@ -75,29 +75,6 @@ void check_options(KSP solver, TangentMatrix type) {
   }
 }
 
-/// Factorises with CHOLMOD, whose blocks suit patches. On several ranks each factorises the whole matrix while that is
-/// small; larger ones are solved by algebraic multigrid, which shares the work: ML's, symmetric Gauss-Seidel by
-/// default.
-void set_coarse_solver(KSP solver, PetscInt patches) {
-  constexpr PetscInt small = 2000;
-  PC pc = nullptr;
-  int ranks = 1;
-  check(KSPGetPC(solver, &pc));
-  MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(solver)), &ranks);
-  if (ranks > 1 && patches > small) {
-    check(PCSetType(pc, PCML));
-    return;
-  }
-  if (ranks > 1) {
-    KSP whole = nullptr;
-    check(PCSetType(pc, PCREDUNDANT));
-    check(PCRedundantGetKSP(pc, &whole));
-    check(KSPGetPC(whole, &pc));
-  }
-  check(PCSetType(pc, PCCHOLESKY));
-  check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
-}
-
 }  // namespace
 
 std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
@@ -131,7 +108,7 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
   check(PCMGGetCoarseSolve(pc, &patches->coarse_solver_));
   PetscInt coarse_unknowns = 0;
   check(MatGetSize(patches->interpolation_, nullptr, &coarse_unknowns));
-  set_coarse_solver(patches->coarse_solver_, coarse_unknowns / 6);
+  patches->set_coarse_solver(coarse_unknowns / 6);
   return patches;
 }
 
@@ -156,6 +133,25 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
     }
   }
   make_interpolation();
+}
+
+/// Factorises with CHOLMOD, whose blocks suit patches, on several ranks by substructures. Where the interface between
+/// ranks, some 2 sqrt(patches ranks) of the patches of a surface, would be too large for these, algebraic multigrid
+/// shares the work: ML's, symmetric Gauss-Seidel by default.
+void RigidPatches::set_coarse_solver(PetscInt patches) {
+  constexpr PetscInt most_in_interface = 300;
+  PC pc = nullptr;
+  int ranks = 1;
+  check(KSPGetPC(coarse_solver_, &pc));
+  MPI_Comm_size(tangent_.vertices().comm, &ranks);
+  if (ranks == 1) {
+    check(PCSetType(pc, PCCHOLESKY));
+    check(PCFactorSetMatSolverType(pc, MATSOLVERCHOLMOD));
+  } else if (2 * std::sqrt(static_cast<double>(patches) * ranks) <= most_in_interface) {
+    substructures_.precondition(pc);
+  } else {
+    check(PCSetType(pc, PCML));
+  }
 }
 
 void RigidPatches::make_interpolation() {
@@ -528,6 +524,7 @@ void RigidPatches::fill_coarse() {
     check(MatXAIJSetPreallocation(coarse_, 6, own.data(), foreign.data(), nullptr, nullptr));
     check(MatSetOption(coarse_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_TRUE));
     set_definite(coarse_);
+    substructures_.forget_pattern();
     is_whole_ = true;
   }
   for (PetscInt p = 0; p < own_patches(); ++p) {

@@ -10,6 +10,7 @@
 #include "base/handle.h"
 #include "parallel/field.h"
 #include "solvers/preconditioner_lag.h"
+#include "solvers/substructures.h"
 #include "solvers/tangent.h"
 
 namespace pellicle {
@@ -65,6 +66,7 @@ class RigidPatches {
     std::vector<bool> is_idle = std::vector<bool>(6);  ///< for each motion: none, the patch has fewer
   };
 
+  void set_coarse_solver(PetscInt patches);
   RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
                const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
   void make_interpolation();
@@ -108,6 +110,7 @@ class RigidPatches {
   MatHandle interpolation_;  ///< shell, (3 vertices x 6 patches)
   MatHandle coarse_;         ///< interpolation^T tangent interpolation
   KSP coarse_solver_ = nullptr;
+  Substructures substructures_;  ///< of the coarse matrix, where ranks share it
   PreconditionerLag lag_;
 };
 
