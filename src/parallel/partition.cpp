@@ -151,6 +151,18 @@ std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>
 
 }  // namespace
 
+CellGraph graph_of(std::vector<std::vector<int>> neighbours) {
+  CellGraph graph;
+  graph.offsets.push_back(0);
+  for (auto& row : neighbours) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    graph.neighbours.insert(graph.neighbours.end(), row.begin(), row.end());
+    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+  }
+  return graph;
+}
+
 std::vector<int> partition_with_metis(CellGraph graph, int parts, const std::vector<double>& load) {
   Weights weights;
   if (const double whole = std::accumulate(load.begin(), load.end(), 0.0); whole > 0) {
@@ -202,6 +214,24 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
     first_patch += counts[r];
   }
   return patch;
+}
+
+std::vector<int> nested_dissection(CellGraph graph) {
+  idx_t cells = graph.cells();
+  std::vector<int> order(static_cast<std::size_t>(cells));
+  std::vector<int> place(static_cast<std::size_t>(cells));
+  if (cells == 0) {
+    return place;
+  }
+  idx_t options[METIS_NOPTIONS];
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = 0;
+  const int status =
+      METIS_NodeND(&cells, graph.offsets.data(), graph.neighbours.data(), nullptr, options, order.data(), place.data());
+  if (status != METIS_OK) {
+    throw Error("METIS could not order " + std::to_string(cells) + " cells");
+  }
+  return place;
 }
 
 }  // namespace parallel

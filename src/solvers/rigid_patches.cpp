@@ -30,15 +30,7 @@ CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>
       }
     }
   }
-  CellGraph graph;
-  graph.offsets.push_back(0);
-  for (auto& row : neighbours) {
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
-    graph.neighbours.insert(graph.neighbours.end(), row.begin(), row.end());
-    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
-  }
-  return graph;
+  return graph_of(std::move(neighbours));
 }
 
 Eigen::Vector4d with_arm(const Eigen::Vector3d& arm) { return {1, arm.x(), arm.y(), arm.z()}; }

@@ -4,6 +4,7 @@
 #include <petscblaslapack.h>
 
 #include <algorithm>
+#include <iterator>
 #include <new>
 #include <utility>
 
@@ -252,65 +253,47 @@ void Substructures::find_pattern(Mat matrix) {
     check(MatRestoreRow(matrix, row, &count, &columns, nullptr));
   }
 
-  inner_.clear();
-  own_interface_.clear();
-  std::vector<int> number;  // of each row: among the inner ones, or among those of the interface
-  std::vector<bool> is_inner;
+  std::vector<PetscInt> later;
   for (const auto& row : rows) {
-    is_inner.push_back(row.empty() || row.back() < end);
-    auto& kind = is_inner.back() ? inner_ : own_interface_;
-    number.push_back(static_cast<int>(kind.size()));
-    kind.push_back(static_cast<PetscInt>(number.size()) - 1);
+    std::copy_if(row.begin(), row.end(), std::back_inserter(later), [end](PetscInt column) { return column >= end; });
   }
-  std::vector<PetscInt> own;
-  for (const PetscInt row : own_interface_) {
-    own.push_back(first + row);
-  }
-  const std::vector<PetscInt> all = of_all_ranks(comm, own);
-  const auto number_in_interface = [&all](PetscInt column) {
-    const auto found = std::lower_bound(all.begin(), all.end(), column);
-    return found != all.end() && *found == column ? static_cast<int>(found - all.begin()) : -1;
-  };
-  own_first_ = std::lower_bound(all.begin(), all.end(), first) - all.begin();
-  interface_.resize(static_cast<Eigen::Index>(all.size()), static_cast<Eigen::Index>(all.size()));
-  interface_values_.resize(static_cast<Eigen::Index>(all.size()));
-  inner_values_.resize(static_cast<Eigen::Index>(inner_.size()));
+  interface_ = RankInterface(comm, first, end - first, later);
+  const std::vector<PetscInt>& inner = interface_.inner();
+  matrix_.resize(interface_.size(), interface_.size());
+  inner_values_.resize(static_cast<Eigen::Index>(inner.size()));
 
-  // The border, and its entries column by column.
-  const auto is_inner_column = [&](PetscInt column) {
-    return column >= first && column < end && is_inner[static_cast<std::size_t>(column - first)];
-  };
-  std::vector<std::vector<int>> in_column(all.size());  // inner unknowns coupled with one of the interface
-  for (std::size_t i = 0; i < inner_.size(); ++i) {
-    for (const PetscInt column : rows[static_cast<std::size_t>(inner_[i])]) {
-      if (!is_inner_column(column)) {
-        in_column.at(static_cast<std::size_t>(number_in_interface(column))).push_back(static_cast<int>(i));
+  std::vector<std::vector<int>> in_column(static_cast<std::size_t>(interface_.size()));  // inner rows coupled with it
+  for (std::size_t i = 0; i < inner.size(); ++i) {
+    for (const PetscInt column : rows[static_cast<std::size_t>(inner[i])]) {
+      if (const int number = interface_.number(column); number >= 0) {
+        in_column[static_cast<std::size_t>(number)].push_back(static_cast<int>(i));
       }
     }
   }
   std::vector<int> border;
-  for (std::size_t k = 0; k < all.size(); ++k) {
+  for (std::size_t k = 0; k < in_column.size(); ++k) {
     if (!in_column[k].empty()) {
       border.push_back(static_cast<int>(k));
     }
   }
+  interface_.set_border(border, 1);
   std::vector<int> starts = {0};
   std::vector<int> upper;  // rows of the factor's upper half
-  for (std::size_t i = 0; i < inner_.size(); ++i) {
-    for (const PetscInt column : rows[static_cast<std::size_t>(inner_[i])]) {
-      if (is_inner_column(column) && number[static_cast<std::size_t>(column - first)] <= static_cast<int>(i)) {
-        upper.push_back(number[static_cast<std::size_t>(column - first)]);
+  for (std::size_t i = 0; i < inner.size(); ++i) {
+    for (const PetscInt column : rows[static_cast<std::size_t>(inner[i])]) {
+      if (column <= first + inner[i] && interface_.number(column) < 0) {
+        upper.push_back(interface_.inner_number(column));
       }
     }
     starts.push_back(static_cast<int>(upper.size()));
   }
-  std::vector<int> next(all.size());  // place of a column's next entry
+  std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
     const auto& column = in_column[static_cast<std::size_t>(border[b])];
     next[static_cast<std::size_t>(border[b])] = static_cast<int>(upper.size());
     upper.insert(upper.end(), column.begin(), column.end());
     for (std::size_t a = 0; a <= b; ++a) {
-      upper.push_back(static_cast<int>(inner_.size() + a));
+      upper.push_back(static_cast<int>(inner.size() + a));
     }
     starts.push_back(static_cast<int>(upper.size()));
   }
@@ -320,18 +303,17 @@ void Substructures::find_pattern(Mat matrix) {
   std::vector<int> entry_rows;
   std::vector<int> entry_columns;
   PetscInt place = 0;  // in the upper half
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const int own_number = is_inner[k] ? number[k] : static_cast<int>(own_first_) + number[k];
-    for (const PetscInt column : rows[k]) {
+  for (PetscInt row = first; row < end; ++row) {
+    const int own_number = interface_.number(row);
+    for (const PetscInt column : rows[static_cast<std::size_t>(row - first)]) {
       PetscInt to = -1;
-      if (is_inner[k] && is_inner_column(column)) {
-        to = number[static_cast<std::size_t>(column - first)] <= own_number ? place++ : -1;
-      } else if (is_inner[k]) {
-        to = next[static_cast<std::size_t>(number_in_interface(column))]++;
-      } else if (const int other = number_in_interface(column); other >= 0 && other <= own_number) {
+      if (own_number < 0) {
+        const int number = interface_.number(column);
+        to = number >= 0 ? next[static_cast<std::size_t>(number)]++ : column <= row ? place++ : -1;
+      } else if (column >= row && interface_.number(column) >= 0) {
         to = static_cast<PetscInt>(entry_rows.size());
-        entry_rows.push_back(own_number);
-        entry_columns.push_back(other);
+        entry_rows.push_back(interface_.number(column));
+        entry_columns.push_back(own_number);
       }
       place_.push_back(to);
     }
@@ -346,20 +328,12 @@ void Substructures::find_pattern(Mat matrix) {
     }
   }
   complements_ = gathered_pattern(comm, entry_rows, entry_columns);
-  std::vector<int> loaded;
-  for (std::size_t k = 0; k < own_interface_.size(); ++k) {
-    loaded.push_back(static_cast<int>(own_first_) + static_cast<int>(k));
-  }
-  loaded.insert(loaded.end(), border.begin(), border.end());
-  own_loads_.resize(loaded.size());
-  all_loads_ = Gatherer(comm, loaded.size());
-  loaded_ = of_all_ranks(comm, loaded);
 }
 
 void Substructures::add_to_interface(const Entries& entries, double factor) {
   entries.all.gather(entries.own.data(), gathered_);
   for (std::size_t k = 0; k < gathered_.size(); ++k) {
-    interface_(entries.rows[k], entries.columns[k]) += factor * gathered_[k];
+    matrix_(entries.rows[k], entries.columns[k]) += factor * gathered_[k];
   }
 }
 
@@ -372,11 +346,8 @@ bool Substructures::renew(Mat matrix) {
   PetscInt end = 0;
   check(MatGetOwnershipRange(matrix, &first, &end));
   auto place = place_.begin();
-  auto interface_row = own_interface_.begin();
   for (PetscInt row = first; row < end; ++row) {
-    const bool is_of_interface = interface_row != own_interface_.end() && *interface_row == row - first;
-    double* to = is_of_interface ? entries_.own.data() : values;
-    interface_row += is_of_interface ? 1 : 0;
+    double* to = interface_.number(row) >= 0 ? entries_.own.data() : values;
     PetscInt count = 0;
     const double* in_row = nullptr;
     check(MatGetRow(matrix, row, &count, nullptr, &in_row));
@@ -387,9 +358,9 @@ bool Substructures::renew(Mat matrix) {
     }
     check(MatRestoreRow(matrix, row, &count, nullptr, &in_row));
   }
-  interface_.setZero();
+  matrix_.setZero();
   add_to_interface(entries_, 1);
-  const bool is_definite = inner_factor_->renew(interface_);
+  const bool is_definite = inner_factor_->renew(matrix_);
   MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
   if (on_any_rank(comm, !is_definite)) {
     return false;
@@ -400,41 +371,33 @@ bool Substructures::renew(Mat matrix) {
     of_complement = std::copy(column.begin() + a, column.end(), of_complement);
   }
   add_to_interface(complements_, -1);
-  const auto order = static_cast<PetscBLASInt>(interface_.rows());
+  const auto order = static_cast<PetscBLASInt>(matrix_.rows());
   PetscBLASInt not_positive = 0;
   if (order > 0) {
-    LAPACKpotrf_("L", &order, interface_.data(), &order, &not_positive);
+    LAPACKpotrf_("L", &order, matrix_.data(), &order, &not_positive);
   }
   return not_positive == 0;
 }
 
 void Substructures::solve(Vec in, Vec out) {
-  const double* given = nullptr;
+  const double* load = nullptr;
   double* result = nullptr;
-  check(VecGetArrayRead(in, &given));
-  for (std::size_t k = 0; k < inner_.size(); ++k) {
-    inner_values_[static_cast<Eigen::Index>(k)] = given[inner_[k]];
+  check(VecGetArrayRead(in, &load));
+  for (std::size_t k = 0; k < interface_.inner().size(); ++k) {
+    inner_values_[static_cast<Eigen::Index>(k)] = load[interface_.inner()[k]];
   }
-  for (std::size_t k = 0; k < own_interface_.size(); ++k) {
-    own_loads_[k] = given[own_interface_[k]];
-  }
-  check(VecRestoreArrayRead(in, &given));
-  const Eigen::VectorXd& reduced = inner_factor_->reduce(inner_values_);
-  std::copy(reduced.begin(), reduced.end(), own_loads_.begin() + static_cast<std::ptrdiff_t>(own_interface_.size()));
-  all_loads_.gather(own_loads_.data(), gathered_);
-  interface_values_.setZero();
-  for (std::size_t k = 0; k < gathered_.size(); ++k) {
-    interface_values_[loaded_[k]] += gathered_[k];
-  }
-  interface_.triangularView<Eigen::Lower>().solveInPlace(interface_values_);
-  interface_.triangularView<Eigen::Lower>().transpose().solveInPlace(interface_values_);
+  interface_.sum(load, inner_factor_->reduce(inner_values_).data(), interface_values_);
+  check(VecRestoreArrayRead(in, &load));
+  matrix_.triangularView<Eigen::Lower>().solveInPlace(interface_values_);
+  matrix_.triangularView<Eigen::Lower>().transpose().solveInPlace(interface_values_);
   inner_factor_->expand(interface_values_, inner_values_);
   check(VecGetArrayWrite(out, &result));
-  for (std::size_t k = 0; k < inner_.size(); ++k) {
-    result[inner_[k]] = inner_values_[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < interface_.inner().size(); ++k) {
+    result[interface_.inner()[k]] = inner_values_[static_cast<Eigen::Index>(k)];
   }
-  for (std::size_t k = 0; k < own_interface_.size(); ++k) {
-    result[own_interface_[k]] = interface_values_[own_first_ + static_cast<Eigen::Index>(k)];
+  const double* of_own = interface_values_.data() + interface_.own_first();
+  for (const PetscInt row : interface_.own()) {
+    result[row] = *of_own++;
   }
   check(VecRestoreArrayWrite(out, &result));
 }

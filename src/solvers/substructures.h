@@ -7,16 +7,16 @@
 #include <vector>
 
 #include "parallel/collective.h"
+#include "solvers/rank_interface.h"
 
 namespace pellicle {
 inline namespace solvers {
 
 /// The inverse of a symmetric positive definite matrix whose rows are shared out among ranks, by substructuring
-/// (Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1, 1963). An unknown that is coupled with
-/// one of a later rank is of the interface, the others are inner ones. Each rank factorises what its inner unknowns are
-/// coupled with, by CHOLMOD, and so eliminates them; what is left, a small dense matrix of the interface's unknowns,
-/// every rank factorises whole. Sums over ranks go from the first to the last: the result does not depend on whose
-/// message arrives first.
+/// (Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1, 1963). Each rank factorises what its
+/// inner unknowns are coupled with (RankInterface), by CHOLMOD, and so eliminates them; what is left, a small dense
+/// matrix of the interface's unknowns, every rank factorises whole. Sums over ranks go from the first to the last: the
+/// result does not depend on whose message arrives first.
 class Substructures {
  public:
   Substructures();
@@ -50,17 +50,12 @@ class Substructures {
   static Entries gathered_pattern(MPI_Comm comm, const std::vector<int>& rows, const std::vector<int>& columns);
   void add_to_interface(const Entries& entries, double factor);
 
-  std::vector<PetscInt> inner_;          ///< rows of this rank that are inner unknowns, counted from its first
-  std::vector<PetscInt> own_interface_;  ///< the other ones
-  PetscInt own_first_ = 0;               ///< number of the first of these among the interface's of all ranks
-  std::vector<PetscInt> place_;          ///< of each entry of this rank's rows, where it goes, or -1: nowhere
+  RankInterface interface_;
+  std::vector<PetscInt> place_;  ///< of each entry of this rank's rows, where it goes, or -1: nowhere
   std::unique_ptr<Factor> inner_factor_;
-  Entries entries_;            ///< of the matrix
-  Entries complements_;        ///< what the elimination of the inner unknowns takes off
-  Eigen::MatrixXd interface_;  ///< lower half of its matrix, then its Cholesky factor
-  Gatherer all_loads_;
-  std::vector<int> loaded_;  ///< for each load that all ranks have on the interface, on which of its unknowns
-  std::vector<double> own_loads_;
+  Entries entries_;         ///< of the matrix
+  Entries complements_;     ///< what the elimination of the inner unknowns takes off
+  Eigen::MatrixXd matrix_;  ///< of the interface, its lower half, then its Cholesky factor
   std::vector<double> gathered_;
   Eigen::VectorXd inner_values_;
   Eigen::VectorXd interface_values_;

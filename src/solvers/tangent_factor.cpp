@@ -1,6 +1,8 @@
 #include "solvers/tangent_factor.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "base/error.h"
 #include "geometry/principal_axes.h"
@@ -8,20 +10,9 @@
 namespace pellicle {
 inline namespace solvers {
 
-namespace {
-
-constexpr PetscInt mumps_scaling_setting = 8;  ///< MUMPS' number of the setting
-
-}  // namespace
-
 TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system, const std::string& prefix)
     : tangent_(tangent), system_(system), prefix_(prefix) {
-  const MPI_Comm comm = tangent_.vertices().comm;
-  MPI_Comm_size(comm, &ranks_);
-  const int owned = static_cast<int>(tangent_.vertices().owned);
-  vertex_counts_.resize(static_cast<std::size_t>(ranks_));
-  MPI_Allgather(&owned, 1, MPI_INT, vertex_counts_.data(), 1, MPI_INT, comm);
-  check(KSPCreate(comm, solver_.create()));
+  check(KSPCreate(tangent_.vertices().comm, solver_.create()));
   check(KSPSetOptionsPrefix(solver_, prefix_.c_str()));
   check(KSPSetOperators(solver_, system_.matrix(), system_.matrix()));
   check(KSPSetType(solver_, KSPCG));
@@ -35,98 +26,152 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   check(PCShellSetApply(pc, apply_callback));
 }
 
-/// The values of all ranks, rank after rank. Collective. @param width number of values for each that is counted
-void TangentFactor::gather(const double* own, std::vector<double>& whole, int width,
-                           const std::vector<int>& counts) const {
-  std::vector<int> sizes;
-  std::vector<int> offsets;
-  int sum = 0;
-  for (const int count : counts) {
-    sizes.push_back(width * count);
-    offsets.push_back(sum);
-    sum += width * count;
+/// The ordering PORD ends the program on some matrices with a border.
+void TangentFactor::refuse_pord() const {
+  constexpr PetscInt pord = 4;
+  const std::string option = "-" + prefix_ + "mat_mumps_icntl_7";
+  PetscInt ordering = 0;
+  check(PetscOptionsGetInt(nullptr, nullptr, option.c_str(), &ordering, nullptr));
+  if (ordering == pord && interface_.size() > 0) {
+    throw Error(option + " 4: PORD cannot order what ranks share; expected another ordering, or one rank");
   }
-  whole.resize(static_cast<std::size_t>(sum));
-  int rank = 0;
-  MPI_Comm_rank(tangent_.vertices().comm, &rank);
-  MPI_Allgatherv(own, sizes[static_cast<std::size_t>(rank)], MPI_DOUBLE, whole.data(), sizes.data(), offsets.data(),
-                 MPI_DOUBLE, tangent_.vertices().comm);
 }
 
-/// The blocks of the upper half of all ranks' rows, and a matrix and a factor for them.
+/// Which vertices are inner ones, and factors for them and for the interface.
 void TangentFactor::make_pattern() {
   const Layout& reach = tangent_.reach();
-  std::vector<double> own;  // rows and columns
+  const PetscInt end = reach.first + reach.owned;
+  std::vector<std::array<PetscInt, 2>> blocks;  // as they come, vertices of all ranks
+  std::vector<PetscInt> later;                  // vertices of later ranks that those of this one are coupled with
   const auto take_place = [&](PetscInt row, PetscInt column, const Eigen::Matrix3d&) {
-    if (reach.to_global(column) >= reach.first + row) {
-      own.push_back(static_cast<double>(reach.first + row));
-      own.push_back(static_cast<double>(reach.to_global(column)));
+    blocks.push_back({reach.first + row, reach.to_global(column)});
+    if (blocks.back()[1] >= end) {
+      later.push_back(blocks.back()[1]);
     }
   };
   TakenBlocks places(reach.owned, take_place);
   tangent_.visit(places);
-  const int count = static_cast<int>(own.size() / 2);
-  block_counts_.resize(static_cast<std::size_t>(ranks_));
-  MPI_Allgather(&count, 1, MPI_INT, block_counts_.data(), 1, MPI_INT, reach.comm);
-  std::vector<double> pairs;
-  gather(own.data(), pairs, 2, block_counts_);
-  rows_.clear();
-  columns_.clear();
-  std::vector<PetscInt> in_row(static_cast<std::size_t>(reach.global));
-  for (std::size_t k = 0; k < pairs.size(); k += 2) {
-    rows_.push_back(static_cast<PetscInt>(pairs[k]));
-    columns_.push_back(static_cast<PetscInt>(pairs[k + 1]));
-    ++in_row[static_cast<std::size_t>(rows_.back())];
+  interface_ = RankInterface(reach.comm, reach.first, reach.owned, later);
+  refuse_pord();
+  std::vector<int> place(static_cast<std::size_t>(interface_.size()), -1);  // of each of its vertices in the border
+  for (const auto& [row, column] : blocks) {
+    if (column >= row && (interface_.number(row) < 0) != (interface_.number(column) < 0)) {
+      place[static_cast<std::size_t>(std::max(interface_.number(row), interface_.number(column)))] = 0;
+    }
   }
-  const PetscInt size = 3 * reach.global;
-  check(MatCreateSeqSBAIJ(PETSC_COMM_SELF, 3, size, size, 0, in_row.data(), whole_.create()));
-  check(MatSetOptionsPrefixFactor(whole_, prefix_.c_str()));
-  check(MatSetOption(whole_, MAT_ROW_ORIENTED, PETSC_FALSE));
-  check(MatCreateVecs(whole_, right_hand_side_.create(), solution_.create()));
-  fill();
-  MatFactorInfo info;
-  check(MatFactorInfoInitialize(&info));
-  check(MatGetFactor(whole_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factor_.create()));
-  check(MatMumpsSetIcntl(factor_, mumps_room_setting, mumps_room));
-  check(MatMumpsSetIcntl(factor_, mumps_scaling_setting, 0));  // Rows are alike: scaling costs more than it gains.
-  check(MatCholeskyFactorSymbolic(factor_, whole_, nullptr, &info));
+  std::vector<int> border;
+  for (std::size_t k = 0; k < place.size(); ++k) {
+    if (place[k] == 0) {
+      place[k] = static_cast<int>(border.size());
+      border.push_back(static_cast<int>(k));
+    }
+  }
+  interface_.set_border(border, 3);
+  const auto inner = static_cast<int>(interface_.inner().size());
+  const auto place_in_inner = [&](PetscInt vertex) {
+    const int number = interface_.number(vertex);
+    return number < 0 ? interface_.inner_number(vertex) : inner + place[static_cast<std::size_t>(number)];
+  };
+  struct Entries {
+    std::vector<int> rows;
+    std::vector<int> columns;
+    void add(int row, int column, bool on_diagonal) {
+      for (int c = 0; c < 3; ++c) {
+        for (int r = 0; r <= (on_diagonal ? c : 2); ++r) {
+          rows.push_back(3 * row + r + 1);
+          columns.push_back(3 * column + c + 1);
+        }
+      }
+    }
+  };
+  Entries of_inner;
+  Entries of_interface;
+  targets_.clear();
+  for (const auto& [row, column] : blocks) {
+    if (column < row) {
+      targets_.push_back(Target::none);
+    } else if (interface_.number(row) >= 0 && interface_.number(column) >= 0) {
+      targets_.push_back(Target::interface);
+      of_interface.add(interface_.number(row), interface_.number(column), row == column);
+    } else {
+      targets_.push_back(Target::inner);
+      of_inner.add(place_in_inner(row), place_in_inner(column), row == column);
+    }
+  }
+  const auto width = static_cast<int>(3 * border.size());
+  inner_factor_ = std::make_unique<MumpsFactor>(std::move(of_inner.rows), std::move(of_inner.columns),
+                                                3 * inner + width, width, prefix_);
+  const auto unknown = [&](int k) { return 3 * border[static_cast<std::size_t>(k) / 3] + k % 3 + 1; };
+  for (int column = 0; column < width; ++column) {
+    for (int row = column; row < width; ++row) {
+      of_interface.rows.push_back(unknown(row));
+      of_interface.columns.push_back(unknown(column));
+    }
+  }
+  own_entries_.resize(of_interface.rows.size());
+  all_entries_ = Gatherer(reach.comm, own_entries_.size());
+  interface_factor_ =
+      std::make_unique<MumpsFactor>(of_all_ranks(reach.comm, of_interface.rows),
+                                    of_all_ranks(reach.comm, of_interface.columns), 3 * interface_.size(), 0, prefix_);
+  values_.resize(3 * inner + width);
 }
 
+/// Takes over the tangent's present values.
 void TangentFactor::fill() {
   const Layout& reach = tangent_.reach();
-  own_blocks_.clear();
+  auto target = targets_.begin();
+  auto to_inner = inner_factor_->values().begin();
+  auto to_interface = own_entries_.begin();
   const auto take_block = [&](PetscInt row, PetscInt column, const Eigen::Matrix3d& block) {
-    if (reach.to_global(column) >= reach.first + row) {
-      own_blocks_.insert(own_blocks_.end(), block.data(), block.data() + block.size());
+    const Target where = *target++;
+    if (where == Target::none) {
+      return;
+    }
+    auto& to = where == Target::inner ? to_inner : to_interface;
+    const bool on_diagonal = column == row;
+    for (int c = 0; c < 3; ++c) {
+      to = std::copy_n(block.col(c).data(), on_diagonal ? c + 1 : 3, to);
     }
   };
   TakenBlocks blocks(reach.owned, take_block);
   tangent_.visit(blocks);
-  gather(own_blocks_.data(), blocks_, 9, block_counts_);
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    check(MatSetValuesBlocked(whole_, 1, &rows_[k], 1, &columns_[k], blocks_.data() + 9 * k, INSERT_VALUES));
+}
+
+/// Of all ranks, from the first to the last. Collective.
+Eigen::MatrixXd TangentFactor::sum_of_ranks(const Eigen::MatrixXd& own) const {
+  const std::vector<double> all =
+      of_all_ranks(tangent_.vertices().comm, std::vector<double>(own.data(), own.data() + own.size()));
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(own.rows(), own.cols());
+  for (auto values = all.begin(); values != all.end(); values += own.size()) {
+    sum += Eigen::Map<const Eigen::MatrixXd>(&*values, own.rows(), own.cols());
   }
-  check(MatAssemblyBegin(whole_, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyEnd(whole_, MAT_FINAL_ASSEMBLY));
+  return sum;
 }
 
 std::optional<int> TangentFactor::renew() {
-  if (factor_ == nullptr) {
-    make_pattern();
-  } else {
-    fill();
+  MPI_Comm comm = tangent_.vertices().comm;
+  if (inner_factor_ == nullptr) {
+    together(comm, [this] { make_pattern(); });
   }
-  MatFactorInfo info;
-  MatFactorError fault = MAT_FACTOR_NOERROR;
-  check(MatFactorInfoInitialize(&info));
-  check(MatCholeskyFactorNumeric(factor_, whole_, &info));
-  check(MatFactorGetError(factor_, &fault));
+  fill();
   influence_.resize(0, 0);
-  if (fault != MAT_FACTOR_NOERROR) {
+  const bool is_regular = inner_factor_->renew();
+  if (on_any_rank(comm, !is_regular)) {
     return std::nullopt;
   }
-  PetscInt negative = 0;
-  check(MatGetInertia(factor_, &negative, nullptr, nullptr));
+  const int width = inner_factor_->size_of_border();
+  auto to = own_entries_.end() - width * (width + 1) / 2;
+  for (int column = 0; column < width; ++column) {
+    const double* entries = inner_factor_->complement().data() + column * width;
+    to = std::copy(entries + column, entries + width, to);
+  }
+  all_entries_.gather(own_entries_.data(), interface_factor_->values());
+  if (on_any_rank(comm, !interface_factor_->renew())) {
+    return std::nullopt;
+  }
+  int negative = inner_factor_->negative();
+  MPI_Allreduce(MPI_IN_PLACE, &negative, 1, MPI_INT, MPI_SUM, comm);
+  negative += interface_factor_->negative();
 
   const auto is_held = [this](int column) {
     return std::find(system_.held().begin(), system_.held().end(), column) != system_.held().end();
@@ -139,30 +184,20 @@ std::optional<int> TangentFactor::renew() {
   }
   const auto count = static_cast<Eigen::Index>(counting.size());
   if (count == 0) {
-    return static_cast<int>(negative);
+    return negative;
   }
-  Eigen::MatrixXd influence(3 * tangent_.vertices().global, count);
-  Eigen::MatrixXd border = Eigen::MatrixXd::Zero(count, count);  // C^-1 + G^T T^-1 G
-  Eigen::MatrixXd whole_columns(influence.rows(), count);
+  Eigen::MatrixXd columns(3 * tangent_.vertices().owned, count);
+  Eigen::MatrixXd influence(columns.rows(), count);
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(count);  // of C
   for (Eigen::Index k = 0; k < count; ++k) {
     const int column = counting[static_cast<std::size_t>(k)];
-    std::vector<double> whole;
-    double* values = nullptr;
-    const Eigen::VectorXd own = system_.low_rank().column(column);
-    gather(own.data(), whole, 3, vertex_counts_);
-    whole_columns.col(k) = Eigen::Map<const Eigen::VectorXd>(whole.data(), influence.rows());
-    check(VecGetArrayWrite(right_hand_side_, &values));
-    std::copy(whole.begin(), whole.end(), values);
-    check(VecRestoreArrayWrite(right_hand_side_, &values));
-    check(MatSolve(factor_, right_hand_side_, solution_));
-    const double* solved = nullptr;
-    check(VecGetArrayRead(solution_, &solved));
-    influence.col(k) = Eigen::Map<const Eigen::VectorXd>(solved, influence.rows());
-    check(VecRestoreArrayRead(solution_, &solved));
-    border(k, k) = is_held(column) ? 0 : 1 / system_.low_rank().coefficients[column];
+    columns.col(k) = system_.low_rank().column(column);
+    solve(columns.col(k).data(), influence.col(k).data());
+    inverse[k] = is_held(column) ? 0 : 1 / system_.low_rank().coefficients[column];
     negative -= is_held(column) || system_.low_rank().coefficients[column] > 0 ? 1 : 0;
   }
-  border += whole_columns.transpose() * influence;
+  Eigen::MatrixXd border = sum_of_ranks(columns.transpose() * influence);
+  border += inverse.asDiagonal();
   border = ((border + border.transpose()) / 2).eval();
   const Eigen::VectorXd eigenvalues = principal_axes(border).values;
   if (!(eigenvalues.cwiseAbs().minCoeff() > 0)) {
@@ -170,33 +205,48 @@ std::optional<int> TangentFactor::renew() {
   }
   border_.compute(border);
   influence_ = std::move(influence);
-  return static_cast<int>(negative + (eigenvalues.array() > 0).count());
+  return negative + static_cast<int>((eigenvalues.array() > 0).count());
+}
+
+/// T^-1 load. Collective. @param load, solution of the owned vertices
+void TangentFactor::solve(const double* load, double* solution) {
+  values_.setZero();
+  auto place = values_.begin();
+  for (const PetscInt i : interface_.inner()) {
+    place = std::copy_n(load + 3 * i, 3, place);
+  }
+  inner_factor_->reduce(values_);
+  interface_.sum(load, values_.data() + (place - values_.begin()), interface_values_);
+  interface_factor_->expand(interface_values_);
+  for (const int k : interface_.border()) {
+    place = std::copy_n(interface_values_.begin() + 3 * k, 3, place);
+  }
+  inner_factor_->expand(values_);
+  place = values_.begin();
+  for (const PetscInt i : interface_.inner()) {
+    std::copy_n(place, 3, solution + 3 * i);
+    place += 3;
+  }
+  auto of_interface = interface_values_.begin() + 3 * interface_.own_first();
+  for (const PetscInt i : interface_.own()) {
+    std::copy_n(of_interface, 3, solution + 3 * i);
+    of_interface += 3;
+  }
 }
 
 void TangentFactor::apply(Vec in, Vec out) {
-  const double* given = nullptr;
-  double* values = nullptr;
-  std::vector<double> whole;
-  check(VecGetArrayRead(in, &given));
-  gather(given, whole, 3, vertex_counts_);
-  check(VecRestoreArrayRead(in, &given));
-  const Eigen::Map<const Eigen::VectorXd> right_hand_side(whole.data(), static_cast<Eigen::Index>(whole.size()));
-  check(VecGetArrayWrite(right_hand_side_, &values));
-  std::copy(whole.begin(), whole.end(), values);
-  check(VecRestoreArrayWrite(right_hand_side_, &values));
-  check(MatSolve(factor_, right_hand_side_, solution_));
-  const PetscInt first = 3 * tangent_.vertices().first;
+  const double* load = nullptr;
+  double* solution = nullptr;
   const PetscInt rows = 3 * tangent_.vertices().owned;
-  check(VecGetArrayRead(solution_, &given));
-  check(VecGetArrayWrite(out, &values));
-  Eigen::Map<Eigen::VectorXd> result(values, rows);
-  result = Eigen::Map<const Eigen::VectorXd>(given + first, rows);
+  check(VecGetArrayRead(in, &load));
+  check(VecGetArrayWrite(out, &solution));
+  solve(load, solution);
   if (influence_.cols() > 0) {
-    const Eigen::VectorXd weights = border_.solve(influence_.transpose() * right_hand_side);
-    result -= influence_.middleRows(first, rows) * weights;
+    const Eigen::VectorXd forces = influence_.transpose() * Eigen::Map<const Eigen::VectorXd>(load, rows);
+    Eigen::Map<Eigen::VectorXd>(solution, rows) -= influence_ * border_.solve(sum_of_ranks(forces));
   }
-  check(VecRestoreArrayWrite(out, &values));
-  check(VecRestoreArrayRead(solution_, &given));
+  check(VecRestoreArrayWrite(out, &solution));
+  check(VecRestoreArrayRead(in, &load));
 }
 
 PetscErrorCode TangentFactor::apply_callback(PC pc, Vec in, Vec out) {

@@ -2,12 +2,16 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/handle.h"
+#include "parallel/collective.h"
 #include "solvers/low_rank_system.h"
+#include "solvers/mumps_factor.h"
+#include "solvers/rank_interface.h"
 #include "solvers/tangent.h"
 
 namespace pellicle {
@@ -23,8 +27,9 @@ inline namespace solvers {
 ///
 /// Of columns that are held C^-1 is 0: then M is A's, and the inertia A's, where x is orthogonal to them.
 ///
-/// Every rank gathers the whole of T and factorises it by itself: the result of MUMPS across ranks depends on which
-/// message arrives first, and would differ in its last digits from run to run.
+/// Of several ranks each eliminates its inner vertices, and what is left of T, on the interface between them, every
+/// rank factorises by itself, as in Substructures: the result of MUMPS across ranks depends on which message arrives
+/// first, and would differ in its last digits from run to run. T's inertia is the sum of those of all the parts' D.
 class TangentFactor {
  public:
   /// Collective. @param tangent of which T is the matrix, not a shell. Both must outlive the factor.
@@ -38,33 +43,35 @@ class TangentFactor {
   std::optional<int> renew();
 
   /// To be called when the tangent has a new pattern.
-  void forget_pattern() { factor_ = {}; }
+  void forget_pattern() { inner_factor_.reset(); }
 
   /// Conjugate gradients on A, preconditioned with the inverse that A had at the last renewal.
   KSP solver() const { return solver_; }
 
  private:
+  /// Where a block of T goes.
+  enum class Target { none, inner, interface };
+
   static PetscErrorCode apply_callback(PC pc, Vec in, Vec out);
   void apply(Vec in, Vec out);
   void make_pattern();
+  void refuse_pord() const;
   void fill();
-  void gather(const double* own, std::vector<double>& whole, int width, const std::vector<int>& counts) const;
+  void solve(const double* load, double* solution);
+  Eigen::MatrixXd sum_of_ranks(const Eigen::MatrixXd& own) const;
 
   const Tangent& tangent_;
   const LowRankSystem& system_;
   std::string prefix_;
-  int ranks_ = 1;
-  std::vector<int> vertex_counts_;  ///< of each rank
-  std::vector<int> block_counts_;   ///< in the upper half of each rank's rows
-  std::vector<PetscInt> rows_;      ///< global vertex of the blocks of all ranks
-  std::vector<PetscInt> columns_;
-  std::vector<double> own_blocks_;  ///< by columns [N/m]
-  std::vector<double> blocks_;      ///< of all ranks
-  MatHandle whole_;                 ///< T
-  MatHandle factor_;
-  VecHandle right_hand_side_;
-  VecHandle solution_;
-  Eigen::MatrixXd influence_;                    ///< T^-1 G of the columns that count, whole
+  std::vector<Target> targets_;  ///< of the blocks as the tangent passes them on
+  RankInterface interface_;      ///< of vertices
+  std::unique_ptr<MumpsFactor> inner_factor_;
+  std::unique_ptr<MumpsFactor> interface_factor_;
+  std::vector<double> own_entries_;  ///< this rank's, of the interface's matrix
+  Gatherer all_entries_;
+  Eigen::VectorXd values_;                       ///< of the inner vertices, then of their border
+  Eigen::VectorXd interface_values_;             ///< of all its vertices
+  Eigen::MatrixXd influence_;                    ///< T^-1 G of the columns that count, rows of the owned vertices
   Eigen::PartialPivLU<Eigen::MatrixXd> border_;  ///< of C^-1 + G^T T^-1 G
   KspHandle solver_;
 };

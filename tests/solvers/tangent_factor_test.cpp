@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.h"
 #include "tests/support/solver_options.h"
 
 namespace pellicle {
@@ -218,12 +219,21 @@ TEST_P(TangentFactors, know_and_invert_what_held_columns_leave) {
 
 TEST_P(TangentFactors, are_made_as_the_options_of_mumps_say) {
   SolverOptions options;
-  options.set("ring_mat_mumps_icntl_7", "4");
+  options.set("ring_mat_mumps_icntl_7", "2");
   FactorisedRing given(GetParam());
   given.set(2, Eigen::Vector2d(0, 0));
   PetscBool is_used = PETSC_FALSE;
   check(PetscOptionsUsed(nullptr, "ring_mat_mumps_icntl_7", &is_used));
   EXPECT_EQ(is_used, PETSC_TRUE);
+  options.set("ring_mat_mumps_icntl_7", "4");
+  FactorisedRing by_pord(GetParam());
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  if (ranks == 1) {
+    EXPECT_EQ(by_pord.set(2, Eigen::Vector2d(0, 0)), 0);
+  } else {
+    EXPECT_THROW(by_pord.set(2, Eigen::Vector2d(0, 0)), Error);
+  }
 }
 
 }  // namespace
