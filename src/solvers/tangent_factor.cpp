@@ -99,8 +99,6 @@ void TangentFactor::make_pattern() {
     }
   }
   const auto width = static_cast<int>(3 * border.size());
-  inner_factor_ = std::make_unique<MumpsFactor>(std::move(of_inner.rows), std::move(of_inner.columns),
-                                                3 * inner + width, width, prefix_);
   const auto unknown = [&](int k) { return 3 * border[static_cast<std::size_t>(k) / 3] + k % 3 + 1; };
   for (int column = 0; column < width; ++column) {
     for (int row = column; row < width; ++row) {
@@ -110,10 +108,15 @@ void TangentFactor::make_pattern() {
   }
   own_entries_.resize(of_interface.rows.size());
   all_entries_ = Gatherer(reach.comm, own_entries_.size());
-  interface_factor_ =
-      std::make_unique<MumpsFactor>(of_all_ranks(reach.comm, of_interface.rows),
-                                    of_all_ranks(reach.comm, of_interface.columns), 3 * interface_.size(), 0, prefix_);
+  of_interface.rows = of_all_ranks(reach.comm, of_interface.rows);
+  of_interface.columns = of_all_ranks(reach.comm, of_interface.columns);
   values_.resize(3 * inner + width);
+  together(reach.comm, [&] {
+    interface_factor_ = std::make_unique<MumpsFactor>(std::move(of_interface.rows), std::move(of_interface.columns),
+                                                      3 * interface_.size(), 0, prefix_);
+    inner_factor_ = std::make_unique<MumpsFactor>(std::move(of_inner.rows), std::move(of_inner.columns),
+                                                  3 * inner + width, width, prefix_);
+  });
 }
 
 /// Takes over the tangent's present values.
@@ -151,7 +154,7 @@ Eigen::MatrixXd TangentFactor::sum_of_ranks(const Eigen::MatrixXd& own) const {
 std::optional<int> TangentFactor::renew() {
   MPI_Comm comm = tangent_.vertices().comm;
   if (inner_factor_ == nullptr) {
-    together(comm, [this] { make_pattern(); });
+    make_pattern();
   }
   fill();
   influence_.resize(0, 0);
