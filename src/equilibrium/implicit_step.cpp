@@ -79,6 +79,9 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   solver_words_ = options_.factor == PrismFactor::always
                       ? "cg with a factorisation"
                       : std::string(type) + ", " + preconditioner + (patches_ ? " with rigid patches" : "");
+  if (may_factorise_ || options_.factor == PrismFactor::always) {
+    TangentFactor::check_options(objective.vertices().comm, options_.solver_prefix);
+  }
   if (may_factorise_) {
     solver_words_ += "; with a factorisation where a solve takes more than " + std::to_string(most_linear_iterations) +
                      " iterations";

@@ -10,6 +10,18 @@
 namespace pellicle {
 inline namespace solvers {
 
+void TangentFactor::check_options(MPI_Comm comm, const std::string& prefix) {
+  constexpr PetscInt pord = 4;
+  const std::string option = "-" + prefix + "mat_mumps_icntl_7";
+  PetscInt ordering = 0;
+  int ranks = 1;
+  check(PetscOptionsGetInt(nullptr, nullptr, option.c_str(), &ordering, nullptr));
+  MPI_Comm_size(comm, &ranks);
+  if (ordering == pord && ranks > 1) {
+    throw Error(option + " 4: PORD cannot order what ranks share; expected another ordering, or one rank");
+  }
+}
+
 TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system, const std::string& prefix)
     : tangent_(tangent), system_(system), prefix_(prefix) {
   check(KSPCreate(tangent_.vertices().comm, solver_.create()));
@@ -24,17 +36,6 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   check(PCSetType(pc, PCSHELL));  // whatever the options say of the preconditioner in its place
   check(PCShellSetContext(pc, this));
   check(PCShellSetApply(pc, apply_callback));
-}
-
-/// The ordering PORD ends the program on some matrices with a border.
-void TangentFactor::refuse_pord() const {
-  constexpr PetscInt pord = 4;
-  const std::string option = "-" + prefix_ + "mat_mumps_icntl_7";
-  PetscInt ordering = 0;
-  check(PetscOptionsGetInt(nullptr, nullptr, option.c_str(), &ordering, nullptr));
-  if (ordering == pord && interface_.size() > 0) {
-    throw Error(option + " 4: PORD cannot order what ranks share; expected another ordering, or one rank");
-  }
 }
 
 /// Which vertices are inner ones, and factors for them and for the interface.
@@ -52,7 +53,6 @@ void TangentFactor::make_pattern() {
   TakenBlocks places(reach.owned, take_place);
   tangent_.visit(places);
   interface_ = RankInterface(reach.comm, reach.first, reach.owned, later);
-  refuse_pord();
   std::vector<int> place(static_cast<std::size_t>(interface_.size()), -1);  // of each of its vertices in the border
   for (const auto& [row, column] : blocks) {
     if (column >= row && (interface_.number(row) < 0) != (interface_.number(column) < 0)) {

@@ -32,6 +32,10 @@ inline namespace solvers {
 /// first, and would differ in its last digits from run to run. T's inertia is the sum of those of all the parts' D.
 class TangentFactor {
  public:
+  /// To be called when a run begins that may need a factor. @throws Error if MUMPS is to order by PORD on several
+  /// ranks, which ends the program on some matrices with a border
+  static void check_options(MPI_Comm comm, const std::string& prefix);
+
   /// Collective. @param tangent of which T is the matrix, not a shell. Both must outlive the factor.
   /// @param prefix of options, such as "prism_": of MUMPS (`-prism_mat_mumps_icntl_7`) and of the iterations
   TangentFactor(const Tangent& tangent, const LowRankSystem& system, const std::string& prefix);
@@ -55,7 +59,6 @@ class TangentFactor {
   static PetscErrorCode apply_callback(PC pc, Vec in, Vec out);
   void apply(Vec in, Vec out);
   void make_pattern();
-  void refuse_pord() const;
   void fill();
   void solve(const double* load, double* solution);
   Eigen::MatrixXd sum_of_ranks(const Eigen::MatrixXd& own) const;
