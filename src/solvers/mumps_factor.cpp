@@ -4,6 +4,7 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -13,6 +14,16 @@
 
 namespace pellicle {
 inline namespace solvers {
+
+namespace {
+
+/// Settings that options may change: those of PETSc's own interface to MUMPS, but for what this class sets itself (19,
+/// 20, 26: border and right-hand side).
+constexpr std::array<int, 25> free_settings = {1,  2,  3,  4,  6,  7,  8,  10, 11, 12, 13, 14, 15,
+                                               22, 23, 24, 25, 27, 28, 29, 31, 33, 35, 36, 38};
+constexpr std::array<int, 6> free_numbers = {1, 2, 3, 4, 5, 7};  ///< likewise, that are not integers
+
+}  // namespace
 
 /// MUMPS' own arrays, and its jobs by numbers.
 struct MumpsFactor::Instance {
@@ -57,12 +68,12 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
   mumps_->setting(7) = 1;             // as it says
   data.perm_in = places.data();
   const std::string name = "-" + prefix + "mat_mumps_";
-  for (int number = 1; number <= 60; ++number) {
+  for (const int number : free_settings) {
     PetscInt value = mumps_->setting(number);
     check(PetscOptionsGetInt(nullptr, nullptr, (name + "icntl_" + std::to_string(number)).c_str(), &value, nullptr));
     mumps_->setting(number) = static_cast<int>(value);
   }
-  for (int number = 1; number <= 15; ++number) {
+  for (const int number : free_numbers) {
     check(PetscOptionsGetReal(nullptr, nullptr, (name + "cntl_" + std::to_string(number)).c_str(),
                               &data.cntl[number - 1], nullptr));
   }
@@ -124,6 +135,15 @@ void MumpsFactor::run(int job) {
   dmumps_c(&mumps_->data);
 }
 
+void MumpsFactor::solve(int phase) {
+  mumps_->setting(26) = phase;
+  run(Instance::solve);
+  if (mumps_->result(1) < 0) {
+    throw Error("MUMPS cannot solve with its factor: its error " + std::to_string(mumps_->result(1)) + ", " +
+                std::to_string(mumps_->result(2)));
+  }
+}
+
 bool MumpsFactor::renew() {
   if (is_empty()) {
     return true;
@@ -140,8 +160,7 @@ void MumpsFactor::reduce(Eigen::VectorXd& load) {
     return;
   }
   mumps_->data.rhs = load.data();
-  mumps_->setting(26) = 1;
-  run(Instance::solve);
+  solve(1);
   std::copy(border_values_.begin(), border_values_.end(), load.end() - border_);
 }
 
@@ -151,8 +170,7 @@ void MumpsFactor::expand(Eigen::VectorXd& solution) {
   }
   std::copy(solution.end() - border_, solution.end(), border_values_.begin());
   mumps_->data.rhs = solution.data();
-  mumps_->setting(26) = border_ > 0 ? 2 : 0;
-  run(Instance::solve);
+  solve(border_ > 0 ? 2 : 0);
 }
 
 }  // namespace solvers

@@ -46,6 +46,7 @@ class MumpsFactor {
  private:
   struct Instance;
   void run(int job);
+  void solve(int phase);
   std::vector<int> order() const;
   bool is_empty() const { return size_ == border_; }
 

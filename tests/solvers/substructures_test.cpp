@@ -141,7 +141,24 @@ TEST(Substructures, TellOnEveryRankThatAMatrixIsNotPositiveDefinite) {
 
   // On two ranks: 2 > 2.4 cos(pi / 5), so that what either rank has is positive definite, but 2 < 2.4 cos(pi / 7).
   inverse.forget_pattern();
-  EXPECT_FALSE(inverse.renew(chain_matrix(6, -1.2)));
+  const MatHandle chain = chain_matrix(6, -1.2);
+  EXPECT_FALSE(inverse.renew(chain));
+
+  // Which a solver hears, too.
+  KspHandle solver;
+  PC pc = nullptr;
+  VecHandle in;
+  VecHandle out;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check(MatCreateVecs(chain, in.create(), out.create()));
+  check(VecSet(in, 1));
+  check(KSPCreate(PETSC_COMM_WORLD, solver.create()));
+  check(KSPSetOperators(solver, chain, chain));
+  check(KSPGetPC(solver, &pc));
+  inverse.precondition(pc);
+  check(KSPSolve(solver, in, out));
+  check(KSPGetConvergedReason(solver, &reason));
+  EXPECT_EQ(reason, KSP_DIVERGED_PC_FAILED);
 }
 
 }  // namespace
