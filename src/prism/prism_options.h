@@ -55,8 +55,8 @@ struct PrismOptions {
 
   /// Most Newton iterations of a step: `max_iterations`, or what follows from `newton`; fixed: the paper's 3.
   int most_iterations() const { return max_iterations > 0 ? max_iterations : newton == NewtonEnd::fixed ? 3 : 50; }
-  /// Relative tolerance of the linear solves: `ksp_rtol`, or what follows from `newton`.
-  double linear_rtol() const { return ksp_rtol.value_or(newton == NewtonEnd::fixed ? 1e-6 : 1e-4); }
+  /// Relative tolerance of the linear solves: `ksp_rtol`, or that of every balloon.
+  double linear_rtol() const { return ksp_rtol.value_or(1e-4); }
 };
 
 void describe(OptionTable& table, PrismOptions& options);

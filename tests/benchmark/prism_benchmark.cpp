@@ -267,6 +267,7 @@ Options balloon_options(const std::string& deck) {
   options.prism.newton = "fixed";
   options.prism.max_iterations = 3;
   options.wall = WallOptions{};
+  options.wall.bending = "none";
   options.chambers = {{"gas", ChamberOptions{}}};
   options.chambers["gas"].pressure = {{0, 0}, {0.5, 7000}};
   return options;
