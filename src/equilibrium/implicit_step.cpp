@@ -26,6 +26,9 @@ constexpr int most_linear_iterations = 100;
 /// Number of vertices beyond which a factor takes too much memory to be made without being asked for.
 constexpr PetscInt most_vertices_to_factorise = 200000;
 
+/// Values of the objective that a step from where the tangent is not positive definite may rise to.
+constexpr std::size_t most_last_values = 8;
+
 /// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
 
@@ -151,6 +154,7 @@ ImplicitResult ImplicitStep::advance(double h) {
   ImplicitResult result;
   NewtonResult newton;
   do {
+    last_values_.clear();
     newton = newton_->solve(unknowns_);
     result.newton_iterations += newton.iterations;
     result.linear_iterations += newton.linear_iterations;
@@ -391,6 +395,14 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     weight = 2 * objective_.multiplier().cwiseAbs().maxCoeff();
     before += weight * error;
     slope = 0;  // only a decrease is asked for
+  } else if (options_.newton == NewtonEnd::converged) {
+    last_values_.push_back(before);
+    if (last_values_.size() > most_last_values) {
+      last_values_.pop_front();
+    }
+    if (last_share_ > 0) {
+      before = *std::max_element(last_values_.begin(), last_values_.end());
+    }
   }
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   return backtrack(

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,8 +34,10 @@ struct ImplicitResult {
 /// Makes the objective of a step stationary, by SNES and KSP of prefix `prism_`: for a balloon its wall and its gas
 /// (balloon paper, eq. 18 to 23; StepPotential), or all objects that touch each other.
 ///
-/// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md). The gas's
-/// rank-one part stays low-rank beside the assembled or matrix-free part.
+/// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md); where the
+/// tangent is not positive definite, until it is below the largest of its last eight values (Grippo, Lampariello and
+/// Lucidi, A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal. 23, 1986). The gas's rank-one
+/// part stays low-rank beside the assembled or matrix-free part.
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
 /// not help. Once a solve takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
@@ -96,6 +99,7 @@ class ImplicitStep {
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress
   double last_share_ = 0;                   ///< of the positive tangent in the last Newton iteration
+  std::deque<double> last_values_;          ///< of the objective, where the last Newton iterations began [J]
   VecHandle unknowns_;
   VecHandle residual_;
   std::optional<Newton> newton_;

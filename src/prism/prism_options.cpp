@@ -13,7 +13,7 @@ void describe(OptionTable& table, PrismOptions& options) {
       .source("balloon paper, section 8: fixed, 3 iterations");
   table.add("prism.snes_max_it", options.max_iterations)
       .at_least(0)
-      .help("Newton iterations of a step at most; 0: 50 with newton: converged, 3 with fixed")
+      .help("Newton iterations of a step at most; 0: 200 with newton: converged, 50 where objects touch, 3 with fixed")
       .source("balloon paper, section 8: 3");
   table.add("prism.snes_rtol", options.snes_rtol)
       .range(0, 1)

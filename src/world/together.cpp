@@ -19,6 +19,9 @@ namespace {
 /// iterations, and saves half of the linear ones.
 constexpr double rtol_of_sheets = 1e-3;
 
+/// Newton iterations of a step in which objects touch: where more are needed a shorter step takes less time.
+constexpr int most_iterations_of_contact = 50;
+
 /// @throws Error when an object of those that touch is to do so in another way than the first
 void require_alike(const ObjectOptions& first, const ObjectOptions& other) {
   const auto require = [&](const std::string& key, double of_first, double of_other) {
@@ -107,6 +110,9 @@ std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects)
     together.step.solver_prefix = (sheet != members.end() ? *sheet : members.front())->options.elastic.solver_prefix;
   }
   together.step.newton = NewtonEnd::converged;
+  if (together.step.max_iterations == 0) {
+    together.step.max_iterations = most_iterations_of_contact;
+  }
   together.step.inertia = together.step.inertia && first.options.time.scheme != TimeScheme::statics;
   together.step.positive_elements = false;
   for (std::size_t i = 0; i < members.size(); ++i) {

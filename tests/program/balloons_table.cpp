@@ -1,4 +1,5 @@
-// Table 1 of the balloon paper: its five shapes are blown up for 300 frames, and two real meshes in the teddy's place.
+// Table 1 of the balloon paper: its five shapes are blown up for 300 frames, and two real meshes in the teddy's place;
+// the same and more meshes with `newton: converged`.
 
 #include <vtkCell.h>
 #include <vtkIdList.h>
@@ -125,6 +126,50 @@ INSTANTIATE_TEST_SUITE_P(Meshes, LongRealBalloonsTest,
                          testing::Values(std::pair{"teddy.off", 12543}, std::pair{"cheburashka.obj", 6669}),
                          [](const auto& mesh) {
                            return std::string(mesh.param.first, std::string(mesh.param.first).find('.'));
+                         });
+
+/// A deck of input/ and a mesh of shared/meshes, or none.
+class LongConvergedBalloonsTest : public ProgramTest,
+                                  public testing::WithParamInterface<std::pair<const char*, const char*>> {
+ protected:
+  LongConvergedBalloonsTest() { set_time_limit(1800); }
+};
+
+// Without bending, slack at first: no step shorter than an eighth of the deck's, 8 Newton iterations a step in the
+// mean.
+TEST_P(LongConvergedBalloonsTest, ThroughTheWholeDeck) {
+  const auto [deck, name] = GetParam();
+  Arguments options{std::string(PELLICLE_SOURCE_DIR) + "/input/" + deck + ".yaml", "-prism_newton", "converged",
+                    "-output_directory", "out"};
+  if (*name != '\0') {
+    const std::filesystem::path mesh = shared_folder() / "meshes" / name;
+    if (!std::filesystem::exists(mesh)) {
+      GTEST_SKIP() << mesh << " is not there";
+    }
+    options = options + Arguments{"-mesh_file", std::filesystem::canonical(mesh).string()};
+  }
+  succeed(2, options);
+  const auto history = read_csv(folder() / "out" / "history.csv");
+  const std::vector<double>& newton = history.at("newton_iterations");
+  const std::vector<double>& residual = history.at("relative_residual");
+  const auto sum = [](const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); };
+  EXPECT_NEAR(history.at("time").back(), 3, 1e-12);
+  EXPECT_GE(*std::min_element(history.at("time_step").begin() + 1, history.at("time_step").end()), 0.01 / 8 - 1e-9);
+  EXPECT_LE(sum(newton), 8 * static_cast<double>(newton.size() - 1));
+  EXPECT_LE(sum(history.at("linear_iterations")), 100 * sum(newton));
+  EXPECT_LE(*std::max_element(residual.begin(), residual.end()), 1.01e-8);
+  EXPECT_GT(history.at("gas_volume_ratio").back(), 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Decks, LongConvergedBalloonsTest,
+                         testing::Values(std::pair{"teddy", ""}, std::pair{"bird", ""}, std::pair{"holes", ""},
+                                         std::pair{"vase", ""}, std::pair{"cube_cylinder", ""},
+                                         std::pair{"teddy", "teddy.off"}, std::pair{"teddy", "cheburashka.obj"},
+                                         std::pair{"teddy", "homer.obj"}, std::pair{"teddy", "spot_triangles.obj"},
+                                         std::pair{"teddy", "spot_quads.obj"}),
+                         [](const auto& run) {
+                           const std::string mesh = run.param.second;
+                           return run.param.first + (mesh.empty() ? mesh : "_" + mesh.substr(0, mesh.find('.')));
                          });
 
 TEST_F(LongBalloonsTableTest, AdiabaticGas) {
