@@ -6,7 +6,8 @@
 //   the bandwidth that a = b + s c reaches on as many bytes
 // - update: the values of the tangent at new positions
 // - solve: update, preconditioner and conjugate gradients to 1e-6 of M/h^2 + K and the gas, h = 10 ms, on a sphere
-// - step: a step of the teddy, three Newton iterations, at half its inflation
+// - step: a step of the teddy, three Newton iterations, at half its inflation; its wall does not bend, as in the paper,
+//   and linear solves are to 1e-4, those of the paper's to 1e-6 (input/paper_solver.yaml)
 //
 // Ratios within one run are what counts: a busy machine slows all alike.
 
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -304,6 +306,7 @@ struct Way {
   std::string tangent;
   std::string gas_tangent;
   PetscChoice petsc;
+  std::optional<double> ksp_rtol;
 };
 
 void step(benchmark::State& state, const Way& way, const std::string& deck) {
@@ -312,6 +315,7 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
   options.prism.mat_type = way.mat_type;
   options.prism.tangent = way.tangent;
   options.gas.tangent = way.gas_tangent;
+  options.prism.ksp_rtol = way.ksp_rtol;
   set(way.petsc);
   StageClock clock(Inflate::stage_names());
   Inflate inflate(half_blown.membrane, options, clock);
@@ -352,10 +356,10 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
       add("solve/" + size + solver.name, linear_solve, solver, level);
     }
   }
-  const Way ours{
-      "ours", PrismOptions{}.mat_type.name(), PrismOptions{}.tangent.name(), GasOptions{}.tangent.name(), {}};
-  const Way paper{"paper", "shell", "paper", "paper", {{"pc_type", "none"}}};
-  const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}};
+  const Way ours{"ours", PrismOptions{}.mat_type.name(), PrismOptions{}.tangent.name(), GasOptions{}.tangent.name(), {},
+                 {}};
+  const Way paper{"paper", "shell", "paper", "paper", {{"pc_type", "none"}}, 1e-6};
+  const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}, {}};
   for (const Way& way : {paper, pbjacobi, ours}) {
     add("step/teddy/" + way.name, step, way, "teddy");
   }
