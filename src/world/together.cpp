@@ -19,7 +19,7 @@ namespace {
 /// iterations, and saves half of the linear ones.
 constexpr double rtol_of_sheets = 1e-3;
 
-/// Newton iterations of a step in which objects touch: where more are needed a shorter step takes less time.
+/// Newton iterations of a step in which objects touch, before a shorter one is tried, unless the balloon says.
 constexpr int most_iterations_of_contact = 50;
 
 /// @throws Error when an object of those that touch is to do so in another way than the first

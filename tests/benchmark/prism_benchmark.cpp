@@ -306,7 +306,7 @@ struct Way {
   std::string tangent;
   std::string gas_tangent;
   PetscChoice petsc;
-  std::optional<double> ksp_rtol;
+  std::optional<double> ksp_rtol = std::nullopt;
 };
 
 void step(benchmark::State& state, const Way& way, const std::string& deck) {
@@ -356,10 +356,10 @@ void step(benchmark::State& state, const Way& way, const std::string& deck) {
       add("solve/" + size + solver.name, linear_solve, solver, level);
     }
   }
-  const Way ours{"ours", PrismOptions{}.mat_type.name(), PrismOptions{}.tangent.name(), GasOptions{}.tangent.name(), {},
-                 {}};
+  const Way ours{
+      "ours", PrismOptions{}.mat_type.name(), PrismOptions{}.tangent.name(), GasOptions{}.tangent.name(), {}};
   const Way paper{"paper", "shell", "paper", "paper", {{"pc_type", "none"}}, 1e-6};
-  const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}, {}};
+  const Way pbjacobi{"pbjacobi", "baij", "exact", "exact", {{"pc_type", "pbjacobi"}}};
   for (const Way& way : {paper, pbjacobi, ours}) {
     add("step/teddy/" + way.name, step, way, "teddy");
   }
