@@ -55,7 +55,7 @@ struct PrismOptions {
 
   /// Most Newton iterations of a step: `max_iterations`, or what follows from `newton`; fixed: the paper's 3.
   int most_iterations() const { return max_iterations > 0 ? max_iterations : newton == NewtonEnd::fixed ? 3 : 200; }
-  /// Relative tolerance of the linear solves: `ksp_rtol`, or that of every balloon.
+  /// Relative tolerance of the linear solves: `ksp_rtol`, or 1e-4.
   double linear_rtol() const { return ksp_rtol.value_or(1e-4); }
 };
 
