@@ -81,7 +81,6 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
   data.nnz = static_cast<MUMPS_INT8>(rows_.size());
   data.irn = rows_.data();
   data.jcn = columns_.data();
-  data.a = values_.data();
   if (border_ > 0) {
     std::iota(border_unknowns_.begin(), border_unknowns_.end(), size_ - border_ + 1);
     mumps_->setting(19) = 2;  // the complement's lower half, by columns, in one block
@@ -148,6 +147,7 @@ bool MumpsFactor::renew() {
   if (is_empty()) {
     return true;
   }
+  mumps_->data.a = values_.data();
   run(Instance::factorise);
   check(PetscLogFlops(mumps_->data.rinfog[2]));
   return mumps_->result(1) >= 0;

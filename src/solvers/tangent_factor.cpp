@@ -112,8 +112,8 @@ void TangentFactor::make_pattern() {
   of_interface.columns = of_all_ranks(reach.comm, of_interface.columns);
   values_.resize(3 * inner + width);
   together(reach.comm, [&] {
-    interface_factor_ = std::make_unique<MumpsFactor>(std::move(of_interface.rows), std::move(of_interface.columns),
-                                                      3 * interface_.size(), 0, prefix_);
+    interface_factor_ = std::make_unique<InterfaceFactor>(std::move(of_interface.rows), std::move(of_interface.columns),
+                                                          3 * interface_.size(), prefix_);
     inner_factor_ = std::make_unique<MumpsFactor>(std::move(of_inner.rows), std::move(of_inner.columns),
                                                   3 * inner + width, width, prefix_);
   });
@@ -220,7 +220,7 @@ void TangentFactor::solve(const double* load, double* solution) {
   }
   inner_factor_->reduce(values_);
   interface_.sum(load, values_.data() + (place - values_.begin()), interface_values_);
-  interface_factor_->expand(interface_values_);
+  interface_factor_->solve(interface_values_);
   for (const int k : interface_.border()) {
     place = std::copy_n(interface_values_.begin() + 3 * k, 3, place);
   }

@@ -9,6 +9,7 @@
 
 #include "base/handle.h"
 #include "parallel/collective.h"
+#include "solvers/interface_factor.h"
 #include "solvers/low_rank_system.h"
 #include "solvers/mumps_factor.h"
 #include "solvers/rank_interface.h"
@@ -69,7 +70,7 @@ class TangentFactor {
   std::vector<Target> targets_;  ///< of the blocks as the tangent passes them on
   RankInterface interface_;      ///< of vertices
   std::unique_ptr<MumpsFactor> inner_factor_;
-  std::unique_ptr<MumpsFactor> interface_factor_;
+  std::unique_ptr<InterfaceFactor> interface_factor_;
   std::vector<double> own_entries_;  ///< this rank's, of the interface's matrix
   Gatherer all_entries_;
   Eigen::VectorXd values_;                       ///< of the inner vertices, then of their border
