@@ -50,23 +50,24 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
       complement_(static_cast<std::size_t>(border) * static_cast<std::size_t>(border)),
       border_values_(static_cast<std::size_t>(border)),
       mumps_(std::make_unique<Instance>()) {
-  if (is_empty()) {
-    return;
-  }
   DMUMPS_STRUC_C& data = mumps_->data;
-  data.sym = 2;  // of any inertia
-  data.par = 1;
-  data.comm_fortran = MPI_Comm_c2f(MPI_COMM_SELF);
-  run(Instance::start);
-  for (const int stream : {1, 2, 3}) {
-    mumps_->setting(stream) = -1;
+  std::vector<int> places;  // from 1
+  if (!is_empty()) {
+    data.sym = 2;  // of any inertia
+    data.par = 1;
+    data.comm_fortran = MPI_Comm_c2f(MPI_COMM_SELF);
+    run(Instance::start);
+    for (const int stream : {1, 2, 3}) {
+      mumps_->setting(stream) = -1;
+    }
+    mumps_->setting(4) = 0;  // prints nothing
+    mumps_->setting(8) = 0;  // Rows are alike: scaling costs more than it gains.
+    mumps_->setting(static_cast<int>(mumps_room_setting)) = static_cast<int>(mumps_room);
+    places = order();
+    mumps_->setting(7) = 1;  // as it says
+    data.perm_in = places.data();
   }
-  mumps_->setting(4) = 0;  // prints nothing
-  mumps_->setting(8) = 0;  // Rows are alike: scaling costs more than it gains.
-  mumps_->setting(static_cast<int>(mumps_room_setting)) = static_cast<int>(mumps_room);
-  std::vector<int> places = order();  // from 1
-  mumps_->setting(7) = 1;             // as it says
-  data.perm_in = places.data();
+  // Options are read on every rank: those that rank 0 has not read are warned of.
   const std::string name = "-" + prefix + "mat_mumps_";
   for (const int number : free_settings) {
     PetscInt value = mumps_->setting(number);
@@ -76,6 +77,9 @@ MumpsFactor::MumpsFactor(std::vector<int> rows, std::vector<int> columns, int si
   for (const int number : free_numbers) {
     check(PetscOptionsGetReal(nullptr, nullptr, (name + "cntl_" + std::to_string(number)).c_str(),
                               &data.cntl[number - 1], nullptr));
+  }
+  if (is_empty()) {
+    return;
   }
   data.n = size_;
   data.nnz = static_cast<MUMPS_INT8>(rows_.size());

@@ -5,8 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
+
+#include "tests/support/solver_options.h"
 
 namespace pellicle {
 namespace {
@@ -81,6 +82,16 @@ TEST(InterfaceFactor, may_be_of_nothing) {
   EXPECT_TRUE(factor.renew());
   EXPECT_EQ(factor.negative(), 0);
   factor.solve(nothing);
+}
+
+// The program warns of options that rank 0 has not read.
+TEST(MumpsFactor, of_nothing_reads_its_options) {
+  SolverOptions given;
+  given.set("nothing_mat_mumps_icntl_14", "60");
+  const MumpsFactor factor({}, {}, 0, 0, "nothing_");
+  PetscBool is_used = PETSC_FALSE;
+  check(PetscOptionsUsed(nullptr, "nothing_mat_mumps_icntl_14", &is_used));
+  EXPECT_EQ(is_used, PETSC_TRUE);
 }
 
 }  // namespace
