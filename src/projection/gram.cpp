@@ -94,14 +94,18 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
                   std::optional<double> shift_inverse_mass) {
   gradient_ = &gradient;
   inverse_mass_ = &inverse_mass;
-  std::array<double, 2> maxima{};  // of the entries and of |gradient|^2
+  double largest_entry = 0;
+  double largest_square = 0;  // of gradients
   for (std::size_t s = 0; s < diagonal_.size(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    const double squared_norm = gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
-    diagonal_[s] =
-        (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) * squared_norm;
-    maxima = {std::max(maxima[0], diagonal_[s]), std::max(maxima[1], squared_norm)};
+    const double square = gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
+    const double entry =
+        (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) * square;
+    diagonal_[s] = entry;
+    largest_entry = std::max(largest_entry, entry);
+    largest_square = std::max(largest_square, square);
   }
+  std::array<double, 2> maxima{largest_entry, largest_square};
   MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPI_DOUBLE, MPI_MAX, springs_.layout.comm);
   const double largest = maxima[0] > 0 ? maxima[0] : 1;
   const double shifted_by = shift * (shift_inverse_mass ? 2 * *shift_inverse_mass * maxima[1] : largest);

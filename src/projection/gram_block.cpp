@@ -113,5 +113,128 @@ void GramBlock::update(const Eigen::Matrix3Xd& gradient, const std::vector<doubl
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
 }
 
+GramRows::GramRows(Mat matrix) {
+  PetscBool several_ranks = PETSC_FALSE;
+  PetscInt rows = 0;
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATMPIAIJ, &several_ranks));
+  if (several_ranks == PETSC_FALSE) {
+    own_ = rows_of(matrix);
+    return;
+  }
+  Mat own = nullptr;
+  Mat foreign = nullptr;
+  const PetscInt* columns = nullptr;  // global, of the foreign part
+  PetscLayout owners = nullptr;
+  PetscInt count = 0;
+  check(MatMPIAIJGetSeqAIJ(matrix, &own, &foreign, &columns));
+  own_ = rows_of(own);
+  foreign_ = rows_of(foreign);
+  check(MatGetLocalSize(foreign, &rows, &count));
+  for (PetscInt row = 0; row < rows; ++row) {
+    if (foreign_.offsets[row] < foreign_.offsets[row + 1]) {
+      foreign_rows_.push_back(static_cast<std::size_t>(row));
+    }
+  }
+  ghosts_.resize(static_cast<std::size_t>(count));
+  changes_.resize(ghosts_.size());
+  check(MatGetLayouts(matrix, nullptr, &owners));
+  check(PetscSFCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), sf_.create()));
+  check(PetscSFSetGraphLayout(sf_, owners, count, nullptr, PETSC_COPY_VALUES, columns));
+  check(PetscSFSetUp(sf_));
+}
+
+GramRows::Rows GramRows::rows_of(Mat matrix) {
+  Rows rows;
+  PetscInt count = 0;
+  PetscBool done = PETSC_FALSE;
+  check(MatGetRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &count, &rows.offsets, &rows.columns, &done));
+  check(MatSeqAIJGetArrayRead(matrix, &rows.values));
+  Rows taken = rows;  // The pattern stays, so that these do.
+  check(MatSeqAIJRestoreArrayRead(matrix, &taken.values));
+  check(MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &count, &taken.offsets, &taken.columns, &done));
+  return rows;
+}
+
+std::pair<const std::size_t*, const std::size_t*> GramRows::foreign_rows(std::size_t first, std::size_t count) const {
+  const std::size_t* end = foreign_rows_.data() + foreign_rows_.size();
+  const std::size_t* begin = std::lower_bound(foreign_rows_.data(), end, first);
+  return {begin, std::lower_bound(begin, end, first + count)};
+}
+
+void GramRows::begin(const double* in) {
+  if (sf_ != nullptr) {
+    check(PetscSFBcastBegin(sf_, MPIU_SCALAR, in, ghosts_.data(), MPI_REPLACE));
+  }
+}
+
+void GramRows::end(const double* in) {
+  if (sf_ != nullptr) {
+    check(PetscSFBcastEnd(sf_, MPIU_SCALAR, in, ghosts_.data(), MPI_REPLACE));
+  }
+}
+
+void GramRows::multiply(std::size_t first, std::size_t count, const double* in, double* out) const {
+  const Rows own = own_;
+  PetscInt k = own.offsets[first];
+  for (std::size_t i = 0; i < count; ++i) {
+    if (own.offsets[first + i + 1] == k + 4) {  // where a line crosses others regularly
+      out[i] = (own.values[k] * in[own.columns[k]] + own.values[k + 1] * in[own.columns[k + 1]]) +
+               (own.values[k + 2] * in[own.columns[k + 2]] + own.values[k + 3] * in[own.columns[k + 3]]);
+      k += 4;
+      continue;
+    }
+    double sum = 0;
+    for (const PetscInt end = own.offsets[first + i + 1]; k < end; ++k) {
+      sum += own.values[k] * in[own.columns[k]];
+    }
+    out[i] = sum;
+  }
+  const auto [begin, end] = foreign_rows(first, count);
+  for (const std::size_t* row = begin; row != end; ++row) {
+    for (PetscInt l = foreign_.offsets[*row]; l < foreign_.offsets[*row + 1]; ++l) {
+      out[*row - first] += foreign_.values[l] * ghosts_[static_cast<std::size_t>(foreign_.columns[l])];
+    }
+  }
+  check(PetscLogFlops(2.0 * (own.offsets[first + count] - own.offsets[first])));
+}
+
+void GramRows::subtract_transposed(std::size_t first, std::size_t count, const double* values, double* out) {
+  const Rows own = own_;
+  PetscInt k = own.offsets[first];
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = values[i];
+    if (own.offsets[first + i + 1] == k + 4) {  // likewise; read before anything is written
+      const double a = out[own.columns[k]] - own.values[k] * value;
+      const double b = out[own.columns[k + 1]] - own.values[k + 1] * value;
+      const double c = out[own.columns[k + 2]] - own.values[k + 2] * value;
+      const double d = out[own.columns[k + 3]] - own.values[k + 3] * value;
+      out[own.columns[k]] = a;
+      out[own.columns[k + 1]] = b;
+      out[own.columns[k + 2]] = c;
+      out[own.columns[k + 3]] = d;
+      k += 4;
+      continue;
+    }
+    for (const PetscInt end = own.offsets[first + i + 1]; k < end; ++k) {
+      out[own.columns[k]] -= own.values[k] * value;
+    }
+  }
+  const auto [begin, end] = foreign_rows(first, count);
+  for (const std::size_t* row = begin; row != end; ++row) {
+    for (PetscInt l = foreign_.offsets[*row]; l < foreign_.offsets[*row + 1]; ++l) {
+      changes_[static_cast<std::size_t>(foreign_.columns[l])] -= foreign_.values[l] * values[*row - first];
+    }
+  }
+  check(PetscLogFlops(2.0 * (own.offsets[first + count] - own.offsets[first])));
+}
+
+void GramRows::send(double* out) {
+  if (sf_ != nullptr) {
+    check(PetscSFReduceBegin(sf_, MPIU_SCALAR, changes_.data(), out, MPIU_SUM));
+    check(PetscSFReduceEnd(sf_, MPIU_SCALAR, changes_.data(), out, MPIU_SUM));
+    std::fill(changes_.begin(), changes_.end(), 0);
+  }
+}
+
 }  // namespace projection
 }  // namespace pellicle

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <petscsf.h>
+
 #include <Eigen/Core>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "base/handle.h"
@@ -54,6 +57,44 @@ class GramBlock {
   Part own_;
   Part foreign_;
   MatHandle matrix_;
+};
+
+/// Products with some rows of a block at a time, so that a caller can use them before they leave the cache.
+class GramRows {
+ public:
+  /// @param matrix of a GramBlock. Collective.
+  explicit GramRows(Mat matrix);
+
+  /// Brings the values of the columns of other ranks; between the two calls they may not be changed. Collective.
+  /// @param in values of this rank's columns
+  void begin(const double* in);
+  void end(const double* in);
+  /// out = the rows from `first` on, times these values. @param out (count)
+  void multiply(std::size_t first, std::size_t count, const double* in, double* out) const;
+
+  /// out -= the same rows, transposed, times values. What is of other ranks' columns waits for `send`.
+  /// @param values (count)
+  void subtract_transposed(std::size_t first, std::size_t count, const double* values, double* out);
+  /// Collective.
+  void send(double* out);
+
+ private:
+  /// Compressed rows, as PETSc keeps them.
+  struct Rows {
+    const PetscInt* offsets = nullptr;
+    const PetscInt* columns = nullptr;
+    const double* values = nullptr;
+  };
+  static Rows rows_of(Mat matrix);
+  /// Those of the rows with foreign columns that are in a range.
+  std::pair<const std::size_t*, const std::size_t*> foreign_rows(std::size_t first, std::size_t count) const;
+
+  Rows own_;
+  Rows foreign_;                           ///< on several ranks
+  std::vector<std::size_t> foreign_rows_;  ///< that have foreign columns
+  Handle<PetscSF, PetscSFDestroy> sf_;     ///< on several ranks
+  std::vector<double> ghosts_;             ///< by foreign column
+  std::vector<double> changes_;            ///< likewise
 };
 
 }  // namespace projection

@@ -1,7 +1,9 @@
 #include "projection/line_elimination.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "base/error.h"
@@ -19,6 +21,9 @@ namespace {
 /// zero.
 constexpr double negligible = 1e-12;
 
+/// Ratio of lengths of lines that may be in one group.
+constexpr double similar = 1.06;
+
 }  // namespace
 
 LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
@@ -26,9 +31,12 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
     : ends_(lines.size()), spike_of_(lines.size()) {
   std::vector<std::size_t> order(lines.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return has_spike[a] != has_spike[b] ? has_spike[a] : lines[a].size() > lines[b].size();
-  });
+  // Lines of a group should also be neighbours, so that what they read lies close together.
+  const auto key = [&](std::size_t line) {
+    const double length = static_cast<double>(lines[line].size());
+    return std::tuple(!has_spike[line], -std::lround(std::log(length) / std::log(similar)), lines[line].front());
+  };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   for (std::size_t first = 0; first < lines.size(); first += lanes) {
     const std::size_t start = springs_.size();
     std::size_t longest = 0;
@@ -61,11 +69,10 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
         }
       }
     }
-    if (has_spike[order[first]]) {
-      spiked_groups_.push_back(springs_.size());
-    }
+    groups_.push_back(springs_.size());
+    spiked_groups_ += has_spike[order[first]] ? 1 : 0;
   }
-  spikes_.resize(spiked_groups_.empty() ? 0 : spiked_groups_.back());
+  spikes_.resize(groups_[spiked_groups_]);
   if (keeps_entries) {
     diagonal_.resize(springs_.size());
     coupling_.assign(springs_.size() + lanes, 0);
@@ -111,84 +118,84 @@ void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matr
   for (const std::size_t first : spiked_firsts_) {
     spikes_[first] = 1;
   }
-  forward(spikes_.data(), spikes_.data(), spikes_.size());
+  for (std::size_t group = 0; group < spiked_groups_; ++group) {
+    forward(group, spikes_.data() + groups_[group]);
+  }
   check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::multiply_and_subtract(const double* in, const double* subtrahend, double* out) const {
+void LineMatrices::forward(std::size_t group, double* values) const {
+  const double* factor = factor_.data() + groups_[group];
+  Lanes before = Lanes::Zero();
+  for (const double* end = factor + group_size(group); factor != end; factor += lanes, values += lanes) {
+    before = Eigen::Map<const Lanes>(values) - Eigen::Map<const Lanes>(factor) * before;
+    Eigen::Map<Lanes>{values} = before;
+  }
+}
+
+void LineMatrices::backward(std::size_t group, double* values) const {
+  const std::size_t start = groups_[group];
+  const double* factor = factor_.data() + start;
+  const double* inverse_pivot = inverse_pivot_.data() + start;
+  Lanes after = Lanes::Zero();
+  for (std::size_t i = group_size(group); i >= lanes; i -= lanes) {
+    after = Eigen::Map<const Lanes>(values + i - lanes) * Eigen::Map<const Lanes>(inverse_pivot + i - lanes) -
+            Eigen::Map<const Lanes>(factor + i) * after;
+    Eigen::Map<Lanes>{values + i - lanes} = after;
+  }
+}
+
+void LineMatrices::multiply(const double* in, double* out) const {
   Lanes before = Lanes::Zero();
   for (std::size_t i = 0; i < springs_.size(); i += lanes) {
     const Lanes own = Eigen::Map<const Lanes>(in + i);
-    Lanes sum = Eigen::Map<const Lanes>(diagonal_.data() + i) * own +
-                Eigen::Map<const Lanes>(coupling_.data() + i) * before - Eigen::Map<const Lanes>(subtrahend + i);
+    Lanes sum =
+        Eigen::Map<const Lanes>(diagonal_.data() + i) * own + Eigen::Map<const Lanes>(coupling_.data() + i) * before;
     if (i + lanes < springs_.size()) {
       sum += Eigen::Map<const Lanes>(coupling_.data() + i + lanes) * Eigen::Map<const Lanes>(in + i + lanes);
     }
     Eigen::Map<Lanes>(out + i) = sum;
     before = own;
   }
-  check(PetscLogFlops(6.0 * static_cast<double>(springs_.size())));
+  check(PetscLogFlops(5.0 * static_cast<double>(springs_.size())));
 }
 
-void LineMatrices::forward(const double* in, double* out, std::size_t size) const {
-  Lanes value = Lanes::Zero();
-  for (std::size_t i = 0; i < size; i += lanes) {
-    value = Eigen::Map<const Lanes>(in + i) - Eigen::Map<const Lanes>(factor_.data() + i) * value;
-    Eigen::Map<Lanes>(out + i) = value;
-  }
-  check(PetscLogFlops(2.0 * static_cast<double>(size)));
-}
-
-void LineMatrices::backward(double* values) const {
-  Lanes value = Lanes::Zero();
-  for (std::size_t i = springs_.size(); i >= lanes; i -= lanes) {
-    value = Eigen::Map<const Lanes>(values + i - lanes) * Eigen::Map<const Lanes>(inverse_pivot_.data() + i - lanes) -
-            Eigen::Map<const Lanes>(factor_.data() + i) * value;
-    Eigen::Map<Lanes>(values + i - lanes) = value;
-  }
-  check(PetscLogFlops(3.0 * static_cast<double>(springs_.size())));
-}
-
-void LineMatrices::first_values(const double* forwarded, std::vector<double>& by_spike) const {
-  by_spike.resize(lanes * spiked_groups_.size());
-  std::size_t i = 0;
-  for (std::size_t group = 0; group < spiked_groups_.size(); ++group) {
-    Lanes sum = Lanes::Zero();
-    for (; i < spiked_groups_[group]; i += lanes) {
+void LineMatrices::first_values(std::size_t group, const double* values, double* by_spike) const {
+  if (group < spiked_groups_) {
+    Eigen::Map<Lanes> sum(by_spike + lanes * group);
+    for (std::size_t i = groups_[group]; i < groups_[group + 1]; i += lanes, values += lanes) {
       sum += Eigen::Map<const Lanes>(spikes_.data() + i) * Eigen::Map<const Lanes>(inverse_pivot_.data() + i) *
-             Eigen::Map<const Lanes>(forwarded + i);
+             Eigen::Map<const Lanes>(values);
     }
-    Eigen::Map<Lanes>(by_spike.data() + lanes * group) = sum;
   }
-  check(PetscLogFlops(3.0 * static_cast<double>(spikes_.size())));
 }
 
-void LineMatrices::subtract_spikes(const std::vector<double>& by_spike, double* values) const {
-  std::size_t i = 0;
-  for (std::size_t group = 0; group < spiked_groups_.size(); ++group) {
-    const Eigen::Map<const Lanes> factor(by_spike.data() + lanes * group);
-    for (; i < spiked_groups_[group]; i += lanes) {
-      Eigen::Map<Lanes>(values + i) -= factor * Eigen::Map<const Lanes>(spikes_.data() + i);
+void LineMatrices::subtract_spikes(std::size_t group, const double* by_spike, double* values) const {
+  if (group < spiked_groups_) {
+    const Eigen::Map<const Lanes> factor(by_spike + lanes * group);
+    for (std::size_t i = groups_[group]; i < groups_[group + 1]; i += lanes, values += lanes) {
+      Eigen::Map<Lanes> value(values);
+      value -= factor * Eigen::Map<const Lanes>(spikes_.data() + i);
     }
   }
-  check(PetscLogFlops(2.0 * static_cast<double>(spikes_.size())));
 }
 
 namespace {
 
-/// Copies values by spring to unknowns; 0 where they are idle.
-void gather(const LineMatrices& lines, const double* by_spring, double* values) {
-  for (const PetscInt spring : lines.springs()) {
-    *values++ = spring < 0 ? 0 : by_spring[spring];
+/// Copies values by spring to `count` unknowns from `first` on; 0 where they are idle.
+void gather(const LineMatrices& lines, std::size_t first, std::size_t count, const double* by_spring, double* values) {
+  const PetscInt* springs = lines.springs().data() + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    values[i] = springs[i] < 0 ? 0 : by_spring[springs[i]];
   }
 }
 
-void scatter(const LineMatrices& lines, const double* values, double* by_spring) {
-  for (const PetscInt spring : lines.springs()) {
-    if (spring >= 0) {
-      by_spring[spring] = *values;
+void scatter(const LineMatrices& lines, std::size_t first, std::size_t count, const double* values, double* by_spring) {
+  const PetscInt* springs = lines.springs().data() + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (springs[i] >= 0) {
+      by_spring[springs[i]] = values[i];
     }
-    ++values;
   }
 }
 
@@ -268,6 +275,11 @@ JoinedLines::JoinedLines(const SpringSet& set, LineFamily family, bool keeps_ent
   coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
   right_.resize(static_cast<std::size_t>(family_.separators_of_all));
+  std::size_t largest = 0;
+  for (std::size_t group = 0; group < matrices_.groups(); ++group) {
+    largest = std::max(largest, matrices_.group_size(group));
+  }
+  values_.resize(is_joined() ? static_cast<std::size_t>(matrices_.size()) : largest);
 }
 
 void JoinedLines::sum_over_ranks(std::vector<double>& of_separators) const {
@@ -278,10 +290,13 @@ void JoinedLines::sum_over_ranks(std::vector<double>& of_separators) const {
 void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
                          const std::vector<double>& inverse_mass) {
   matrices_.update(diagonal, gradient, inverse_mass);
-  if (right_.empty()) {
+  if (!is_joined()) {
     return;
   }
-  matrices_.first_values(matrices_.spikes().data(), by_spike_);
+  by_spike_.assign(matrices_.spiked_lines(), 0);
+  for (std::size_t group = 0; group < matrices_.groups(); ++group) {
+    matrices_.first_values(group, matrices_.spikes().data() + matrices_.group_start(group), by_spike_.data());
+  }
   const std::size_t count = right_.size();
   std::fill(separators_.begin(), separators_.end(), 0);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
@@ -305,6 +320,9 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
           coupling_[k] * coupling_[k - 1] * matrices_.spikes()[last] * matrices_.inverse_pivot(last);
     }
   }
+  for (const std::size_t unknown : unknowns_) {
+    matrices_.set_to_identity(unknown);
+  }
   sum_over_ranks(separators_);
   double inverse = 0;
   for (std::size_t k = 0; k < count; ++k) {
@@ -318,22 +336,22 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
 }
 
 void JoinedLines::solve(const double* in, double* out) {
+  solve_in(
+      out, true, [&](std::size_t first, std::size_t count, double* values) { std::copy_n(in + first, count, values); },
+      [](std::size_t, std::size_t, const double*) {});
+}
+
+void JoinedLines::solve_separators(double* values) {
   std::fill(right_.begin(), right_.end(), 0);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
-    right_[static_cast<std::size_t>(family_.numbers[k])] = in[unknowns_[k]];
+    right_[static_cast<std::size_t>(family_.numbers[k])] = values[unknowns_[k]];
   }
-  matrices_.forward(in, out);
-  if (right_.empty()) {
-    matrices_.backward(out);
-    return;
-  }
-  matrices_.first_values(out, by_spike_);
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
     const std::size_t last = matrices_.at_end(end.line, 1);
     right_[static_cast<std::size_t>(end.number)] -=
         coupling_[k] *
-        (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : out[last] * matrices_.inverse_pivot(last));
+        (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : values[last] * matrices_.inverse_pivot(last));
   }
   sum_over_ranks(right_);
   const double* inverse_pivot = separators_.data();
@@ -350,13 +368,11 @@ void JoinedLines::solve(const double* in, double* out) {
     if (end.end == 0) {
       by_spike_[matrices_.spike_of(end.line)] = product;
     } else {
-      out[matrices_.at_end(end.line, 1)] -= product;
+      values[matrices_.at_end(end.line, 1)] -= product;
     }
   }
-  matrices_.subtract_spikes(by_spike_, out);
-  matrices_.backward(out);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
-    out[unknowns_[k]] = right_[static_cast<std::size_t>(family_.numbers[k])];
+    values[unknowns_[k]] = right_[static_cast<std::size_t>(family_.numbers[k])];
   }
 }
 
@@ -396,12 +412,11 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
       rows.push_back(spring);
     }
   }
-  off_line_values_.resize(off_lines_.size());
   coupling_ = std::make_unique<GramBlock>(springs, particles, rows, columns, unknowns, is_in_lines);
-  check(MatCreateVecs(coupling_->matrix(), kept_values_.create(), eliminated_values_.create()));
-  check(VecDuplicate(eliminated_values_, eliminated_right_hand_side_.create()));
+  rows_ = std::make_unique<GramRows>(coupling_->matrix());
+  off_line_values_.resize(off_lines_.size());
+  check(MatCreateVecs(coupling_->matrix(), kept_values_.create(), nullptr));
   check(VecDuplicate(kept_values_, kept_right_hand_side_.create()));
-  check(VecDuplicate(kept_values_, product_.create()));
 
   check(MatCreateShell(comm, unknowns, unknowns, PETSC_DETERMINE, PETSC_DETERMINE, this, schur_.create()));
   set_symmetric_product<&LineElimination::multiply>(schur_);
@@ -429,63 +444,69 @@ void LineElimination::update(const std::vector<double>& diagonal, const Eigen::M
   check(MatAssemblyEnd(schur_, MAT_FINAL_ASSEMBLY));
 }
 
-void LineElimination::couple(Vec kept) {
-  check(MatMult(coupling_->matrix(), kept, eliminated_values_));
-  const Array values(eliminated_values_);
-  double* tail = values + eliminated_.matrices().size();
-  std::copy(tail, tail + off_lines_.size(), off_line_values_.begin());
-  std::fill(tail, tail + off_lines_.size(), 0);
-}
-
-void LineElimination::multiply(Vec in, Vec out) {
-  couple(in);
-  {
-    const Array values(eliminated_values_);
-    eliminated_.solve(values, values);
-  }
-  check(MatMultTranspose(coupling_->matrix(), eliminated_values_, product_));
-  const Array result(out);
-  kept_.matrices().multiply_and_subtract(ReadArray(in), ReadArray(product_), result);
+void LineElimination::multiply(Vec in_vector, Vec out_vector) {
+  const ReadArray in(in_vector);
+  const Array out(out_vector);
+  rows_->begin(in);
+  kept_.matrices().multiply(in, out);
+  rows_->end(in);
+  eliminated_.solve_by_groups(
+      [&](std::size_t first, std::size_t count, double* values) { rows_->multiply(first, count, in, values); },
+      [&](std::size_t first, std::size_t count, const double* x) { rows_->subtract_transposed(first, count, x, out); });
+  const auto below = static_cast<std::size_t>(eliminated_.matrices().size());
+  rows_->multiply(below, off_lines_.size(), in, off_line_values_.data());
   for (std::size_t k = 0; k < off_lines_.size(); ++k) {
-    result[off_lines_[k]] += off_line_values_[k];
+    out[off_lines_[k]] += off_line_values_[k];
   }
+  rows_->send(out);
 }
 
-/// Right-hand sides of both families, and of S.
+/// The right-hand side of S.
 void LineElimination::eliminate(Vec right_hand_side) {
-  {
-    const ReadArray all(right_hand_side);
-    const Array eliminated(eliminated_right_hand_side_);
-    gather(eliminated_.matrices(), all, eliminated);
-    gather(kept_.matrices(), all, Array(kept_right_hand_side_));
-    eliminated_.solve(eliminated, Array(eliminated_values_));
-  }
-  check(MatMultTranspose(coupling_->matrix(), eliminated_values_, product_));
-  check(VecAXPY(kept_right_hand_side_, -1, product_));
+  const ReadArray all(right_hand_side);
+  const Array kept(kept_right_hand_side_);
+  gather(kept_.matrices(), 0, kept_.matrices().springs().size(), all, kept);
+  eliminated_.solve_by_groups([&](std::size_t first, std::size_t count,
+                                  double* values) { gather(eliminated_.matrices(), first, count, all, values); },
+                              [&](std::size_t first, std::size_t count, const double* x) {
+                                rows_->subtract_transposed(first, count, x, kept);
+                              });
+  rows_->send(kept);
 }
 
 /// The eliminated values from the kept ones, and all of them.
-void LineElimination::substitute(Vec lambda) {
-  couple(kept_values_);
-  check(VecAYPX(eliminated_values_, -1, eliminated_right_hand_side_));
+void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
+  const ReadArray kept(kept_values_);
+  const ReadArray given(right_hand_side);
   const Array all(lambda);
-  const Array eliminated(eliminated_values_);
-  eliminated_.solve(eliminated, eliminated);
-  scatter(eliminated_.matrices(), eliminated, all);
-  scatter(kept_.matrices(), ReadArray(kept_values_), all);
+  rows_->begin(kept);
+  scatter(kept_.matrices(), 0, kept_.matrices().springs().size(), kept, all);
+  rows_->end(kept);
+  const PetscInt* springs = eliminated_.matrices().springs().data();
+  eliminated_.solve_by_groups(
+      [&](std::size_t first, std::size_t count, double* values) {
+        rows_->multiply(first, count, kept, values);
+        for (std::size_t i = 0; i < count; ++i) {
+          const PetscInt spring = springs[first + i];
+          values[i] = (spring < 0 ? 0 : given[spring]) - values[i];
+        }
+      },
+      [&](std::size_t first, std::size_t count, const double* x) {
+        scatter(eliminated_.matrices(), first, count, x, all);
+      });
 }
 
 StageResult LineElimination::solve(KSP ksp, Vec right_hand_side, Vec lambda) {
   eliminate(right_hand_side);
   StageResult result = pellicle::solve(ksp, kept_right_hand_side_, kept_values_);
-  substitute(lambda);
+  substitute(right_hand_side, lambda);
   return result;
 }
 
 void LineElimination::apply(Vec in, Vec out) {
   eliminate(in);
   kept_.solve(ReadArray(kept_right_hand_side_), Array(kept_values_));
-  substitute(out);
+  substitute(in, out);
 }
 
 }  // namespace projection

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/handle.h"
 #include "base/stage_result.h"
 #include "projection/gram_block.h"
@@ -26,7 +27,7 @@ class LineMatrices {
  public:
   /// @param lines local spring numbers along each line
   /// @param has_spike of each line
-  /// @param keeps_entries whether `multiply_and_subtract` is used
+  /// @param keeps_entries whether `multiply` is used
   LineMatrices(const SpringSet& set, const std::vector<std::vector<PetscInt>>& lines,
                const std::vector<bool>& has_spike, bool keeps_entries);
 
@@ -46,32 +47,40 @@ class LineMatrices {
   /// Unknown of the first (end 0) or the last spring of a line.
   std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
   double inverse_pivot(std::size_t unknown) const { return inverse_pivot_[unknown]; }
+  /// For the only spring of a line: the solution is the right-hand side, until the next update.
+  void set_to_identity(std::size_t unknown) { inverse_pivot_[unknown] = 1; }
   /// Spikes, with zeros for lines of the same groups that have none.
   const std::vector<double>& spikes() const { return spikes_; }
   /// Place of a line with a spike in the values by spike below.
   std::size_t spike_of(std::size_t line) const { return spike_of_[line]; }
 
-  /// out = A in - subtrahend
-  void multiply_and_subtract(const double* in, const double* subtrahend, double* out) const;
-  /// out = L^-1 in, may be in place.
-  void forward(const double* in, double* out) const { forward(in, out, springs_.size()); }
-  /// A^-1 b = L^-T D^-1 (L^-1 b), in place.
-  void backward(double* values) const;
-  /// A^-1 b at the first springs of lines with spikes. @param forwarded L^-1 b
-  void first_values(const double* forwarded, std::vector<double>& by_spike) const;
+  /// out = A in
+  void multiply(const double* in, double* out) const;
+
+  // A^-1 b = L^-T D^-1 (L^-1 b) of the lines of one group; its values are in the order of the unknowns.
+  std::size_t groups() const { return groups_.size() - 1; }
+  std::size_t group_start(std::size_t group) const { return groups_[group]; }
+  std::size_t group_size(std::size_t group) const { return groups_[group + 1] - groups_[group]; }
+  /// L^-1 b, in place.
+  void forward(std::size_t group, double* values) const;
+  /// A^-1 b from L^-1 b, in place.
+  void backward(std::size_t group, double* values) const;
+  /// Adds A^-1 b at the first springs of its lines with spikes. @param values L^-1 b
+  void first_values(std::size_t group, const double* values, double* by_spike) const;
   /// values -= spikes times factors
-  void subtract_spikes(const std::vector<double>& by_spike, double* values) const;
+  void subtract_spikes(std::size_t group, const double* by_spike, double* values) const;
+  std::size_t spiked_lines() const { return lanes * spiked_groups_; }
 
  private:
   static constexpr std::size_t lanes = 8;
   using Lanes = Eigen::Array<double, lanes, 1>;
-  void forward(const double* in, double* out, std::size_t size) const;
 
   std::vector<PetscInt> springs_;
   std::vector<PetscInt> joints_;  ///< signed particle that joins an unknown to the one before, as in GramBlock, or -1
   std::vector<std::array<std::size_t, 2>> ends_;  ///< first and last unknown of each line
   std::vector<std::size_t> spike_of_;             ///< of each line
-  std::vector<std::size_t> spiked_groups_;        ///< end of each group that has lines with spikes
+  std::vector<std::size_t> groups_{0};            ///< (groups + 1), first unknown of each
+  std::size_t spiked_groups_ = 0;                 ///< that have lines with spikes, the first ones
   std::vector<std::size_t> spiked_firsts_;        ///< first unknowns of these lines
   std::vector<double> spikes_;
   std::vector<double> diagonal_;  ///< if entries are kept
@@ -93,10 +102,50 @@ class JoinedLines {
   /// New values, factorised. Collective. @param diagonal of the owned springs
   void update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
               const std::vector<double>& inverse_mass);
-  /// out = A^-1 in, may be in place. Collective.
+  /// out = A^-1 in. Collective.
   void solve(const double* in, double* out);
+  /// Solves A x = b, some lines at a time, so that they stay in the cache. Collective.
+  /// @param set function of a first unknown, a number of unknowns and their values, which it sets to b
+  /// @param use function of the same; the values are x
+  template <class Set, class Use>
+  void solve_by_groups(const Set& set, const Use& use) {
+    solve_in(values_.data(), is_joined(), set, use);
+  }
 
  private:
+  /// Whether there are separators, on any rank.
+  bool is_joined() const { return !right_.empty(); }
+  /// @param values for one group, or, as where lines are joined, for all
+  template <class Set, class Use>
+  void solve_in(double* values, bool for_all, const Set& set, const Use& use) {
+    const auto use_group = [&](std::size_t group, double* of_group) {
+      matrices_.backward(group, of_group);
+      use(matrices_.group_start(group), matrices_.group_size(group), of_group);
+    };
+    by_spike_.assign(matrices_.spiked_lines(), 0);
+    for (std::size_t group = 0; group < matrices_.groups(); ++group) {
+      double* of_group = for_all ? values + matrices_.group_start(group) : values;
+      set(matrices_.group_start(group), matrices_.group_size(group), of_group);
+      matrices_.forward(group, of_group);
+      if (is_joined()) {
+        matrices_.first_values(group, of_group, by_spike_.data());
+      } else {
+        use_group(group, of_group);
+      }
+    }
+    if (is_joined()) {
+      solve_separators(values);
+      for (std::size_t group = 0; group < matrices_.groups(); ++group) {
+        double* of_group = values + matrices_.group_start(group);
+        matrices_.subtract_spikes(group, by_spike_.data(), of_group);
+        use_group(group, of_group);
+      }
+    }
+    check(PetscLogFlops((is_joined() ? 10.0 : 5.0) * static_cast<double>(matrices_.size())));
+  }
+  /// L^-1 b of the lines becomes that without what separators change, and b of separators their solution. Collective.
+  /// @param values except for spikes, which `by_spike_` gets
+  void solve_separators(double* values);
   void sum_over_ranks(std::vector<double>& of_separators) const;
 
   const SpringSet& set_;
@@ -106,6 +155,7 @@ class JoinedLines {
   std::vector<double> coupling_;       ///< of each end of a line with its separator
   std::vector<double> separators_;     ///< of all ranks: diagonal, then the entry with the one before
   std::vector<double> right_;          ///< of all separators
+  std::vector<double> values_;         ///< L^-1 b, of all lines where they are joined, else of one group
   std::vector<double> by_spike_;       ///< first values of lines, then what their first separators subtract
 };
 
@@ -148,23 +198,19 @@ class LineElimination {
  private:
   LineElimination(const SpringSet& springs, const Layout& particles, const std::string& prefix, SpringLines lines);
   void eliminate(Vec right_hand_side);
-  void substitute(Vec lambda);
-  /// `eliminated_values_` = B kept, then zeros; `off_line_values_` = K kept of what is not along lines.
-  void couple(Vec kept);
+  void substitute(Vec right_hand_side, Vec lambda);
   void multiply(Vec in, Vec out);
 
   JoinedLines eliminated_;
   JoinedLines kept_;
   std::unique_ptr<GramBlock> coupling_;  ///< B; below it, in rows of their own, the entries of K not along lines
-  std::vector<std::size_t> off_lines_;   ///< unknowns of S of these rows
-  std::vector<double> off_line_values_;
-  OwnPreconditioner preconditioner_;  ///< of S
+  std::unique_ptr<GramRows> rows_;       ///< of it
+  std::vector<std::size_t> off_lines_;   ///< unknowns of S of the rows below B
+  std::vector<double> off_line_values_;  ///< of them
+  OwnPreconditioner preconditioner_;     ///< of S
   MatHandle schur_;
-  VecHandle eliminated_right_hand_side_;
-  VecHandle eliminated_values_;
   VecHandle kept_right_hand_side_;
   VecHandle kept_values_;
-  VecHandle product_;  ///< B^T A^-1 B y
 };
 
 }  // namespace projection
