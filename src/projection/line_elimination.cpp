@@ -21,7 +21,7 @@ namespace {
 /// zero.
 constexpr double negligible = 1e-12;
 
-/// Ratio of lengths of lines that may be in one group.
+/// Lines whose lengths have about this ratio, or less, count as equally long.
 constexpr double similar = 1.06;
 
 }  // namespace

@@ -47,7 +47,7 @@ class LineMatrices {
   /// Unknown of the first (end 0) or the last spring of a line.
   std::size_t at_end(std::size_t line, std::size_t end) const { return ends_[line][end]; }
   double inverse_pivot(std::size_t unknown) const { return inverse_pivot_[unknown]; }
-  /// For the only spring of a line: the solution is the right-hand side, until the next update.
+  /// Makes `backward` leave the value of a line's only spring as it is, until the next update.
   void set_to_identity(std::size_t unknown) { inverse_pivot_[unknown] = 1; }
   /// Spikes, with zeros for lines of the same groups that have none.
   const std::vector<double>& spikes() const { return spikes_; }
@@ -143,8 +143,9 @@ class JoinedLines {
     }
     check(PetscLogFlops((is_joined() ? 10.0 : 5.0) * static_cast<double>(matrices_.size())));
   }
-  /// L^-1 b of the lines becomes that without what separators change, and b of separators their solution. Collective.
-  /// @param values except for spikes, which `by_spike_` gets
+  /// Solves for the separators of all ranks and takes what they add to the other springs out of `values`, or, where
+  /// that needs spikes, leaves its factors in `by_spike_`. Collective.
+  /// @param values L^-1 b; at this rank's separators b before and x afterwards
   void solve_separators(double* values);
   void sum_over_ranks(std::vector<double>& of_separators) const;
 
