@@ -160,6 +160,10 @@ void Cutter::find_owners() {
 }
 
 DrawnSurface Cutter::draw() {
+  drawn_.points.reserve(number_.size());
+  least_element_.reserve(number_.size());
+  drawn_.triangles.reserve(triangles());
+  drawn_.elements.reserve(triangles());
   add_uncut_points();
   for (std::size_t t = 0; t < triangles(); ++t) {
     if (living_.triangles[t]) {

@@ -44,7 +44,7 @@ BodyCorrection::BodyCorrection(const Surface& surface, const std::map<std::strin
       bodies_(make_bodies(surface.comm(), bodies)),
       sweep_(surface, without_margins(bodies_), thickness),
       force_(bodies_.size(), Eigen::Vector3d::Zero()),
-      last_(surface.particles, 3),
+      last_(bodies_.empty() ? Field() : Field(surface.particles, 3)),
       is_touched_(static_cast<std::size_t>(surface.particles.owned), false) {}
 
 void BodyCorrection::begin_step(const ContactStep& step, const std::vector<bool>* living) {

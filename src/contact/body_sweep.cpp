@@ -80,7 +80,7 @@ BodySweep::BodySweep(const Surface& surface, std::vector<Body> bodies, double th
       thickness_(thickness),
       bodies_(std::move(bodies)),
       held_(static_cast<std::size_t>(surface.particles.local()), false),
-      start_(surface.particles, 3),
+      start_(bodies_.empty() ? Field() : Field(surface.particles, 3)),
       moved_(bodies_.size()) {}
 
 void BodySweep::set_surface(const std::vector<bool>& held, const std::vector<bool>* living) {

@@ -33,8 +33,7 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
       stencils_(sheet, weave, clamped),
       target_(stencils_.stencils().size(), Curvature3::Zero()),
       stiffness_(stencils_.stencils().size(), Curvature3::Zero()),
-      reference_(stencils_.stencils().size()),
-      dashpots_(stencils_.stencils().size()) {
+      reference_(stencils_.stencils().size()) {
   rows_.normals = Field(sheet.particles, 3);
   make_rows();
 }
@@ -42,19 +41,17 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
 void BendingPotential::make_rows() {
   const auto owned = static_cast<std::size_t>(sheet_->particles.owned);
   const std::vector<PetscInt>& points = stencils_.points();
-  // Of each owned particle the points at which stencils have it, as the stencil's number and the point's.
+  struct Use {  // of an owned particle by a stencil
+    PetscInt stencil;
+    PetscInt first_pair;  // of those in which it is the first
+  };
   std::vector<std::size_t> first_use(owned + 1, 0);
-  std::vector<std::size_t> first_pair;  // of each stencil
-  std::size_t pairs = 0;
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
-    first_pair.push_back(pairs);
     if (stencil.is_clamped) {
       clamped_.push_back(s);
       continue;
     }
-    const std::size_t count = stencil.last - stencil.first;
-    pairs += count * count;
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
         ++first_use[i + 1];
@@ -62,23 +59,28 @@ void BendingPotential::make_rows() {
     }
   }
   std::partial_sum(first_use.begin(), first_use.end(), first_use.begin());
-  std::vector<std::pair<std::size_t, std::size_t>> uses(first_use.back());
+  std::vector<Use> uses(first_use.back());
   std::vector<std::size_t> next = first_use;
+  PetscInt pairs = 0;
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last && !stencil.is_clamped; ++p) {
       if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
-        uses[next[i]++] = {s, p};
+        uses[next[i]++] = {static_cast<PetscInt>(s), pairs};
+        for (std::size_t q = stencil.first; q < stencil.last; ++q) {
+          pairs += points[q] >= points[p] ? 1 : 0;
+        }
       }
     }
   }
-  places_.assign(pairs, -1);
+  places_.resize(static_cast<std::size_t>(pairs));
+  rows_.columns.reserve(places_.size());
   std::vector<PetscInt> last_row(static_cast<std::size_t>(sheet_->particles.local()), -1);
   std::vector<PetscInt> place(last_row.size());
   for (std::size_t i = 0; i < owned; ++i) {
     const auto row = static_cast<PetscInt>(i);
     for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
-      const Stencil& stencil = stencils_.stencils()[uses[u].first];
+      const Stencil& stencil = stencils_.stencils()[static_cast<std::size_t>(uses[u].stencil)];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         const PetscInt j = points[q];
         if (j >= row && std::exchange(last_row[static_cast<std::size_t>(j)], row) != row) {
@@ -91,13 +93,11 @@ void BendingPotential::make_rows() {
       place[static_cast<std::size_t>(rows_.columns[k])] = static_cast<PetscInt>(k);
     }
     for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
-      const auto [s, p] = uses[u];
-      const Stencil& stencil = stencils_.stencils()[s];
-      const std::size_t count = stencil.last - stencil.first;
-      for (std::size_t q = 0; q < count; ++q) {
-        const PetscInt j = points[stencil.first + q];
-        if (j >= row) {
-          places_[first_pair[s] + (p - stencil.first) * count + q] = place[static_cast<std::size_t>(j)];
+      const Stencil& stencil = stencils_.stencils()[static_cast<std::size_t>(uses[u].stencil)];
+      auto of_pair = places_.begin() + uses[u].first_pair;
+      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
+        if (points[q] >= row) {
+          *of_pair++ = place[static_cast<std::size_t>(points[q])];
         }
       }
     }
@@ -128,10 +128,14 @@ void BendingPotential::update_rows() {
       continue;
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
+      const PetscInt row = stencils_.points()[p];
+      if (row >= sheet_->particles.owned) {
+        continue;
+      }
       const Curvature3 weighted = rows_of_[s] * stencils_.weights()[p];
-      for (std::size_t q = stencil.first; q < stencil.last; ++q, ++place) {
-        if (*place >= 0) {
-          rows_.entries[static_cast<std::size_t>(*place)] += (weighted * stencils_.weights()[q]).sum();
+      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
+        if (stencils_.points()[q] >= row) {
+          rows_.entries[static_cast<std::size_t>(*place++)] += (weighted * stencils_.weights()[q]).sum();
         }
       }
     }
@@ -141,6 +145,9 @@ void BendingPotential::update_rows() {
 void BendingPotential::begin_step(const Living& living, const Field& start, const Input& input) {
   stencils_.update(living);
   damping_ = input.damping_over_step;
+  if (is_damped()) {
+    dashpots_.resize(stiffness_.size());
+  }
   const Curvature3 by_direction(input.stiffness[0], 2 * std::sqrt(input.stiffness[0] * input.stiffness[1]),
                                 input.stiffness[1]);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
@@ -154,7 +161,7 @@ void BendingPotential::begin_step(const Living& living, const Field& start, cons
     std::array<double, 2> count{};
     double factor = 0;
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      if (!stencils_.takes_part(s, p)) {
+      if (!stencils_.takes_part(p)) {
         continue;
       }
       const auto i = static_cast<std::size_t>(stencils_.points()[p]);
@@ -304,8 +311,8 @@ double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
     const Eigen::Vector3d by_normal = -moments * target_[s].matrix();
     const Eigen::Vector3d by_area =
         (by_normal - normal.direction.dot(by_normal) / length_of_flat * normal.direction) / normal.length;
-    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
-      const auto& [a, b, c] = stencils_.triangles()[t];
+    stencils_.visit_triangles(stencil, [&](const std::array<PetscInt, 3>& triangle) {
+      const auto [a, b, c] = triangle;
       const Eigen::Vector3d to_b = positions.col(b) - positions.col(a);
       const Eigen::Vector3d to_c = positions.col(c) - positions.col(a);
       const Eigen::Vector3d at_b = to_c.cross(by_area);
@@ -319,7 +326,7 @@ double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
       if (c < owned) {
         gradient.col(c) += at_c;
       }
-    }
+    });
   }
   check(PetscLogFlops(320.0 * static_cast<double>(stiffness_.size())));
   return sum;

@@ -101,7 +101,9 @@ class BendingPotential : public Potential {
 
   // The Hessian of the stencils that are not clamped. Its share along the normals is that of viscosity, or 0.
   NumberRows rows_;
-  std::vector<PetscInt> places_;      ///< of each pair of points of each stencil, -1: none, before the diagonal
+  /// In the rows, of each pair of points of each stencil of which the first is owned and the second no earlier
+  /// particle.
+  std::vector<PetscInt> places_;
   std::vector<std::size_t> clamped_;  ///< stencils
   std::vector<Curvature3> rows_of_;   ///< the stiffness from which the entries were made
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits when the entries were made

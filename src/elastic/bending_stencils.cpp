@@ -5,7 +5,8 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <map>
+#include <numeric>
+#include <utility>
 
 namespace pellicle {
 inline namespace elastic {
@@ -22,16 +23,12 @@ constexpr double worst_determined = 25;
 
 using Terms = Eigen::Matrix<double, 5, Eigen::Dynamic>;
 
-/// Terms of a quadratic surface at points of its undeformed tangent plane. @param is_clamped it keeps this plane
-Terms terms_at(const Eigen::Matrix2Xd& points, bool is_clamped) {
+/// Terms of a quadratic surface at a point of its undeformed tangent plane. @param is_clamped it keeps this plane
+Eigen::Matrix<double, 5, 1> terms_at(const Eigen::Vector2d& point, bool is_clamped) {
   const double tilt = is_clamped ? 0 : 1;
-  Terms terms(5, points.cols());
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    const double x = points(0, k);
-    const double y = points(1, k);
-    terms.col(k) << tilt * x, tilt * y, x * x / 2, x * y, y * y / 2;
-  }
-  return terms;
+  const double x = point.x();
+  const double y = point.y();
+  return {tilt * x, tilt * y, x * x / 2, x * y, y * y / 2};
 }
 
 /// Whether the heights of at least five points determine the surface well.
@@ -65,16 +62,22 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
       cell_area_(cell_areas(sheet)),
       stencil_of_(static_cast<std::size_t>(sheet.particles.local()), -1) {
   const auto particles = static_cast<std::size_t>(sheet.particles.local());
-  std::vector<std::vector<PetscInt>> cells_at(particles);
-  const CellSides beyond = sides_beyond(sheet);
-  std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
-  std::fill_n(is_near.begin(), sheet.particles.owned, true);
-  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
-    const auto& corners = sheet.cells[cell];
-    for (std::size_t k = 0; k < 4; ++k) {
-      cells_at[static_cast<std::size_t>(corners[k])].push_back(static_cast<PetscInt>(cell));
+  std::vector<std::size_t> first_cell(particles + 1, 0);  // of those at each particle
+  for (const auto& corners : sheet.cells) {
+    for (const PetscInt corner : corners) {
+      ++first_cell[static_cast<std::size_t>(corner) + 1];
     }
   }
+  std::partial_sum(first_cell.begin(), first_cell.end(), first_cell.begin());
+  std::vector<PetscInt> cells_at(first_cell.back());
+  std::vector<std::size_t> next = first_cell;
+  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
+    for (const PetscInt corner : sheet.cells[cell]) {
+      cells_at[next[static_cast<std::size_t>(corner)]++] = static_cast<PetscInt>(cell);
+    }
+  }
+  std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
+  std::fill_n(is_near.begin(), sheet.particles.owned, true);
   for (const SpringSet& set : sheet.springs) {
     if (&set == &sheet.of(Colour::yellow)) {
       continue;
@@ -86,6 +89,12 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
       }
     }
   }
+  // At most 9 points and 4 triangles of a cell, 2 cells + 2 points and 2 cells triangles of a corner.
+  stencils_.reserve(particles);
+  points_.reserve(17 * sheet.cells.size() + 2 * particles);
+  support_.reserve(points_.capacity());
+  triangles_.reserve(12 * sheet.cells.size());
+  const CellSides beyond = sides_beyond(sheet);
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
     if (is_near[static_cast<std::size_t>(sheet.lattice[cell])]) {
       add_lattice(static_cast<PetscInt>(cell), beyond);
@@ -94,10 +103,12 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
   for (std::size_t i = 0; i < particles; ++i) {
     if (!sheet.is_lattice[i]) {
       // Whether the corners of a near lattice point have a stencil must be known, too.
-      add_corner(static_cast<PetscInt>(i), cells_at[i], clamped[i]);
+      add_corner(static_cast<PetscInt>(i), cells_at.data() + first_cell[i], first_cell[i + 1] - first_cell[i],
+                 clamped[i]);
     }
   }
-  takes_part_.resize(stencils_.size());
+  counts_.assign(triangles_.size(), true);
+  takes_part_.assign(points_.size(), false);
   weights_.assign(points_.size(), Curvature3::Zero());
   update(Living(sheet));
 }
@@ -131,44 +142,48 @@ void BendingStencils::add_lattice(PetscInt cell, const CellSides& beyond) {
     if (other >= 0) {
       add_point(sheet_->lattice[static_cast<std::size_t>(other / 4)], {4 * cell + static_cast<PetscInt>(k), other});
     }
-    triangle_number_.push_back(4 * cell + static_cast<PetscInt>(k));
-    triangles_.push_back(sheet_->triangles[4 * c + k]);
+    triangles_.push_back(4 * cell + static_cast<PetscInt>(k));
   }
   end_stencil();
 }
 
-void BendingStencils::add_corner(PetscInt corner, const std::vector<PetscInt>& cells, bool is_clamped) {
+/// @param cells at the corner, so many
+void BendingStencils::add_corner(PetscInt corner, const PetscInt* cells, std::size_t count, bool is_clamped) {
   const auto side_of = [&](PetscInt cell) {  // from the corner to the next
     const auto& corners = sheet_->cells[static_cast<std::size_t>(cell)];
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
   };
-  std::map<PetscInt, Support> neighbours;
-  for (std::size_t n = 0; n < cells.size(); ++n) {
+  std::vector<std::pair<PetscInt, Support>> neighbours;
+  neighbours.reserve(2 * count);
+  for (std::size_t n = 0; n < count; ++n) {
     const auto& corners = sheet_->cells[static_cast<std::size_t>(cells[n])];
     const std::size_t k = side_of(cells[n]);
     for (const PetscInt neighbour : {corners[(k + 1) % 4], corners[(k + 3) % 4]}) {
       const auto lattice = static_cast<PetscInt>(1 + n);
-      const auto [known, is_first] = neighbours.try_emplace(neighbour, Support{lattice, lattice});
-      known->second[1] = lattice;
+      const auto known = std::find_if(neighbours.begin(), neighbours.end(),
+                                      [&](const auto& beside) { return beside.first == neighbour; });
+      if (known == neighbours.end()) {
+        neighbours.push_back({neighbour, {lattice, lattice}});
+      } else {
+        known->second[1] = lattice;
+      }
     }
   }
-  const bool is_inside = cells.size() > 2 && std::all_of(neighbours.begin(), neighbours.end(), [](const auto& beside) {
+  std::sort(neighbours.begin(), neighbours.end());
+  const bool is_inside = count > 2 && std::all_of(neighbours.begin(), neighbours.end(), [](const auto& beside) {
                            return beside.second[0] != beside.second[1];
                          });
-  if (cells.size() < 2 && !is_clamped) {
+  if (count < 2 && !is_clamped) {
     return;
   }
   begin_stencil(corner);
   stencils_.back().is_clamped = is_clamped && !is_inside;
-  for (const PetscInt cell : cells) {
-    const auto k = static_cast<PetscInt>(side_of(cell));
-    const PetscInt first = 4 * cell + k;
-    const PetscInt last = 4 * cell + (k + 3) % 4;
-    add_point(sheet_->lattice[static_cast<std::size_t>(cell)], {first, last});
-    for (const PetscInt triangle : {first, last}) {
-      triangle_number_.push_back(triangle);
-      triangles_.push_back(sheet_->triangles[static_cast<std::size_t>(triangle)]);
-    }
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto k = static_cast<PetscInt>(side_of(cells[n]));
+    const PetscInt first = 4 * cells[n] + k;
+    const PetscInt last = 4 * cells[n] + (k + 3) % 4;
+    add_point(sheet_->lattice[static_cast<std::size_t>(cells[n])], {first, last});
+    triangles_.insert(triangles_.end(), {first, last});
   }
   for (const auto& [neighbour, support] : neighbours) {
     add_point(neighbour, support);
@@ -180,8 +195,8 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
   const auto lives = [&living](PetscInt triangle) {
     return triangle < 0 || living.triangles[static_cast<std::size_t>(triangle)];
   };
-  const auto first = triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
-  const auto last = triangle_number_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
+  const auto first = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
+  const auto last = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
   takes_part.assign(stencil.last - stencil.first, true);
   const bool is_whole = std::all_of(first, last, lives);
   if (stencil.is_clamped) {
@@ -219,15 +234,15 @@ void BendingStencils::update(const Living& living) {
   living_before_ = living.triangles;
   cracked_before_ = living.cracked;
   std::vector<bool> takes_part;
-  for (std::size_t s = 0; s < stencils_.size(); ++s) {
-    Stencil& stencil = stencils_[s];
+  for (Stencil& stencil : stencils_) {
     stencil.area = 0;
     if (!find_part(stencil, living, takes_part)) {
       continue;
     }
-    if (takes_part != takes_part_[s]) {
-      takes_part_[s] = takes_part;
-      fit(s);
+    const auto before = takes_part_.begin() + static_cast<std::ptrdiff_t>(stencil.first);
+    if (!std::equal(takes_part.begin(), takes_part.end(), before)) {
+      std::copy(takes_part.begin(), takes_part.end(), before);
+      fit(stencil);
       ++fits_;
     }
     stencil.area = stencil.is_determined ? 1 : 0;
@@ -253,17 +268,11 @@ void BendingStencils::update(const Living& living) {
   }
 }
 
-void BendingStencils::fit(std::size_t number) {
-  Stencil& stencil = stencils_[number];
-  const std::vector<bool>& takes_part = takes_part_[number];
+void BendingStencils::fit(Stencil& stencil) {
   const bool is_lattice = sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)];
   if (!is_lattice) {  // two triangles a cell
     for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
-      if (takes_part[1 + (t - stencil.first_triangle) / 2]) {
-        triangles_[t] = sheet_->triangles[static_cast<std::size_t>(triangle_number_[t])];
-      } else {
-        triangles_[t].fill(stencil.centre);  // of no area
-      }
+      counts_[t] = takes_part(stencil.first + 1 + (t - stencil.first_triangle) / 2);
     }
   }
   const std::size_t count = stencil.last - stencil.first;
@@ -274,30 +283,38 @@ void BendingStencils::fit(std::size_t number) {
   const Eigen::Vector3d along = warp_.col(stencil.centre);
   const Eigen::Vector3d warp = (along - normal.dot(along) * normal).normalized();
   const Eigen::Vector3d weft = normal.cross(warp);
-  Eigen::Matrix2Xd r(2, static_cast<Eigen::Index>(count));
-  std::vector<Eigen::Index> used;
-  for (std::size_t p = 0; p < count; ++p) {
-    const Eigen::Vector3d arm = sheet_->rest.col(points_[stencil.first + p]) - centre;
-    r.col(static_cast<Eigen::Index>(p)) << warp.dot(arm), weft.dot(arm);
-    if (p > 0 && takes_part[p]) {
-      used.push_back(static_cast<Eigen::Index>(p));
+  const auto arm = [&](std::size_t point) -> Eigen::Vector3d { return sheet_->rest.col(points_[point]) - centre; };
+  const auto in_plane = [&](std::size_t point) { return Eigen::Vector2d(warp.dot(arm(point)), weft.dot(arm(point))); };
+  const auto visit = [&](const auto& take) {  // the points that take part, but for the centre
+    for (std::size_t point = stencil.first + 1; point < stencil.last; ++point) {
+      if (takes_part(point)) {
+        take(point);
+      }
     }
-  }
-  const double length = std::sqrt(r(Eigen::all, used).squaredNorm() / static_cast<double>(1 + used.size()));
+  };
+  Eigen::Index used = 0;
+  double squares = 0;
+  visit([&](std::size_t point) {
+    ++used;
+    squares += in_plane(point).squaredNorm();
+  });
+  const double length = std::sqrt(squares / static_cast<double>(1 + used));
   if (length == 0) {
     return;
   }
-  const Terms terms = terms_at(r(Eigen::all, used) / length, stencil.is_clamped);
-  const bool is_fan = !is_lattice && !stencil.is_clamped && used.size() % 2 == 1;  // one neighbour more than cells
+  Terms terms(5, used);
+  Eigen::Index column = 0;
+  visit([&](std::size_t point) { terms.col(column++) = terms_at(in_plane(point) / length, stencil.is_clamped); });
+  const bool is_fan = !is_lattice && !stencil.is_clamped && used % 2 == 1;  // one neighbour more than cells
   stencil.is_determined = !is_fan || determine_surface(terms);
-  const Terms inverse = pseudo_inverse(terms) / (length * length);
-  for (std::size_t row = 0; row < used.size(); ++row) {
-    const Curvature3 weight = inverse.col(static_cast<Eigen::Index>(row)).tail<3>();
-    const std::size_t point = stencil.first + static_cast<std::size_t>(used[row]);
+  const Terms inverse = pseudo_inverse(terms);
+  column = 0;
+  visit([&](std::size_t point) {
+    const Curvature3 weight = inverse.col(column++).tail<3>() / (length * length);
     weights_[point] = weight;
     weights_[stencil.first] -= weight;
-    stencil.rest += weight * normal.dot(sheet_->rest.col(points_[point]) - centre);
-  }
+    stencil.rest += weight * normal.dot(arm(point));
+  });
 }
 
 }  // namespace elastic

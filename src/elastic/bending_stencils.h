@@ -52,14 +52,19 @@ class BendingStencils {
   const std::vector<PetscInt>& points() const { return points_; }
   /// w_k of each point; their sum over a stencil is 0 [1/m^2].
   const std::vector<Curvature3>& weights() const { return weights_; }
-  /// Whether a point of a stencil does, by their numbers: its weights are 0 if not.
-  bool takes_part(std::size_t stencil, std::size_t point) const {
-    return takes_part_[stencil][point - stencils_[stencil].first];
-  }
+  /// Whether a point of a stencil does: its weights are 0 if not.
+  bool takes_part(std::size_t point) const { return takes_part_[point]; }
   /// Number of times that weights were found: they are the same as long as this number is.
   std::size_t fits() const { return fits_; }
-  /// Local drawn triangles round each centre, which give its normal.
-  const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+  /// Calls `take` with the corners of each of the drawn triangles round a centre that give its normal.
+  template <class Take>
+  void visit_triangles(const Stencil& stencil, const Take& take) const {
+    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
+      if (counts_[t]) {
+        take(sheet_->triangles[static_cast<std::size_t>(triangles_[t])]);
+      }
+    }
+  }
 
   /// Sum of the areas times normals of the triangles round a centre, doubled [m^2].
   template <class Positions>
@@ -71,11 +76,10 @@ class BendingStencils {
   template <class Positions>
   Eigen::Vector3d sum_of_areas(const Stencil& stencil, const Positions& x) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
-      const auto& [a, b, c] = triangles_[t];
-      const Eigen::Vector3d corner = x.col(a);
-      sum += (x.col(b) - corner).cross(x.col(c) - corner);
-    }
+    visit_triangles(stencil, [&](const std::array<PetscInt, 3>& triangle) {
+      const Eigen::Vector3d corner = x.col(triangle[0]);
+      sum += (x.col(triangle[1]) - corner).cross(x.col(triangle[2]) - corner);
+    });
     return sum;
   }
 
@@ -85,12 +89,12 @@ class BendingStencils {
   using Support = std::array<PetscInt, 2>;
 
   void add_lattice(PetscInt cell, const CellSides& beyond);
-  void add_corner(PetscInt corner, const std::vector<PetscInt>& cells, bool is_clamped);
+  void add_corner(PetscInt corner, const PetscInt* cells, std::size_t count, bool is_clamped);
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);
   void end_stencil();
   bool find_part(const Stencil& stencil, const Living& living, std::vector<bool>& takes_part) const;
-  void fit(std::size_t number);
+  void fit(Stencil& stencil);
 
   const Sheet* sheet_;
   Eigen::Matrix3Xd warp_;
@@ -99,10 +103,10 @@ class BendingStencils {
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
   std::vector<Support> support_;
-  std::vector<std::array<PetscInt, 3>> triangles_;
-  std::vector<PetscInt> triangle_number_;
-  std::vector<std::vector<bool>> takes_part_;  ///< which points of each stencil do, since its last fit
-  std::vector<PetscInt> stencil_of_;           ///< of each local particle, -1: none
+  std::vector<PetscInt> triangles_;   ///< drawn ones round the centres
+  std::vector<bool> counts_;          ///< of each of these, whether it does, since the last fit of its stencil
+  std::vector<bool> takes_part_;      ///< of each point, likewise
+  std::vector<PetscInt> stencil_of_;  ///< of each local particle, -1: none
   std::vector<bool> living_before_;
   std::vector<bool> cracked_before_;
   std::size_t fits_ = 0;

@@ -87,7 +87,7 @@ void ElasticStep::make_solver() {
   defaults.fields = {"x", "y", "z"};
   const Tangent& preconditioning = assembled_ != nullptr ? *assembled_ : *tangent_;
   solver_ = make_ksp(tangent_->matrix(), preconditioning.matrix(), options_.solver_prefix, defaults);
-  patches_ = RigidPatches::of(solver_, preconditioning, sheet_.triangles, projectors_, options_.patch_size);
+  patches_ = RigidPatches::of(solver_, preconditioning, sheet_.triangles, options_.patch_size);
   check(MatCreateVecs(tangent_->matrix(), update_.create(), residual_.create()));
   KSPType type = nullptr;
   PCType preconditioner = nullptr;
@@ -131,29 +131,24 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
 void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {
   lag_.forget();  // A step depends on its start alone, so that one tried again, or one after a restart, is the same.
   const double damping = damping_ / input.h;
-  stiffness_ = material_.stiffness(input.living);
+  const std::array<std::vector<double>, 4>& stiffness = material_.stiffness(input.living);
   const auto factor_at = [&input](PetscInt i) { return input.stiffness_factor[static_cast<std::size_t>(i)]; };
-  for (const Colour colour : all_colours) {
+  springs_.set([&](Colour colour, std::size_t s) -> SpringPotential::Hooke {
     const auto index = static_cast<std::size_t>(colour);
     const SpringSet& set = sheet_.of(colour);
-    length_[index].resize(set.ends.size());
-    for (std::size_t s = 0; s < set.ends.size(); ++s) {
-      double& k = stiffness_[index][s];
-      double& l = length_[index][s];
-      const auto [a, b] = set.ends[s];
-      if (k == 0) {
-        l = set.initial_length[s];
-        continue;
-      }
-      k *= (factor_at(a) + factor_at(b)) / 2;
-      l = input.target_length[index][s];
-      if (damping > 0) {
-        l = (l + damping * (input.start.vector(a) - input.start.vector(b)).norm()) / (1 + damping);
-        k *= 1 + damping;
-      }
+    const double intact = stiffness[index][s];
+    if (intact == 0) {
+      return {0, set.initial_length[s]};
     }
-  }
-  springs_.set(stiffness_, length_);
+    const auto [a, b] = set.ends[s];
+    const double k = intact * (factor_at(a) + factor_at(b)) / 2;
+    const double l = input.target_length[index][s];
+    if (damping == 0) {
+      return {k, l};
+    }
+    const double start = (input.start.vector(a) - input.start.vector(b)).norm();
+    return {(1 + damping) * k, (l + damping * start) / (1 + damping)};
+  });
   springs_.set_limit(limit_, input.target_length, input.living.springs);
 
   bent_factor_.resize(bending_factor_.size());

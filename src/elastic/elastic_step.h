@@ -143,10 +143,7 @@ class ElasticStep : public MassPart {
   std::vector<double> sums_;  ///< energy, squares of the norms of the gradient and its parts
   Eigen::Matrix3Xd step_;     ///< of Newton's method
 
-  // Of the present step, with char and viscosity.
-  std::array<std::vector<double>, 4> stiffness_;  ///< of the local springs by colour [N/m]
-  std::array<std::vector<double>, 4> length_;     ///< length without force, likewise [m]
-  std::vector<double> bent_factor_;               ///< on the bending stiffness, of the local particles
+  std::vector<double> bent_factor_;  ///< on the bending stiffness of the local particles in the present step, with char
 };
 
 }  // namespace elastic

@@ -24,6 +24,7 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
       before_(surface.particles, 3),
       position_(surface.particles, 3) {
   potentials_.insert(potentials_.end(), others.begin(), others.end());
+  projectors_.reserve(pinned.size());
   for (const bool is_pinned : pinned) {
     projectors_.push_back((is_pinned ? 0 : 1) * Eigen::Matrix3d::Identity());
   }

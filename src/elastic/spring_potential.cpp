@@ -27,13 +27,18 @@ constexpr std::array exact_shares{0.5, 0.8, 0.95, 0.99};
 
 SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
   const PetscInt owned = sheet.particles.owned;
+  std::size_t local = 0;
+  for (const SpringSet& set : sheet.springs) {
+    local += set.ends.size();
+  }
+  springs_.reserve(local);
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       const auto [a, b] = std::minmax(set.ends[s][0], set.ends[s][1]);
       const auto number = static_cast<PetscInt>(s);
       if (number < set.owned() || a < owned) {
-        springs_.push_back({a, b, 0, set.initial_length[s], 0, number, colour, number < set.owned()});
+        springs_.push_back({a, b, number, colour, {0, set.initial_length[s]}, 0});
       }
     }
   }
@@ -42,14 +47,6 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
     return std::tie(one.a, one.b, one.colour) < std::tie(other.a, other.b, other.colour);
   });
   hessian_.reserve(springs_.size());
-}
-
-void SpringPotential::set(const std::array<std::vector<double>, 4>& stiffness,
-                          const std::array<std::vector<double>, 4>& length) {
-  for (Spring& spring : springs_) {
-    spring.stiffness = of(spring, stiffness);
-    spring.length = of(spring, length);
-  }
 }
 
 void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
@@ -64,7 +61,7 @@ void SpringPotential::set_limit(const std::optional<StrainLimit>& limit,
 double SpringPotential::largest_share(const Field& x) const {
   double largest = 0;
   for (const Spring& spring : springs_) {
-    if (spring.is_owned && spring.target != 0) {
+    if (is_owned(spring) && spring.target != 0) {
       largest = std::max(largest, limit_->share((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
     }
   }
@@ -90,8 +87,9 @@ bool SpringPotential::renew(const Field& x) {
 }
 
 StrainLimit::Law SpringPotential::law(const Spring& spring, double length) const {
-  const double stretch = length - spring.length;
-  StrainLimit::Law law{spring.stiffness / 2 * stretch * stretch, spring.stiffness * stretch, spring.stiffness};
+  const double stiffness = spring.law.stiffness;
+  const double stretch = length - spring.law.length;
+  StrainLimit::Law law{stiffness / 2 * stretch * stretch, stiffness * stretch, stiffness};
   if (spring.target != 0) {
     const StrainLimit::Law limit = limit_->at(length, spring.target);
     law.value += limit.value;
@@ -107,7 +105,7 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
     result[static_cast<std::size_t>(colour)].assign(static_cast<std::size_t>(sheet_->of(colour).owned()), 0);
   }
   for (const Spring& spring : springs_) {
-    if (spring.is_owned) {
+    if (is_owned(spring)) {
       of(spring, result) = law(spring, (x.vector(spring.a) - x.vector(spring.b)).norm()).slope;
     }
   }
@@ -117,7 +115,7 @@ std::array<std::vector<double>, 4> SpringPotential::forces(const Field& x) const
 double SpringPotential::value(const Field& x) const {
   double sum = 0;
   for (const Spring& spring : springs_) {
-    if (spring.is_owned && spring.acts()) {
+    if (is_owned(spring) && spring.acts()) {
       sum += law(spring, (x.vector(spring.a) - x.vector(spring.b)).norm()).value;
     }
   }
@@ -135,7 +133,7 @@ double SpringPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd&
     const Eigen::Vector3d arm = x.vector(spring.a) - x.vector(spring.b);
     const double d = arm.norm();
     const StrainLimit::Law energy = law(spring, d);
-    sum += spring.is_owned ? energy.value : 0;
+    sum += is_owned(spring) ? energy.value : 0;
     if (d == 0) {
       continue;
     }

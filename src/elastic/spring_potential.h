@@ -20,9 +20,17 @@ class SpringPotential : public Potential {
   /// The sheet must outlive it. Springs of other ranks that end at no particle of this one are left out.
   explicit SpringPotential(const Sheet& sheet);
 
-  /// @param stiffness of the local springs by colour, 0 where one has died [N/m]
-  /// @param length without force, likewise [m]
-  void set(const std::array<std::vector<double>, 4>& stiffness, const std::array<std::vector<double>, 4>& length);
+  struct Hooke {
+    double stiffness;  ///< 0 where the spring has died [N/m]
+    double length;     ///< without force [m]
+  };
+  /// @tparam Of of colour and number among the local springs, gives its Hooke
+  template <class Of>
+  void set(const Of& of) {
+    for (Spring& spring : springs_) {
+      spring.law = of(spring.colour, static_cast<std::size_t>(spring.number));
+    }
+  }
 
   /// Sets the limit that keeps the living springs of the net (blue and green) below a strain from now on; nothing: no
   /// limit.
@@ -58,14 +66,13 @@ class SpringPotential : public Potential {
   struct Spring {
     PetscInt a;
     PetscInt b;
-    double stiffness;
-    double length;
-    double target;    ///< of the limit; 0: the spring has none
     PetscInt number;  ///< in its colour's set
     Colour colour;
-    bool is_owned;
-    bool acts() const { return stiffness != 0 || target != 0; }
+    Hooke law;
+    double target;  ///< of the limit; 0: the spring has none
+    bool acts() const { return law.stiffness != 0 || target != 0; }
   };
+  bool is_owned(const Spring& spring) const { return spring.number < sheet_->of(spring.colour).owned(); }
 
   /// Energy of a spring of length d, and its derivatives by d.
   StrainLimit::Law law(const Spring& spring, double length) const;

@@ -71,8 +71,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
       may_factorise_(may_factorise(options, objective.vertices().global)),
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
               solver_defaults(options_, may_factorise_)),
-      patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), objective.projectors(),
-                                options.patch_size)) {
+      patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size)) {
   KSPType type = nullptr;
   PC pc = nullptr;
   PCType preconditioner = nullptr;

@@ -935,7 +935,8 @@ void Chambers::find_particles() {
   }
   no_gradients_.finalize();
   place_of_corner_.clear();
-  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
+  place_of_corner_.reserve(count() > 0 ? 3 * surface_->triangles.size() : 0);
+  for (std::size_t triangle = 0; count() > 0 && triangle < surface_->triangles.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
     for (const PetscInt corner : surface_->triangles[triangle]) {
       const bool counts = chamber >= 0 && corner < surface_->particles.owned;

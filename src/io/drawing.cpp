@@ -14,6 +14,8 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <utility>
 
 #include "parallel/collective.h"
 
@@ -42,6 +44,8 @@ vtkSmartPointer<Array> named_array(const char* name) {
 void add_identity(MPI_Comm comm, const std::vector<DrawnPoint>& points, vtkDataArray* of_cells, vtkPolyData* piece) {
   const auto ids = named_array<vtkTypeInt64Array>("vertex_id");
   const auto ghost = named_array<vtkUnsignedCharArray>(vtkDataSetAttributes::GhostArrayName());
+  ids->Allocate(static_cast<vtkIdType>(points.size()));
+  ghost->Allocate(static_cast<vtkIdType>(points.size()));
   for (const DrawnPoint& point : points) {
     ids->InsertNextValue(point.id);
     ghost->InsertNextValue(point.is_owned ? 0 : vtkDataSetAttributes::DUPLICATEPOINT);
@@ -142,18 +146,21 @@ std::vector<DrawnField> drawn_fields(const FieldRegistry& state, Item item) {
   return fields;
 }
 
-Drawing drawing_of(const Surface& surface, const DrawnSurface& drawn) {
+Drawing drawing_of(const Surface& surface, DrawnSurface drawn) {
   Drawing drawing;
-  drawing.points = drawn.points;
-  drawing.items = drawn.elements;
+  drawing.points = std::move(drawn.points);
+  drawing.items = std::move(drawn.elements);
   drawing.skeleton = vtkSmartPointer<vtkPolyData>::New();
   const auto cell_id = named_array<vtkTypeInt64Array>("cell_id");
+  const auto count = static_cast<vtkIdType>(drawn.triangles.size());
+  cell_id->Allocate(count);
   vtkNew<vtkCellArray> triangles;
+  triangles->AllocateExact(count, 3 * count);
   for (std::size_t t = 0; t < drawn.triangles.size(); ++t) {
     const auto& [a, b, c] = drawn.triangles[t];
     const vtkIdType triangle[] = {a, b, c};
     triangles->InsertNextCell(3, triangle);
-    cell_id->InsertNextValue(surface.element_id[static_cast<std::size_t>(drawn.elements[t])]);
+    cell_id->InsertNextValue(surface.element_id[static_cast<std::size_t>(drawing.items[t])]);
   }
   drawing.skeleton->SetPolys(triangles);
   add_identity(surface.comm(), drawing.points, cell_id, drawing.skeleton);
@@ -198,9 +205,9 @@ vtkSmartPointer<vtkPolyData> drawn(const Drawing& drawing, const double* positio
   }
   for (const DrawnField& field : cell_fields) {
     const auto array = double_array(field.name, field.components, drawing.items.size());
-    vtkIdType cell = 0;
+    double* value = array->GetPointer(0);
     for (const PetscInt item : drawing.items) {
-      array->SetTuple(cell++, field.values + field.components * item);
+      value = std::copy_n(field.values + field.components * item, field.components, value);
     }
     piece->GetCellData()->AddArray(array);
   }

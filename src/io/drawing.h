@@ -38,7 +38,7 @@ struct Drawing {
 /// cut), the texture coordinates `TCoords`, of type float, if the surface has them, and `vtkGhostType`, which marks a
 /// point that another rank counts as a duplicate, so that statistics count it once. Cell data: `rank`, and `cell_id`,
 /// the number of the face in its file. Collective.
-Drawing drawing_of(const Surface& surface, const DrawnSurface& drawn);
+Drawing drawing_of(const Surface& surface, DrawnSurface drawn);
 
 /// The owned springs that live as lines between the particles themselves, corners and lattice points, the colours in
 /// their order: point data `vertex_id` and `vtkGhostType`; cell data `colour` (as Colour) and `rank`. An item is the

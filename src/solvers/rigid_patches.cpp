@@ -70,8 +70,7 @@ void check_options(KSP solver, TangentMatrix type) {
 }  // namespace
 
 std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangent,
-                                               const std::vector<std::array<PetscInt, 3>>& triangles,
-                                               const std::vector<Eigen::Matrix3d>& projectors, int patch_size) {
+                                               const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size) {
   PC pc = nullptr;
   PetscBool is_multigrid = PETSC_FALSE;
   check(KSPGetPC(solver, &pc));
@@ -80,7 +79,7 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
     return nullptr;
   }
   check_options(solver, tangent.type());
-  std::unique_ptr<RigidPatches> patches(new RigidPatches(solver, tangent, triangles, projectors, patch_size));
+  std::unique_ptr<RigidPatches> patches(new RigidPatches(solver, tangent, triangles, patch_size));
   KSP smoother = nullptr;
   PC smoother_pc = nullptr;
   check(PCMGSetLevels(pc, 2, nullptr));
@@ -105,10 +104,9 @@ std::unique_ptr<RigidPatches> RigidPatches::of(KSP solver, const Tangent& tangen
 }
 
 RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
-                           const std::vector<Eigen::Matrix3d>& projectors, int patch_size)
+                           int patch_size)
     : solver_(solver), tangent_(tangent) {
   const Layout& vertices = tangent.vertices();
-  projectors_.assign(projectors.begin(), projectors.begin() + vertices.owned);
   const int count = (static_cast<int>(vertices.owned) + patch_size - 1) / patch_size;
   std::vector<int> patch;
   together(vertices.comm, [&] { patch = split_in_patches(vertex_graph(vertices.owned, triangles), count); });
@@ -119,7 +117,7 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   rows_.resize(static_cast<std::size_t>(count));
   movement_.resize(6, count);
   for (PetscInt i = 0; i < vertices.owned; ++i) {
-    is_constrained_.push_back(!projectors_[static_cast<std::size_t>(i)].isIdentity(0));
+    is_constrained_.push_back(!projector(i).isIdentity(0));
     if (is_constrained_.back()) {
       constrained_.push_back(i);
     }
@@ -167,7 +165,7 @@ void RigidPatches::interpolate(Vec patches, Vec vertices) const {
   }
   for (const PetscInt i : constrained_) {
     Eigen::Map<Eigen::Vector3d> shift(out + 3 * i);
-    shift = (projectors_[static_cast<std::size_t>(i)] * shift).eval();
+    shift = (projector(i) * shift).eval();
   }
   check(VecRestoreArrayWrite(vertices, &out));
   check(VecRestoreArrayRead(patches, &in));
@@ -190,7 +188,7 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
   }
   for (const PetscInt i : constrained_) {
     const Eigen::Map<const Eigen::Vector3d> force(in + 3 * i);
-    add(i, projectors_[static_cast<std::size_t>(i)] * force - force);
+    add(i, projector(i) * force - force);
   }
   for (std::size_t p = 0; p < rows_.size(); ++p) {
     Eigen::Map<Movement>(out + 6 * p).noalias() = basis_[p].transpose() * movement_.col(static_cast<Eigen::Index>(p));
@@ -214,7 +212,7 @@ void RigidPatches::number_reach() {
 RigidPatches::Motion RigidPatches::of_body(PetscInt vertex) const {
   Motion motion;
   motion << Eigen::Matrix3d::Identity(), -cross_matrix(Eigen::Vector3d(arm_.col(vertex)));
-  return projectors_[static_cast<std::size_t>(vertex)] * motion;
+  return projector(vertex) * motion;
 }
 
 /// For each patch an orthonormal basis of its rigid motions, shifts and turns of its shape at x, as far as its vertices
@@ -410,7 +408,7 @@ class RigidPatches::Sum : public HessianTerms {
   bool is_constrained(PetscInt vertex) const { return all_.is_constrained_[static_cast<std::size_t>(vertex)]; }
   /// Whether a local vertex is this rank's and may move in all directions.
   bool is_free(PetscInt vertex) const { return vertex < owned() && !is_constrained(vertex); }
-  const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projectors_[static_cast<std::size_t>(vertex)]; }
+  const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
 
   /// A force at the end of an arm, and its moment.
   static Movement forces_of(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) {

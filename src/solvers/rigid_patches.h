@@ -29,13 +29,11 @@ class RigidPatches {
   /// Collective.
   /// @param tangent from whose matrix the solver is preconditioned
   /// @param triangles local vertices of each: what joins vertices
-  /// @param projectors on the directions in which each local vertex may move
   /// @param patch_size about so many vertices a patch
   /// @returns none if the solver has another preconditioner. Solver and tangent must outlive the patches.
   /// @throws Error if the tangent is SBAIJ
   static std::unique_ptr<RigidPatches> of(KSP solver, const Tangent& tangent,
-                                          const std::vector<std::array<PetscInt, 3>>& triangles,
-                                          const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
+                                          const std::vector<std::array<PetscInt, 3>>& triangles, int patch_size);
 
   RigidPatches(const RigidPatches&) = delete;  // PETSc's interpolation points to this object.
   RigidPatches& operator=(const RigidPatches&) = delete;
@@ -68,7 +66,7 @@ class RigidPatches {
 
   void set_coarse_solver(PetscInt patches);
   RigidPatches(KSP solver, const Tangent& tangent, const std::vector<std::array<PetscInt, 3>>& triangles,
-               const std::vector<Eigen::Matrix3d>& projectors, int patch_size);
+               int patch_size);
   void make_interpolation();
   void number_reach();
   void find_motions(const Field& x);
@@ -85,19 +83,21 @@ class RigidPatches {
   PetscInt own_patches() const { return static_cast<PetscInt>(rows_.size()); }
   bool is_own(PetscInt patch) const { return patch >= first_patch_ && patch < first_patch_ + own_patches(); }
   CoarseRow& row(PetscInt patch) { return rows_[static_cast<std::size_t>(patch - first_patch_)]; }
+  const Eigen::Matrix3d& projector(PetscInt vertex) const {
+    return tangent_.projectors()[static_cast<std::size_t>(vertex)];
+  }
   const Gram& basis_of(PetscInt patch) const { return basis_[static_cast<std::size_t>(patch - first_patch_)]; }
 
   KSP solver_;
   const Tangent& tangent_;
-  std::vector<Eigen::Matrix3d> projectors_;  ///< of the owned vertices
-  std::vector<bool> is_constrained_;         ///< whether that is not the identity
-  std::vector<PetscInt> constrained_;        ///< those for which it is not
-  std::vector<PetscInt> patch_;              ///< global number, of each owned vertex, then of the others in reach
-  PetscInt first_patch_ = 0;                 ///< global number of this rank's first
-  bool knows_reach_ = false;                 ///< patches of the vertices in reach are known
-  bool has_neighbours_ = false;              ///< any rank has vertices of others in reach
-  Field motions_;                            ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
-  std::vector<CoarseRow> rows_;              ///< of this rank's patches
+  std::vector<bool> is_constrained_;   ///< whether the projector of an owned vertex is not the identity
+  std::vector<PetscInt> constrained_;  ///< those for which it is not
+  std::vector<PetscInt> patch_;        ///< global number, of each owned vertex, then of the others in reach
+  PetscInt first_patch_ = 0;           ///< global number of this rank's first
+  bool knows_reach_ = false;           ///< patches of the vertices in reach are known
+  bool has_neighbours_ = false;        ///< any rank has vertices of others in reach
+  Field motions_;                      ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
+  std::vector<CoarseRow> rows_;        ///< of this rank's patches
   // Of this rank's patches, when motions were last found.
   Eigen::Matrix3Xd centre_;  ///< [m]
   Eigen::VectorXd count_;    ///< of vertices

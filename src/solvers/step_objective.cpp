@@ -29,15 +29,15 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
                              const Choice<TangentMatrix>& type, const std::string& prefix)
     : parts_(parts),
       joined_(vertices_of(parts)),
-      projectors_(static_cast<std::size_t>(joined_.layout().local())),
       between_(std::move(between)),
       start_(joined_.layout(), 3),
       position_(joined_.layout(), 3) {
   MPI_Comm_rank(comm(), &rank_);
+  std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(joined_.layout().local()));
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const StepPart& part = *parts_[p];
     for (PetscInt i = 0; i < part.vertices().local(); ++i) {
-      projectors_[static_cast<std::size_t>(joined_.local(p, i))] = part.projectors()[static_cast<std::size_t>(i)];
+      projectors[static_cast<std::size_t>(joined_.local(p, i))] = part.projectors()[static_cast<std::size_t>(i)];
     }
     for (std::array<PetscInt, 3> triangle : part.triangles()) {
       for (PetscInt& corner : triangle) {
@@ -56,7 +56,7 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
     places_.push_back({Field(part.vertices(), 3), Field(part.vertices(), 3)});
   }
   potentials_.insert(potentials_.end(), between_.begin(), between_.end());
-  tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, projectors_, type, prefix);
+  tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, std::move(projectors), type, prefix);
 }
 
 /// The parts' own unknowns, one part after the other.
@@ -146,7 +146,7 @@ void StepObjective::compute_residual(Vec residual) {
     Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, vertices().owned);
     potential->add_gradient(position_, gradient);
     for (Eigen::Index i = 0; i < gradient.cols(); ++i) {
-      gradient.col(i) = (projectors_[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
+      gradient.col(i) = (tangent_->projectors()[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
     }
     sum += gradient;
   }

@@ -31,7 +31,6 @@ class StepObjective {
 
   const Layout& vertices() const { return joined_.layout(); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
-  const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
 
   /// To be called when all parts have begun a step of length h [s]. @returns whether all held vertices are where the
   /// step has to take them; if not, the step is too long. Collective.
@@ -94,7 +93,6 @@ class StepObjective {
   Joint joint_;
   JoinedLayout joined_;
   std::vector<std::array<PetscInt, 3>> triangles_;
-  std::vector<Eigen::Matrix3d> projectors_;  ///< of the local vertices
   std::vector<std::unique_ptr<Potential>> adapted_;
   std::vector<Potential*> between_;
   std::vector<Potential*> potentials_;  ///< all of them, of the positions of all parts

@@ -97,10 +97,9 @@ class Diagonal : public HessianTerms {
 
 }  // namespace
 
-Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials,
-                 const std::vector<Eigen::Matrix3d>& projectors, const Choice<TangentMatrix>& type,
-                 const std::string& prefix)
-    : vertices_(vertices), type_(type), prefix_(prefix), projectors_(projectors) {
+Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, std::vector<Eigen::Matrix3d> projectors,
+                 const Choice<TangentMatrix>& type, const std::string& prefix)
+    : vertices_(vertices), type_(type), prefix_(prefix), projectors_(std::move(projectors)) {
   for (Potential* potential : potentials) {
     parts_.push_back({potential, is_shell() && potential->multiplies(), {}, {}});
   }
@@ -391,6 +390,7 @@ void Tangent::make_diagonal() {
   }
   has_diagonal_ = true;
   diagonal_.clear();
+  diagonal_.reserve(rows_.diagonal.size());
   for (const PetscInt k : rows_.diagonal) {
     diagonal_.push_back(rows_.blocks[static_cast<std::size_t>(k)]);
   }

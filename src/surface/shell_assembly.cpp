@@ -36,6 +36,9 @@ SpringSet make_spring_set(const std::vector<FoundSpring>& found, const Distribut
     set.triangles.push_back(spring.triangles);
     set.initial_length.push_back((sheet.rest.col(spring.ends[0]) - sheet.rest.col(spring.ends[1])).norm());
   };
+  set.ends.reserve(found.size());
+  set.triangles.reserve(found.size());
+  set.initial_length.reserve(found.size());
   for (const FoundSpring& spring : found) {
     if (distribution.is_owned(spring.cell)) {
       number_of(spring) = static_cast<PetscInt>(set.ends.size());
@@ -97,6 +100,10 @@ AssembledShell assemble_shell(const Distribution& distribution) {
   const std::vector<int> piece = distribution.find_pieces(sheet.piece_is_closed);
   std::vector<FoundSpring> red;
   std::vector<FoundSpring> yellow;
+  const auto all_cells = static_cast<std::size_t>(cells.end - cells.begin);
+  red.reserve(4 * all_cells);
+  yellow.reserve(2 * all_cells);
+  sheet.triangles.reserve(4 * all_cells);
   std::vector<PetscInt> cell_of_point(static_cast<std::size_t>(distribution.points()), -1);
   sheet.cell_count.assign(static_cast<std::size_t>(sheet.particles.owned), 0);
   for (const bool owned : {true, false}) {
@@ -132,6 +139,8 @@ AssembledShell assemble_shell(const Distribution& distribution) {
   // Springs along and across the sides of the cells.
   std::vector<FoundSpring> blue;
   std::vector<FoundSpring> green;
+  blue.reserve(4 * all_cells);
+  green.reserve(2 * all_cells);
   for (PetscInt point = cells.begin; point < cells.end; ++point) {
     const PetscInt cell = cell_of_point[static_cast<std::size_t>(point)];
     for (PetscInt k = 0; k < 4; ++k) {

@@ -99,7 +99,6 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
       start_(sheet.particles, 3),
-      end_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
       held_(pins_.pinned()) {
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
@@ -140,6 +139,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
         at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
   }
   if (chambers_.count() > 0 && !filled_) {
+    end_ = Field(sheet.particles, 3);
     pushed_.emplace(chambers_, start_, end_);
   }
   if (options.force.air.density > 0) {

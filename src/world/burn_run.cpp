@@ -351,9 +351,9 @@ void BurnRun::draw(const FrameSink& write) {
   const auto timer = output_.clock.time("output");
   const ParticleFields fields = derive(*sheet_, *state_);
   const std::vector<double> level = level_set(*sheet_, state_->mass, options_.ablation.loss_mass);
-  const DrawnSurface cut = cut_surface(*sheet_, state_->living, level);
-  const Drawing surface = drawing_of(*sheet_, cut);
+  DrawnSurface cut = cut_surface(*sheet_, state_->living, level);
   const DrawnShares shares(*sheet_, state_->living, cut, state_->position);
+  const Drawing surface = drawing_of(*sheet_, std::move(cut));
   Field heat(sheet_->particles, 1);
   heat.values() = options_.heat.capacity * state_->mass.values().cwiseProduct(state_->temperature.values());
   const std::vector<double> areal_density = shares.density(state_->mass);

@@ -23,7 +23,6 @@
 #include "solvers/vertex_potential.h"
 #include "surface/shell.h"
 #include "tests/benchmark/triad.h"
-#include "tests/support/initial_lengths.h"
 
 namespace pellicle {
 namespace {
@@ -43,7 +42,10 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   const std::vector<double> ones(particles, 1.0);
   SheetSprings material(sheet, stiffness, weave, {});
   SpringPotential springs(sheet);
-  springs.set(material.stiffness(living), initial_lengths(sheet));
+  const auto& of_springs = material.stiffness(living);
+  springs.set([&](Colour colour, std::size_t s) {
+    return SpringPotential::Hooke{of_springs[static_cast<std::size_t>(colour)][s], sheet.of(colour).initial_length[s]};
+  });
   Field positions(sheet.particles, 3);
   positions.values() = sheet.rest;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {

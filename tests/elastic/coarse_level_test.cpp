@@ -19,7 +19,6 @@
 #include "solvers/vertex_potential.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
-#include "tests/support/initial_lengths.h"
 
 namespace pellicle::coarse_level_test {
 namespace {
@@ -53,7 +52,11 @@ class Crumpled {
     const std::vector<double> ones(projectors.size(), 1);
     const Stiffness stiffness = stiffness_of({});
     SheetSprings material(sheet_, stiffness, weave_of(sheet_, Eigen::Vector3d::UnitX()), {});
-    springs_.set(material.stiffness(living), initial_lengths(sheet_));
+    const auto& of_springs = material.stiffness(living);
+    springs_.set([&](Colour colour, std::size_t s) {
+      return SpringPotential::Hooke{of_springs[static_cast<std::size_t>(colour)][s],
+                                    sheet_.of(colour).initial_length[s]};
+    });
     Field start(sheet_.particles, 3);
     start.values() = sheet_.rest;
     start.values().row(2) = 0.1 * (5 * sheet_.rest.row(0)).array().sin();  // Normals differ.
@@ -100,7 +103,7 @@ TEST(CoarseLevel, IsTheTangentBetweenMotionsOfPatches) {
   defaults.preconditioner = PCMG;
   const Mat fine = sheet.tangent->matrix();
   const KspHandle solver = make_ksp(fine, fine, "coarse_level_test_", defaults);
-  const auto patches = RigidPatches::of(solver, *sheet.tangent, sheet.triangles(), sheet.projectors, 20);
+  const auto patches = RigidPatches::of(solver, *sheet.tangent, sheet.triangles(), 20);
   ASSERT_NE(patches, nullptr);
   patches->renew(sheet.x);
 

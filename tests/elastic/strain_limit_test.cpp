@@ -73,12 +73,10 @@ struct Pulled {
         x(sheet.particles, 3),
         springs(sheet),
         living(sheet) {
-    std::array<std::vector<double>, 4> stiffness;
-    for (std::size_t colour = 0; colour < 4; ++colour) {
-      stiffness[colour].assign(sheet.springs[colour].ends.size(), colour == 3 ? 0 : 5);
-    }
     living.springs[static_cast<std::size_t>(Colour::blue)][0] = false;
-    springs.set(stiffness, initial_lengths(sheet));
+    springs.set([this](Colour colour, std::size_t s) {
+      return SpringPotential::Hooke{colour == Colour::yellow ? 0.0 : 5.0, sheet.of(colour).initial_length[s]};
+    });
     springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(sheet), living.springs);
     x.values() = sheet.rest;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
