@@ -13,7 +13,6 @@
 #include "parallel/collective.h"
 #include "solvers/backtracking.h"
 #include "solvers/shell_operations.h"
-#include "solvers/vertex_potential.h"
 #include "surface/net_strain.h"
 
 namespace pellicle {
@@ -123,7 +122,7 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
   check(MatGetDiagonal(tangent_->matrix(), diagonal));
   check(VecSum(diagonal, &sum));
   check(VecNorm(diagonal, NORM_2, &norm));
-  double inertia = 3 * std::accumulate(mass_over_square_.begin(), mass_over_square_.end(), 0.0);
+  double inertia = 3 * std::accumulate(inertia_.stiffness().begin(), inertia_.stiffness().end(), 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
   return {norm / std::sqrt(3.0 * sheet_.particles.global), inertia > 0 ? sum / inertia : 0};
 }
@@ -258,7 +257,8 @@ ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) 
   }
   bool stays_behind = false;
   for (PetscInt i = 0; limits_ && i < sheet_.particles.owned; ++i) {
-    stays_behind = stays_behind || (input.held[static_cast<std::size_t>(i)] && positions.vector(i) != free_.col(i));
+    stays_behind =
+        stays_behind || (input.held[static_cast<std::size_t>(i)] && positions.vector(i) != inertia_.free().col(i));
   }
   if (limits_ && on_any_rank(sheet_.comm(), stays_behind)) {
     result.converged = false;

@@ -3,7 +3,6 @@
 #include <numeric>
 
 #include "parallel/collective.h"
-#include "solvers/vertex_potential.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -12,14 +11,8 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
                    const std::vector<Potential*>& others)
     : surface_(surface),
       tolerance_(tolerance),
-      inertia_(make_vertex_potential(surface.particles,
-                                     [this](PetscInt i, const Eigen::Vector3d& x) {
-                                       const double stiffness = mass_over_square_[static_cast<std::size_t>(i)];
-                                       const Eigen::Vector3d away = x - free_.col(i);
-                                       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
-                                                             stiffness * Eigen::Matrix3d::Identity()};
-                                     })),
-      potentials_{inertia_.get()},
+      inertia_(surface.particles),
+      potentials_{&inertia_},
       part_(3, surface.particles.owned),
       before_(surface.particles, 3),
       position_(surface.particles, 3) {
@@ -37,12 +30,9 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
 }
 
 void MassPart::set_masses(const Field& positions, const MassInput& input) {
-  mass_over_square_.resize(static_cast<std::size_t>(surface_.particles.owned));
-  for (std::size_t i = 0; i < mass_over_square_.size(); ++i) {
-    // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
-    mass_over_square_[i] = (input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]) / (input.h * input.h);
-  }
-  free_ = positions.values().leftCols(surface_.particles.owned);
+  // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
+  const auto mass = [&](std::size_t i) { return input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]; };
+  inertia_.set(positions, mass, input.h);
 }
 
 void MassPart::begin(const Field& positions, const MassInput& input) {
@@ -58,7 +48,7 @@ void MassPart::begin(const Field& positions, const MassInput& input) {
 bool MassPart::leaves_held_behind() {
   bool leaves = false;
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    leaves = leaves || (held_[static_cast<std::size_t>(i)] && position_.vector(i) != free_.col(i));
+    leaves = leaves || (held_[static_cast<std::size_t>(i)] && position_.vector(i) != inertia_.free().col(i));
   }
   return on_any_rank(surface_.comm(), leaves);
 }

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <vector>
 
+#include "elastic/inertia.h"
 #include "parallel/field.h"
 #include "solvers/step_part.h"
 #include "surface/surface.h"
@@ -64,9 +64,7 @@ class MassPart : public StepPart {
 
   const Surface& surface_;
   double tolerance_;
-  std::vector<double> mass_over_square_;  ///< m_i / h^2 of the owned particles [N/m]
-  Eigen::Matrix3Xd free_;                 ///< x~ of the owned particles [m]
-  std::unique_ptr<Potential> inertia_;
+  Inertia inertia_;
   std::vector<Potential*> potentials_;
   std::vector<Eigen::Matrix3d> projectors_;  ///< of the local particles: 0 where one is pinned
   double place_ = 0;                         ///< the largest coordinate of the undeformed sheet [m]

@@ -184,7 +184,7 @@ void Tangent::make_rows() {
     return pair.row < owned() && !(type_ == TangentMatrix::sbaij && pair.column < vertices_.first + pair.row);
   };
   std::vector<std::vector<PetscInt>> columns(static_cast<std::size_t>(owned()));
-  for (PetscInt i = 0; i < owned(); ++i) {
+  for (PetscInt i = 0; !is_shell() && i < owned(); ++i) {
     columns[static_cast<std::size_t>(i)].push_back(vertices_.first + i);
   }
   for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -195,13 +195,14 @@ void Tangent::make_rows() {
     }
   }
   rows_ = {};
+  rows_.diagonal.assign(columns.size(), -1);
   for (std::size_t i = 0; i < columns.size(); ++i) {
     auto& row = columns[i];
     std::sort(row.begin(), row.end());
     row.erase(std::unique(row.begin(), row.end()), row.end());
     for (const PetscInt column : row) {
       if (column == vertices_.first + static_cast<PetscInt>(i)) {
-        rows_.diagonal.push_back(static_cast<PetscInt>(rows_.columns.size()));
+        rows_.diagonal[i] = static_cast<PetscInt>(rows_.columns.size());
       }
       rows_.columns.push_back(column);
       rows_.local_columns.push_back(numbers_.find(column));
@@ -286,6 +287,7 @@ void Tangent::update(const Field& x, Curvature curvature) {
     }
   }
   has_diagonal_ = false;
+  definite_ = 0;
   if (!is_shell()) {
     assemble(curvature);
   } else if (any_constrained_ || curvature == Curvature::positive) {
@@ -306,15 +308,14 @@ void Tangent::hold(Curvature curvature) {
     sum += block.trace();
   }
   held_ = mean_of_diagonal(sum);
-  const double share = curvature == Curvature::positive ? definite_share * held_ : 0;
-  for (std::size_t i = 0; i < diagonal_.size(); ++i) {
-    rows_.blocks[static_cast<std::size_t>(rows_.diagonal[i])].diagonal().array() += share;
-    diagonal_[i].diagonal().array() += share;
+  definite_ = curvature == Curvature::positive ? definite_share * held_ : 0;
+  for (Eigen::Matrix3d& block : diagonal_) {
+    block.diagonal().array() += definite_;
   }
   for (const PetscInt i : constrained_) {
     if (i < owned()) {
       const auto vertex = static_cast<std::size_t>(i);
-      diagonal_[vertex] += (held_ - share) * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
+      diagonal_[vertex] += (held_ - definite_) * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
     }
   }
 }
@@ -367,6 +368,9 @@ void Tangent::visit(HessianTerms& terms) const {
          ++k) {
       terms.add_block(i, rows_.local_columns[k], rows_.blocks[k]);
     }
+    if (definite_ > 0) {
+      terms.add_block(i, i, definite_ * Eigen::Matrix3d::Identity());
+    }
   }
   for (const Part& part : parts_) {
     visit_part(part, terms);
@@ -389,10 +393,11 @@ void Tangent::make_diagonal() {
     return;
   }
   has_diagonal_ = true;
-  diagonal_.clear();
-  diagonal_.reserve(rows_.diagonal.size());
-  for (const PetscInt k : rows_.diagonal) {
-    diagonal_.push_back(rows_.blocks[static_cast<std::size_t>(k)]);
+  diagonal_.assign(rows_.diagonal.size(), definite_ * Eigen::Matrix3d::Identity());
+  for (std::size_t i = 0; i < diagonal_.size(); ++i) {
+    if (const PetscInt k = rows_.diagonal[i]; k >= 0) {
+      diagonal_[i] += rows_.blocks[static_cast<std::size_t>(k)];
+    }
   }
   Diagonal terms(diagonal_);
   for (const Part& part : parts_) {
@@ -442,7 +447,7 @@ void Tangent::multiply(Vec in, Vec out) {
     argument(i) = projectors_[static_cast<std::size_t>(i)] * argument(i).eval();
   }
   for (PetscInt i = 0; i < owned(); ++i) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d sum = definite_ * argument(i);
     const auto row = static_cast<std::size_t>(i);
     for (auto k = static_cast<std::size_t>(rows_.offsets[row]); k < static_cast<std::size_t>(rows_.offsets[row + 1]);
          ++k) {

@@ -61,7 +61,7 @@ class Tangent {
     std::vector<PetscInt> offsets{0};     ///< first block of each row, (owned + 1)
     std::vector<PetscInt> columns;        ///< global vertex of each block
     std::vector<PetscInt> local_columns;  ///< vertex of each block in `reach_`
-    std::vector<PetscInt> diagonal;       ///< block of each owned vertex with itself
+    std::vector<PetscInt> diagonal;  ///< block of each owned vertex with itself; of a shell -1 where none is stored
     std::vector<Eigen::Matrix3d> blocks;  ///< [N/m]
   };
   struct Part {
@@ -103,6 +103,7 @@ class Tangent {
 
   Rows rows_;
   double held_ = 0;                        ///< s of a shell [N/m]
+  double definite_ = 0;                    ///< what a positive shell has on its diagonal in addition [N/m]
   Field argument_;                         ///< of a product of the shell, (4 x reach), see TermProduct
   Eigen::Matrix4Xd product_;               ///< likewise, (4 x local)
   Eigen::Matrix3Xd dense_argument_;        ///< (3 x reach), for potentials that multiply without terms
