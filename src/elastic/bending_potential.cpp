@@ -41,11 +41,7 @@ BendingPotential::BendingPotential(const Sheet& sheet, const Weave& weave, const
 void BendingPotential::make_rows() {
   const auto owned = static_cast<std::size_t>(sheet_->particles.owned);
   const std::vector<PetscInt>& points = stencils_.points();
-  struct Use {  // of an owned particle by a stencil
-    PetscInt stencil;
-    PetscInt first_pair;  // of those in which it is the first
-  };
-  std::vector<std::size_t> first_use(owned + 1, 0);
+  first_use_.assign(owned + 1, 0);
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     if (stencil.is_clamped) {
@@ -54,33 +50,28 @@ void BendingPotential::make_rows() {
     }
     for (std::size_t p = stencil.first; p < stencil.last; ++p) {
       if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
-        ++first_use[i + 1];
+        ++first_use_[i + 1];
       }
     }
   }
-  std::partial_sum(first_use.begin(), first_use.end(), first_use.begin());
-  std::vector<Use> uses(first_use.back());
-  std::vector<std::size_t> next = first_use;
-  PetscInt pairs = 0;
+  std::partial_sum(first_use_.begin(), first_use_.end(), first_use_.begin());
+  uses_.resize(first_use_.back());
+  std::vector<std::size_t> next = first_use_;
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last && !stencil.is_clamped; ++p) {
       if (const auto i = static_cast<std::size_t>(points[p]); i < owned) {
-        uses[next[i]++] = {static_cast<PetscInt>(s), pairs};
-        for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-          pairs += points[q] >= points[p] ? 1 : 0;
-        }
+        uses_[next[i]++] = {static_cast<PetscInt>(s), static_cast<PetscInt>(p - stencil.first)};
       }
     }
   }
-  places_.resize(static_cast<std::size_t>(pairs));
-  rows_.columns.reserve(places_.size());
   std::vector<PetscInt> last_row(static_cast<std::size_t>(sheet_->particles.local()), -1);
-  std::vector<PetscInt> place(last_row.size());
+  rows_.columns.reserve(13 * owned);  // of a regular net
+  rows_.offsets.reserve(owned + 1);
   for (std::size_t i = 0; i < owned; ++i) {
     const auto row = static_cast<PetscInt>(i);
-    for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
-      const Stencil& stencil = stencils_.stencils()[static_cast<std::size_t>(uses[u].stencil)];
+    for (std::size_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
+      const Stencil& stencil = stencils_.stencils()[static_cast<std::size_t>(uses_[u].stencil)];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         const PetscInt j = points[q];
         if (j >= row && std::exchange(last_row[static_cast<std::size_t>(j)], row) != row) {
@@ -89,21 +80,10 @@ void BendingPotential::make_rows() {
       }
     }
     std::sort(rows_.columns.begin() + rows_.offsets.back(), rows_.columns.end());
-    for (auto k = static_cast<std::size_t>(rows_.offsets.back()); k < rows_.columns.size(); ++k) {
-      place[static_cast<std::size_t>(rows_.columns[k])] = static_cast<PetscInt>(k);
-    }
-    for (std::size_t u = first_use[i]; u < first_use[i + 1]; ++u) {
-      const Stencil& stencil = stencils_.stencils()[static_cast<std::size_t>(uses[u].stencil)];
-      auto of_pair = places_.begin() + uses[u].first_pair;
-      for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        if (points[q] >= row) {
-          *of_pair++ = place[static_cast<std::size_t>(points[q])];
-        }
-      }
-    }
     rows_.offsets.push_back(static_cast<PetscInt>(rows_.columns.size()));
   }
   rows_.entries.assign(rows_.columns.size(), 0);
+  sums_.assign(last_row.size(), 0);
 }
 
 void BendingPotential::update_rows() {
@@ -120,24 +100,21 @@ void BendingPotential::update_rows() {
     return;
   }
   fits_of_rows_ = stencils_.fits();
-  std::fill(rows_.entries.begin(), rows_.entries.end(), 0);
-  auto place = places_.begin();
-  for (std::size_t s = 0; s < stiffness_.size(); ++s) {
-    const Stencil& stencil = stencils_.stencils()[s];
-    if (stencil.is_clamped) {
-      continue;
-    }
-    for (std::size_t p = stencil.first; p < stencil.last; ++p) {
-      const PetscInt row = stencils_.points()[p];
-      if (row >= sheet_->particles.owned) {
-        continue;
-      }
-      const Curvature3 weighted = rows_of_[s] * stencils_.weights()[p];
+  for (std::size_t i = 0; i + 1 < first_use_.size(); ++i) {
+    const auto row = static_cast<PetscInt>(i);
+    for (std::size_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
+      const auto s = static_cast<std::size_t>(uses_[u].stencil);
+      const Stencil& stencil = stencils_.stencils()[s];
+      const Curvature3 weighted =
+          rows_of_[s] * stencils_.weights()[stencil.first + static_cast<std::size_t>(uses_[u].point)];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
-        if (stencils_.points()[q] >= row) {
-          rows_.entries[static_cast<std::size_t>(*place++)] += (weighted * stencils_.weights()[q]).sum();
+        if (const PetscInt j = stencils_.points()[q]; j >= row) {
+          sums_[static_cast<std::size_t>(j)] += (weighted * stencils_.weights()[q]).sum();
         }
       }
+    }
+    for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
+      rows_.entries[k] = std::exchange(sums_[static_cast<std::size_t>(rows_.columns[k])], 0);
     }
   }
 }

@@ -101,9 +101,13 @@ class BendingPotential : public Potential {
 
   // The Hessian of the stencils that are not clamped. Its share along the normals is that of viscosity, or 0.
   NumberRows rows_;
-  /// In the rows, of each pair of points of each stencil of which the first is owned and the second no earlier
-  /// particle.
-  std::vector<PetscInt> places_;
+  struct Use {
+    PetscInt stencil;
+    PetscInt point;  ///< of those of the stencil
+  };
+  std::vector<Use> uses_;  ///< of each owned particle by the stencils that are not clamped
+  std::vector<std::size_t> first_use_;
+  std::vector<double> sums_;          ///< of the local particles, 0: of a row that is being made
   std::vector<std::size_t> clamped_;  ///< stencils
   std::vector<Curvature3> rows_of_;   ///< the stiffness from which the entries were made
   std::size_t fits_of_rows_ = 0;      ///< BendingStencils::fits when the entries were made

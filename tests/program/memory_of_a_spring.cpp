@@ -60,7 +60,7 @@ TEST_P(MemoryOfASpring, IsBounded) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sheets, MemoryOfASpring,
-                         testing::Values(MemoryCase{"projection", 620}, MemoryCase{"elastic", 1060}),
+                         testing::Values(MemoryCase{"projection", 560}, MemoryCase{"elastic", 860}),
                          [](const auto& instance) { return instance.param.dynamics; });
 
 }  // namespace
