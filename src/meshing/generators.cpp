@@ -49,6 +49,7 @@ void name_sides(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
 void spread_uv(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
   for (const std::vector<int>& face : mesh.faces) {
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
+    corners.reserve(face.size());
     for (const int point : face) {
       corners.push_back(uv[static_cast<std::size_t>(point)]);
     }
