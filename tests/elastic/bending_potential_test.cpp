@@ -125,6 +125,21 @@ TEST(BendingPotentialTest, beside_dead_cells_is_an_edge) {
   EXPECT_NEAR(whole.energy(), rest.energy(), 1e-12 * rest.energy());
 }
 
+TEST(BendingPotentialTest, nothing_acts_on_a_dead_cell) {
+  Bent bent(one_surface(PETSC_COMM_SELF, grid_mesh(5, 5, 0.1)));
+  constexpr std::size_t middle = 12;
+  std::fill_n(bent.living.triangles.begin() + 4 * middle, 4, false);
+  std::vector<double> uneven = bent.ones;  // Without moments no normal is needed.
+  for (std::size_t i = 0; i < uneven.size(); ++i) {
+    uneven[i] = bent.sheet.is_lattice[i] ? 0.9 : 1;
+  }
+  bent.begin(uneven, 0.01);
+  bent.x.values().row(2) = (7 * bent.sheet.rest.row(0) + 5 * bent.sheet.rest.row(1)).array().sin() / 50;
+  const Eigen::Matrix3Xd gradient = bent.gradient();
+  EXPECT_EQ(gradient.col(bent.sheet.lattice[middle]).norm(), 0);
+  EXPECT_GT(gradient.col(bent.sheet.lattice[middle - 1]).norm(), 1e-3);
+}
+
 TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
   Bent bent(flat_sheet(PETSC_COMM_SELF,
                        [](double x, double y) {
