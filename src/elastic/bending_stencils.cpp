@@ -94,7 +94,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
   points_.reserve(17 * sheet.cells.size() + 2 * particles);
   support_.reserve(points_.capacity());
   triangles_.reserve(12 * sheet.cells.size());
-  const CellSides beyond = sides_beyond(sheet);
+  const std::vector<PetscInt> beyond = sides_beyond(sheet);
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
     if (is_near[static_cast<std::size_t>(sheet.lattice[cell])]) {
       add_lattice(static_cast<PetscInt>(cell), beyond);
@@ -133,12 +133,12 @@ void BendingStencils::end_stencil() {
   stencils_.back().last_triangle = triangles_.size();
 }
 
-void BendingStencils::add_lattice(PetscInt cell, const CellSides& beyond) {
+void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond) {
   const auto c = static_cast<std::size_t>(cell);
   begin_stencil(sheet_->lattice[c]);
   for (std::size_t k = 0; k < 4; ++k) {
     add_point(sheet_->cells[c][k], {-1, -1});
-    const PetscInt other = beyond[c][k];
+    const PetscInt other = beyond[4 * c + k];
     if (other >= 0) {
       add_point(sheet_->lattice[static_cast<std::size_t>(other / 4)], {4 * cell + static_cast<PetscInt>(k), other});
     }

@@ -88,7 +88,7 @@ class BendingStencils {
   /// numbers in the stencil of the one or two lattice points beside it, of which one must take part.
   using Support = std::array<PetscInt, 2>;
 
-  void add_lattice(PetscInt cell, const CellSides& beyond);
+  void add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond);
   void add_corner(PetscInt corner, const PetscInt* cells, std::size_t count, bool is_clamped);
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);

@@ -3,10 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <utility>
 
 #include "geometry/quad_area.h"
+#include "surface/opposite_sides.h"
 
 namespace pellicle {
 inline namespace elastic {
@@ -69,21 +68,13 @@ std::vector<double> cell_areas(const Sheet& sheet) {
   return areas;
 }
 
-CellSides sides_beyond(const Sheet& sheet) {
-  CellSides beyond(sheet.cells.size(), {-1, -1, -1, -1});
-  std::map<std::pair<PetscInt, PetscInt>, PetscInt> first_at;
-  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      const auto ends = std::minmax(sheet.cells[cell][k], sheet.cells[cell][(k + 1) % 4]);
-      const auto here = static_cast<PetscInt>(4 * cell + k);
-      const auto [found, is_first] = first_at.emplace(std::pair(ends.first, ends.second), here);
-      if (!is_first) {
-        beyond[cell][k] = found->second;
-        beyond[static_cast<std::size_t>(found->second / 4)][static_cast<std::size_t>(found->second % 4)] = here;
-      }
-    }
+std::vector<PetscInt> sides_beyond(const Sheet& sheet) {
+  std::vector<PetscInt> corners;
+  corners.reserve(4 * sheet.cells.size());
+  for (const auto& cell : sheet.cells) {
+    corners.insert(corners.end(), cell.begin(), cell.end());
   }
-  return beyond;
+  return opposite_sides(corners, 4);
 }
 
 SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave,
@@ -175,12 +166,10 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         if (!lives(triangles[t])) {
           continue;
         }
-        const auto cell = static_cast<std::size_t>(triangles[t] / 4);
         for (const PetscInt turn : {1, 3}) {  // the sides beside it
-          const PetscInt k = (triangles[t] + turn) % 4;
-          const PetscInt beside = 4 * static_cast<PetscInt>(cell) + k;
+          const PetscInt beside = triangles[t] / 4 * 4 + (triangles[t] + turn) % 4;
           const bool is_crossed =
-              beyond_[cell][static_cast<std::size_t>(k)] >= 0 && !living.cracked[static_cast<std::size_t>(beside)];
+              beyond_[static_cast<std::size_t>(beside)] >= 0 && !living.cracked[static_cast<std::size_t>(beside)];
           area += is_crossed ? 0 : area_of(beside) / 2;
         }
       }

@@ -17,9 +17,8 @@ struct MaterialFactors {
   std::vector<double> bending;
 };
 
-/// Of each side of each local cell the drawn triangle beyond it, 4 cell + side; -1: none is there.
-using CellSides = std::vector<std::array<PetscInt, 4>>;
-CellSides sides_beyond(const Sheet& sheet);
+/// Of each side of each local cell, 4 cell + side, the drawn triangle beyond it; -1: none is there.
+std::vector<PetscInt> sides_beyond(const Sheet& sheet);
 
 /// Undeformed areas of the local cells [m^2].
 std::vector<double> cell_areas(const Sheet& sheet);
@@ -65,7 +64,7 @@ class SheetSprings {
   std::array<std::vector<double>, 4> per_area_;
   const Sheet* sheet_;
   std::vector<double> cell_area_;  ///< of the local cells [m^2]
-  CellSides beyond_;
+  std::vector<PetscInt> beyond_;   ///< sides_beyond
   double largest_excess_ = 1;
   std::vector<bool> living_before_;
   std::vector<bool> cracked_before_;

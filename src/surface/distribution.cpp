@@ -13,6 +13,7 @@
 #include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "parallel/route.h"
+#include "surface/opposite_sides.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -332,35 +333,6 @@ Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghos
 }
 
 }  // namespace
-
-std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count) {
-  const auto other_end = [&](std::size_t side) {
-    return corners[side % count + 1 < count ? side + 1 : side + 1 - count];
-  };
-  const auto ends = [&](std::size_t side) { return std::minmax({corners[side], other_end(side)}); };
-  // The sides by their lesser corner, where few meet.
-  const PetscInt bound = corners.empty() ? 0 : *std::max_element(corners.begin(), corners.end()) + 1;
-  std::vector<std::size_t> first(static_cast<std::size_t>(bound) + 1, 0);
-  for (std::size_t side = 0; side < corners.size(); ++side) {
-    ++first[static_cast<std::size_t>(ends(side).first) + 1];
-  }
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<std::size_t> next(first.begin(), first.end());
-  std::vector<std::size_t> sides(corners.size());
-  std::vector<PetscInt> opposite(corners.size(), -1);
-  for (std::size_t side = 0; side < corners.size(); ++side) {
-    const auto [lesser, greater] = ends(side);
-    const auto corner = static_cast<std::size_t>(lesser);
-    for (std::size_t i = first[corner]; i < next[corner]; ++i) {
-      if (ends(sides[i]).second == greater) {
-        opposite[side] = static_cast<PetscInt>(sides[i]);
-        opposite[sides[i]] = static_cast<PetscInt>(side);
-      }
-    }
-    sides[next[corner]++] = side;
-  }
-  return opposite;
-}
 
 Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options)
     : comm_(comm), rows_(std::move(rows)) {

@@ -17,10 +17,6 @@ inline namespace surface {
 
 // What shells and membranes share in distributing a mesh over the ranks. Internal to surface.
 
-/// The side that meets each side of polygons with `count` corners each: side `count c + k` joins corners k and k + 1 of
-/// polygon c. -1 if there is none. At most two sides may have the same corners.
-std::vector<PetscInt> opposite_sides(const std::vector<PetscInt>& corners, std::size_t count);
-
 /// In what order a rank numbers the cells that it owns, and their vertices.
 enum class Numbering {
   by_id,

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "parallel/partition.h"
-#include "surface/distribution.h"
+#include "surface/opposite_sides.h"
 #include "surface/shell_assembly.h"
 
 namespace pellicle {
