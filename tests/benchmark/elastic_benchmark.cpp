@@ -54,7 +54,8 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   BendingPotential bending(sheet, weave, std::vector<bool>(particles, false));
   bending.begin_step(living, positions, {ones, 0, stiffness.bending, ones, 0});
   Inertia inertia(sheet.particles);
-  inertia.set(positions, [](std::size_t) { return 1; }, 1);
+  inertia.set(
+      positions, [](std::size_t) { return 1; }, 1);
   Tangent tangent(sheet.particles, {&springs, &bending, &inertia},
                   std::vector<Eigen::Matrix3d>(particles, Eigen::Matrix3d::Identity()), TangentMatrix::shell, "");
   tangent.update(positions, Curvature::positive);
