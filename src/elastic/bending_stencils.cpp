@@ -5,7 +5,6 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace pellicle {
@@ -62,20 +61,6 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
       cell_area_(cell_areas(sheet)),
       stencil_of_(static_cast<std::size_t>(sheet.particles.local()), -1) {
   const auto particles = static_cast<std::size_t>(sheet.particles.local());
-  std::vector<std::size_t> first_cell(particles + 1, 0);  // of those at each particle
-  for (const auto& corners : sheet.cells) {
-    for (const PetscInt corner : corners) {
-      ++first_cell[static_cast<std::size_t>(corner) + 1];
-    }
-  }
-  std::partial_sum(first_cell.begin(), first_cell.end(), first_cell.begin());
-  std::vector<PetscInt> cells_at(first_cell.back());
-  std::vector<std::size_t> next = first_cell;
-  for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
-    for (const PetscInt corner : sheet.cells[cell]) {
-      cells_at[next[static_cast<std::size_t>(corner)]++] = static_cast<PetscInt>(cell);
-    }
-  }
   std::vector<bool> is_near(particles, false);  // itself or a neighbour is this rank's
   std::fill_n(is_near.begin(), sheet.particles.owned, true);
   for (const SpringSet& set : sheet.springs) {
@@ -89,7 +74,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
       }
     }
   }
-  // At most 9 points and 4 triangles of a cell, 2 cells + 2 points and 2 cells triangles of a corner.
+  // A cell has at most 9 points and 4 triangles, a corner of n cells at most 2 n + 2 points and 2 n triangles.
   stencils_.reserve(particles);
   points_.reserve(17 * sheet.cells.size() + 2 * particles);
   support_.reserve(points_.capacity());
@@ -100,11 +85,11 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
       add_lattice(static_cast<PetscInt>(cell), beyond);
     }
   }
+  const Incidence cells_at(sheet.cells, sheet.particles.local());
   for (std::size_t i = 0; i < particles; ++i) {
     if (!sheet.is_lattice[i]) {
       // Whether the corners of a near lattice point have a stencil must be known, too.
-      add_corner(static_cast<PetscInt>(i), cells_at.data() + first_cell[i], first_cell[i + 1] - first_cell[i],
-                 clamped[i]);
+      add_corner(static_cast<PetscInt>(i), cells_at[static_cast<PetscInt>(i)], clamped[i]);
     }
   }
   counts_.assign(triangles_.size(), true);
@@ -147,19 +132,18 @@ void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& be
   end_stencil();
 }
 
-/// @param cells at the corner, so many
-void BendingStencils::add_corner(PetscInt corner, const PetscInt* cells, std::size_t count, bool is_clamped) {
+void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped) {
   const auto side_of = [&](PetscInt cell) {  // from the corner to the next
     const auto& corners = sheet_->cells[static_cast<std::size_t>(cell)];
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
   };
   std::vector<std::pair<PetscInt, Support>> neighbours;
-  neighbours.reserve(2 * count);
-  for (std::size_t n = 0; n < count; ++n) {
+  neighbours.reserve(2 * static_cast<std::size_t>(cells.size()));
+  for (PetscInt n = 0; n < cells.size(); ++n) {
     const auto& corners = sheet_->cells[static_cast<std::size_t>(cells[n])];
     const std::size_t k = side_of(cells[n]);
     for (const PetscInt neighbour : {corners[(k + 1) % 4], corners[(k + 3) % 4]}) {
-      const auto lattice = static_cast<PetscInt>(1 + n);
+      const PetscInt lattice = 1 + n;
       const auto known = std::find_if(neighbours.begin(), neighbours.end(),
                                       [&](const auto& beside) { return beside.first == neighbour; });
       if (known == neighbours.end()) {
@@ -170,19 +154,19 @@ void BendingStencils::add_corner(PetscInt corner, const PetscInt* cells, std::si
     }
   }
   std::sort(neighbours.begin(), neighbours.end());
-  const bool is_inside = count > 2 && std::all_of(neighbours.begin(), neighbours.end(), [](const auto& beside) {
+  const bool is_inside = cells.size() > 2 && std::all_of(neighbours.begin(), neighbours.end(), [](const auto& beside) {
                            return beside.second[0] != beside.second[1];
                          });
-  if (count < 2 && !is_clamped) {
+  if (cells.size() < 2 && !is_clamped) {
     return;
   }
   begin_stencil(corner);
   stencils_.back().is_clamped = is_clamped && !is_inside;
-  for (std::size_t n = 0; n < count; ++n) {
-    const auto k = static_cast<PetscInt>(side_of(cells[n]));
-    const PetscInt first = 4 * cells[n] + k;
-    const PetscInt last = 4 * cells[n] + (k + 3) % 4;
-    add_point(sheet_->lattice[static_cast<std::size_t>(cells[n])], {first, last});
+  for (const PetscInt cell : cells) {
+    const auto k = static_cast<PetscInt>(side_of(cell));
+    const PetscInt first = 4 * cell + k;
+    const PetscInt last = 4 * cell + (k + 3) % 4;
+    add_point(sheet_->lattice[static_cast<std::size_t>(cell)], {first, last});
     triangles_.insert(triangles_.end(), {first, last});
   }
   for (const auto& [neighbour, support] : neighbours) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "elastic/sheet_springs.h"
+#include "surface/incidence.h"
 #include "surface/living.h"
 #include "surface/sheet.h"
 
@@ -89,7 +90,7 @@ class BendingStencils {
   using Support = std::array<PetscInt, 2>;
 
   void add_lattice(PetscInt cell, const std::vector<PetscInt>& beyond);
-  void add_corner(PetscInt corner, const PetscInt* cells, std::size_t count, bool is_clamped);
+  void add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped);
   void begin_stencil(PetscInt centre);
   void add_point(PetscInt particle, Support support);
   void end_stencil();
@@ -103,7 +104,7 @@ class BendingStencils {
   std::vector<PetscInt> points_;
   std::vector<Curvature3> weights_;
   std::vector<Support> support_;
-  std::vector<PetscInt> triangles_;   ///< drawn ones round the centres
+  std::vector<PetscInt> triangles_;   ///< numbers of the drawn triangles round the centres
   std::vector<bool> counts_;          ///< of each of these, whether it does, since the last fit of its stencil
   std::vector<bool> takes_part_;      ///< of each point, likewise
   std::vector<PetscInt> stencil_of_;  ///< of each local particle, -1: none

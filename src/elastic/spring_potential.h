@@ -24,7 +24,7 @@ class SpringPotential : public Potential {
     double stiffness;  ///< 0 where the spring has died [N/m]
     double length;     ///< without force [m]
   };
-  /// @tparam Of of colour and number among the local springs, gives its Hooke
+  /// @tparam Of a function that gives the law of a spring, by its colour and its number among the local ones
   template <class Of>
   void set(const Of& of) {
     for (Spring& spring : springs_) {

@@ -935,8 +935,11 @@ void Chambers::find_particles() {
   }
   no_gradients_.finalize();
   place_of_corner_.clear();
-  place_of_corner_.reserve(count() > 0 ? 3 * surface_->triangles.size() : 0);
-  for (std::size_t triangle = 0; count() > 0 && triangle < surface_->triangles.size(); ++triangle) {
+  if (count() == 0) {
+    return;
+  }
+  place_of_corner_.reserve(3 * surface_->triangles.size());
+  for (std::size_t triangle = 0; triangle < surface_->triangles.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
     for (const PetscInt corner : surface_->triangles[triangle]) {
       const bool counts = chamber >= 0 && corner < surface_->particles.owned;

@@ -10,7 +10,7 @@ inline namespace projection {
 GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, const std::vector<PetscInt>& rows,
                      const std::vector<PetscInt>& columns, PetscInt owned_columns,
                      const std::function<bool(PetscInt, PetscInt)>& is_skipped) {
-  const SpringIncidence incidence(springs, particles.local());
+  const Incidence incidence(springs.ends, particles.local());
   // A row is sorted by global column, as PETSc stores it.
   struct Column {
     PetscInt global;

@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
-#include "projection/spring_lines.h"
+#include "surface/incidence.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -28,7 +28,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
     if (!sheet.acts(colour)) {
       continue;
     }
-    const SpringIncidence incidence(sheet.of(colour), sheet.particles.local());
+    const Incidence incidence(sheet.of(colour).ends, sheet.particles.local());
     for (std::size_t i = 0; i < most.size(); ++i) {
       most[i] = std::max(most[i], incidence[static_cast<PetscInt>(i)].size());
     }

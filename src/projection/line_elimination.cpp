@@ -240,9 +240,9 @@ double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matri
 
 /// Whether something holds for any spring that shares a particle with this one.
 template <typename Predicate>
-bool any_neighbour(const SpringSet& set, const SpringIncidence& incidence, PetscInt spring, Predicate holds) {
+bool any_neighbour(const SpringSet& set, const Incidence& incidence, PetscInt spring, Predicate holds) {
   for (const PetscInt particle : set.ends[static_cast<std::size_t>(spring)]) {
-    const SpringIncidence::Range all = incidence[particle];
+    const Incidence::Range all = incidence[particle];
     if (std::any_of(all.begin(), all.end(), [&](PetscInt other) { return other != spring && holds(other); })) {
       return true;
     }
@@ -402,7 +402,7 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
            previous[static_cast<std::size_t>(column)] == row;
   };
   std::vector<PetscInt> rows = eliminated_.matrices().springs();
-  const SpringIncidence incidence(springs, particles.local());
+  const Incidence incidence(springs.ends, particles.local());
   for (PetscInt i = 0; i < unknowns; ++i) {
     const PetscInt spring = kept_.matrices().springs()[static_cast<std::size_t>(i)];
     if (spring >= 0 && any_neighbour(springs, incidence, spring, [&](PetscInt other) {

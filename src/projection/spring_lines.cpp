@@ -22,7 +22,7 @@ class LineFinder {
  public:
   LineFinder(const SpringSet& set, const Layout& particles)
       : set_(set),
-        incidence_(set, particles.local()),
+        incidence_(set.ends, particles.local()),
         partner_(at(set.owned()), {none, none}),
         foreign_(at(set.owned()), {none, none}) {
     find_corners();
@@ -171,7 +171,7 @@ class LineFinder {
 
   /// The springs at a particle, in the same order on all ranks.
   std::vector<PetscInt> sorted_springs_at(PetscInt particle) const {
-    const SpringIncidence::Range all = incidence_[particle];
+    const Incidence::Range all = incidence_[particle];
     std::vector<PetscInt> springs(all.begin(), all.end());
     std::sort(springs.begin(), springs.end(),
               [this](PetscInt a, PetscInt b) { return set_.layout.to_global(a) < set_.layout.to_global(b); });
@@ -510,7 +510,7 @@ class LineFinder {
   }
 
   const SpringSet& set_;
-  SpringIncidence incidence_;
+  Incidence incidence_;
   std::vector<std::array<std::array<PetscInt, 3>, 2>> corners_;  ///< global numbers at either end of each local spring
   std::vector<std::array<PetscInt, 2>> partner_;  ///< spring in which an owned spring's line continues at either end
   std::vector<std::array<PetscInt, 2>> foreign_;  ///< likewise for ghosts
@@ -527,25 +527,6 @@ class LineFinder {
 };
 
 }  // namespace
-
-SpringIncidence::SpringIncidence(const SpringSet& set, PetscInt particles) {
-  offsets.assign(at(particles) + 1, 0);
-  for (const auto& ends : set.ends) {
-    for (const PetscInt end : ends) {
-      ++offsets[at(end) + 1];
-    }
-  }
-  for (std::size_t i = 1; i < offsets.size(); ++i) {
-    offsets[i] += offsets[i - 1];
-  }
-  springs.resize(2 * set.ends.size());
-  std::vector<PetscInt> next(offsets.begin(), offsets.end() - 1);
-  for (std::size_t s = 0; s < set.ends.size(); ++s) {
-    for (const PetscInt end : set.ends[s]) {
-      springs[at(next[at(end)]++)] = static_cast<PetscInt>(s);
-    }
-  }
-}
 
 SpringLines find_lines(const SpringSet& set, const Layout& particles) { return LineFinder(set, particles).result(); }
 

@@ -3,32 +3,11 @@
 #include <array>
 #include <vector>
 
+#include "surface/incidence.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
 inline namespace projection {
-
-/// Springs at each local particle, in compressed rows.
-struct SpringIncidence {
-  struct Range {
-    const PetscInt* first;
-    const PetscInt* last;
-    const PetscInt* begin() const { return first; }
-    const PetscInt* end() const { return last; }
-    PetscInt size() const { return static_cast<PetscInt>(last - first); }
-  };
-
-  std::vector<PetscInt> offsets;  ///< (particles + 1)
-  std::vector<PetscInt> springs;  ///< local numbers
-
-  /// @param particles number of local particles
-  SpringIncidence(const SpringSet& set, PetscInt particles);
-
-  Range operator[](PetscInt particle) const {
-    const auto i = static_cast<std::size_t>(particle);
-    return {springs.data() + offsets[i], springs.data() + offsets[i + 1]};
-  }
-};
 
 /// Two springs that follow each other in a line, of which the second may be a ghost.
 struct SpringPair {

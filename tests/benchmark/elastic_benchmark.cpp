@@ -23,6 +23,7 @@
 #include "solvers/tangent.h"
 #include "surface/shell.h"
 #include "tests/benchmark/triad.h"
+#include "tests/support/undeformed_springs.h"
 
 namespace pellicle {
 namespace {
@@ -42,10 +43,7 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   const std::vector<double> ones(particles, 1.0);
   SheetSprings material(sheet, stiffness, weave, {});
   SpringPotential springs(sheet);
-  const auto& of_springs = material.stiffness(living);
-  springs.set([&](Colour colour, std::size_t s) {
-    return SpringPotential::Hooke{of_springs[static_cast<std::size_t>(colour)][s], sheet.of(colour).initial_length[s]};
-  });
+  springs.set(undeformed_springs(sheet, material.stiffness(living)));
   Field positions(sheet.particles, 3);
   positions.values() = sheet.rest;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
@@ -54,8 +52,8 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   BendingPotential bending(sheet, weave, std::vector<bool>(particles, false));
   bending.begin_step(living, positions, {ones, 0, stiffness.bending, ones, 0});
   Inertia inertia(sheet.particles);
-  inertia.set(
-      positions, [](std::size_t) { return 1; }, 1);
+  const auto mass = [](std::size_t) { return 1; };
+  inertia.set(positions, mass, 1);
   Tangent tangent(sheet.particles, {&springs, &bending, &inertia},
                   std::vector<Eigen::Matrix3d>(particles, Eigen::Matrix3d::Identity()), TangentMatrix::shell, "");
   tangent.update(positions, Curvature::positive);

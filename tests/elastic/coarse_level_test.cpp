@@ -19,6 +19,7 @@
 #include "solvers/vertex_potential.h"
 #include "surface/shell.h"
 #include "tests/support/grid_mesh.h"
+#include "tests/support/undeformed_springs.h"
 
 namespace pellicle::coarse_level_test {
 namespace {
@@ -52,11 +53,7 @@ class Crumpled {
     const std::vector<double> ones(projectors.size(), 1);
     const Stiffness stiffness = stiffness_of({});
     SheetSprings material(sheet_, stiffness, weave_of(sheet_, Eigen::Vector3d::UnitX()), {});
-    const auto& of_springs = material.stiffness(living);
-    springs_.set([&](Colour colour, std::size_t s) {
-      return SpringPotential::Hooke{of_springs[static_cast<std::size_t>(colour)][s],
-                                    sheet_.of(colour).initial_length[s]};
-    });
+    springs_.set(undeformed_springs(sheet_, material.stiffness(living)));
     Field start(sheet_.particles, 3);
     start.values() = sheet_.rest;
     start.values().row(2) = 0.1 * (5 * sheet_.rest.row(0)).array().sin();  // Normals differ.

@@ -83,7 +83,7 @@ TEST_P(LinesOf, eliminated_springs_meet_along_their_lines_only) {
     joined.insert({end.pair.own, end.pair.other});
   }
   const std::set<PetscInt> separators(eliminated.separators.begin(), eliminated.separators.end());
-  const SpringIncidence incidence(springs_, sheet_.particles.local());
+  const Incidence incidence(springs_.ends, sheet_.particles.local());
   for (PetscInt s = 0; s < springs_.owned(); ++s) {
     if (separators.count(s) == 1) {
       continue;  // What is beside it says so.
