@@ -16,6 +16,7 @@
 #include "base/manual.h"
 #include "base/revision.h"
 #include "base/stop_signal.h"
+#include "large_pages.h"
 #include "world/run.h"
 
 using namespace pellicle;
@@ -115,6 +116,7 @@ int main(int argc, char** argv) {
   const char* launched = std::getenv("OMPI_COMM_WORLD_RANK");
   int rank = launched != nullptr ? std::atoi(launched) : 0;
   int status = 1;
+  use_large_pages();
   open_standard_streams();
   catch_stop_signals(rank);
   MPI_Init(&argc, &argv);

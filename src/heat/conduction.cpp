@@ -17,6 +17,23 @@ namespace {
 
 constexpr int most_solves = 20;  ///< of a step
 
+/// Whether the matrix is assembled.
+bool is_assembled(const HeatOptions& options) {
+  if (options.mat_type != HeatMatrix::automatic) {
+    return options.mat_type == HeatMatrix::aij;
+  }
+  const auto is_given = [&options](const char* name) {
+    PetscBool is_set = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, options.solver_prefix.c_str(), name, &is_set));
+    return is_set == PETSC_TRUE;
+  };
+  char preconditioner[64] = PCJACOBI;
+  check(PetscOptionsGetString(nullptr, options.solver_prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner,
+                              nullptr));
+  return (std::string(preconditioner) != PCJACOBI && std::string(preconditioner) != PCNONE) ||
+         is_given("-pc_jacobi_type") || is_given("-save_system") || is_given("-ksp_view_mat");
+}
+
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
 
 }  // namespace
@@ -25,7 +42,7 @@ Conduction::Conduction(const Surface& surface, const HeatOptions& options,
                        const std::vector<double>& diffusivity_factor)
     : surface_(surface),
       umbrella_(options.operator_name == HeatOperator::umbrella),
-      assembled_(options.mat_type == HeatMatrix::aij),
+      assembled_(is_assembled(options)),
       conducts_(options.diffusivity > 0),
       tolerance_(options.ksp_rtol),
       solver_prefix_(options.solver_prefix),

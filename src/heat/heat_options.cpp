@@ -59,7 +59,10 @@ void describe(OptionTable& table, HeatOptions& options) {
       .help("relative tolerance of the linear solve of conduction, also of the temperatures' range");
   table.add("heat.mat_type", options.mat_type)
       .solver_setting()
-      .help("the matrix of conduction: assembled, or matrix-free");
+      .help(
+          "the matrix of conduction: aij: assembled; shell: matrix-free; auto: shell, or aij where pc_type is given "
+          "that "
+          "needs entries, or save_system, or ksp_view_mat");
   table.add_objects("heat.sources", options.sources, "external heat sources, by name");
   table.add_solver_prefix("heat_");
 }

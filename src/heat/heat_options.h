@@ -20,9 +20,10 @@ inline const std::vector<std::string>& names_of(HeatOperator) {
   return names;
 }
 
-enum class HeatMatrix { aij, shell };
+/// automatic: shell, unless the options of the solver ask for entries of the matrix.
+enum class HeatMatrix { automatic, aij, shell };
 inline const std::vector<std::string>& names_of(HeatMatrix) {
-  static const std::vector<std::string> names{"aij", "shell"};
+  static const std::vector<std::string> names{"auto", "aij", "shell"};
   return names;
 }
 
@@ -41,7 +42,7 @@ struct HeatOptions {
   double convection = 0;                            ///< h_c, on each side [W/(m^2 K)]
   double emissivity = 0;                            ///< epsilon, on each side
   double ksp_rtol = 1e-8;                           ///< relative to the norm of the right-hand side
-  Choice<HeatMatrix> mat_type = HeatMatrix::aij;
+  Choice<HeatMatrix> mat_type = HeatMatrix::automatic;
   std::map<std::string, HeatSource> sources;  ///< by name
 };
 

@@ -134,10 +134,10 @@ INSTANTIATE_TEST_SUITE_P(
                              options.dynamics = Dynamics::projection;
                              options.heat.operator_name = HeatOperator::umbrella;
                            }},
-                      Case{"matrix_free_heat",
+                      Case{"assembled_heat",
                            [](Options& options) {
                              options.dynamics = Dynamics::projection;
-                             options.heat.mat_type = HeatMatrix::shell;
+                             options.heat.mat_type = HeatMatrix::aij;
                            }}),
     [](const auto& instance) { return instance.param.name; });
 

@@ -364,7 +364,7 @@ TEST_F(Solvers, give_the_same_answer_with_every_method_and_preconditioner) {
         // PETSc's own choice, restricted ASM, is not symmetric, which cg and minres need.
         const PetscOptions options(
             {{"-heat_ksp_type", method}, {"-heat_pc_type", preconditioner}, {"-heat_pc_asm_type", "basic"}});
-        EXPECT_LT(difference(expected, result(name, "aij")), 1e-7) << name << " " << method << " " << preconditioner;
+        EXPECT_LT(difference(expected, result(name, "auto")), 1e-7) << name << " " << method << " " << preconditioner;
       }
     }
   }
