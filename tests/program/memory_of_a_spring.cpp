@@ -60,7 +60,7 @@ TEST_P(MemoryOfASpring, IsBounded) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sheets, MemoryOfASpring,
-                         testing::Values(MemoryCase{"projection", 560}, MemoryCase{"elastic", 860}),
+                         testing::Values(MemoryCase{"projection", 510}, MemoryCase{"elastic", 810}),
                          [](const auto& instance) { return instance.param.dynamics; });
 
 }  // namespace
