@@ -31,7 +31,8 @@ bool is_assembled(const HeatOptions& options) {
   check(PetscOptionsGetString(nullptr, options.solver_prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner,
                               nullptr));
   return (std::string(preconditioner) != PCJACOBI && std::string(preconditioner) != PCNONE) ||
-         is_given("-pc_jacobi_type") || is_given("-save_system") || is_given("-ksp_view_mat");
+         is_given("-pc_jacobi_type") || is_given("-ksp_diagonal_scale") || is_given("-ksp_view_mat") ||
+         is_given("-save_system");
 }
 
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }

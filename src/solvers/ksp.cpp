@@ -291,6 +291,23 @@ Solved failure_of(KSPConvergedReason reason) {
   }
 }
 
+/// PETSc scales the matrix itself, which is used between the solves too, and can't scale one without entries.
+void require_unscaled(KSP ksp, Mat matrix, const std::string& prefix) {
+  PetscBool scales = PETSC_FALSE;
+  PetscBool scales_back = PETSC_FALSE;
+  PetscBool is_shell = PETSC_FALSE;
+  check(KSPGetDiagonalScale(ksp, &scales));
+  check(KSPGetDiagonalScaleFix(ksp, &scales_back));
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(matrix), MATSHELL, &is_shell));
+  if (scales == PETSC_TRUE && is_shell == PETSC_TRUE) {
+    throw Error(given_name(prefix, "ksp_diagonal_scale") + ": the operator has no entries, expected pc_type jacobi");
+  }
+  if (scales == PETSC_TRUE && scales_back == PETSC_FALSE) {
+    throw Error(given_name(prefix, "ksp_diagonal_scale") +
+                ": leaves the matrix scaled, expected also ksp_diagonal_scale_fix, or pc_type jacobi alone");
+  }
+}
+
 }  // namespace
 
 void run_solver(const std::string& prefix, const std::function<void()>& calls) {
@@ -358,6 +375,8 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   check(KSPSetDM(ksp, dm));
   check(KSPSetDMActive(ksp, PETSC_FALSE));  // The matrices are ours.
   run_solver(prefix, [&] { check(KSPSetFromOptions(ksp)); });
+
+  require_unscaled(ksp, matrix, prefix);
 
   PCType type = nullptr;
   check(PCGetType(pc, &type));

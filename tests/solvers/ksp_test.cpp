@@ -103,6 +103,9 @@ TEST(Ksp, refusals_name_what_was_given_and_what_is_wrong_with_it) {
       << other;
   EXPECT_EQ(refusal("chain_", {{"chain_pc_type", "fieldsplit"}}).find("-chain_pc_type fieldsplit: the unknowns are"),
             0U);
+  EXPECT_EQ(refusal("chain_", {{"chain_ksp_diagonal_scale", "1"}}).find("-chain_ksp_diagonal_scale: leaves the matrix"),
+            0U);
+  EXPECT_EQ(refusal("chain_", {{"chain_ksp_diagonal_scale", "1"}, {"chain_ksp_diagonal_scale_fix", "1"}}), "");
   // Of a general prefix what was given is named, not the variant that it was handed to.
   EXPECT_EQ(refusal("chain_red_", {{"chain_pc_type", "bddc"}, {"chain_red_pc_type", "bddc"}}).find("-chain_pc_type"),
             0U);
