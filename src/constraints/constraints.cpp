@@ -70,7 +70,7 @@ void describe(OptionTable& table, SymmetryOptions& options) {
 }
 
 Constraints::Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins)
-    : projectors_(static_cast<std::size_t>(points.particles.local()), Eigen::Matrix3d::Identity()) {
+    : projectors_(static_cast<std::size_t>(points.particles.local())) {
   const Eigen::AlignedBox3d box = bounding_box(points, std::vector<bool>(projectors_.size(), true));
   const double tolerance = nearness * box.diagonal().norm();
   origin_ = box.center();
@@ -116,21 +116,20 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
   }
   for (std::size_t i = 0; i < projectors_.size(); ++i) {
     if (pins.pinned()[i]) {
-      projectors_[i].setZero();
+      projectors_.bind(i, Eigen::Matrix3d::Zero());
       continue;
     }
+    Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
     std::vector<Eigen::Vector3d> barred;
     for (const Plane& plane : known) {
       if (lies_in(plane, i)) {
         if (const auto axis = direction_beside(barred, plane.normal)) {
-          projectors_[i] -= *axis * axis->transpose();
+          projector -= *axis * axis->transpose();
           barred.push_back(*axis);
         }
       }
     }
-    if (barred.size() == 3) {
-      projectors_[i].setZero();  // exactly
-    }
+    projectors_.bind(i, barred.size() == 3 ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : projector);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/options.h"
 #include "constraints/pins.h"
+#include "geometry/projectors.h"
 #include "surface/surface.h"
 #include "surface/symmetry_planes.h"
 
@@ -31,15 +32,15 @@ class Constraints {
   /// common point
   Constraints(const Surface& points, const std::map<std::string, SymmetryOptions>& planes, const Pins& pins);
 
-  /// Orthogonal projector on the directions in which each local particle may move: I, I - n n^T, ..., 0.
-  const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
+  /// Of the local particles.
+  const Projectors& projectors() const { return projectors_; }
   /// A point of all symmetry planes, the nearest to the middle of the undeformed mesh [m].
   const Eigen::Vector3d& origin() const { return origin_; }
   const SymmetryPlanes& planes() const { return planes_; }
   bool has_planes() const { return !planes_.normals.empty(); }
 
  private:
-  std::vector<Eigen::Matrix3d> projectors_;
+  Projectors projectors_;
   Eigen::Vector3d origin_;
   SymmetryPlanes planes_;
 };

@@ -13,13 +13,15 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
       tolerance_(tolerance),
       inertia_(surface.particles),
       potentials_{&inertia_},
+      projectors_(pinned.size()),
       part_(3, surface.particles.owned),
       before_(surface.particles, 3),
       position_(surface.particles, 3) {
   potentials_.insert(potentials_.end(), others.begin(), others.end());
-  projectors_.reserve(pinned.size());
-  for (const bool is_pinned : pinned) {
-    projectors_.push_back((is_pinned ? 0 : 1) * Eigen::Matrix3d::Identity());
+  for (std::size_t i = 0; i < pinned.size(); ++i) {
+    if (pinned[i]) {
+      projectors_.bind(i, Eigen::Matrix3d::Zero());
+    }
   }
   place_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
   MPI_Allreduce(MPI_IN_PLACE, &place_, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
@@ -69,9 +71,7 @@ Eigen::Matrix3Xd MassPart::gradient() {
   for (const Potential* potential : potentials_) {
     part_.setZero();
     potential->add_gradient(position_, part_);
-    for (Eigen::Index i = 0; i < part_.cols(); ++i) {
-      part_.col(i) = (projectors_[static_cast<std::size_t>(i)] * part_.col(i)).eval();
-    }
+    projectors_.apply(part_);
     squares_.push_back(part_.squaredNorm());
     sum += part_;
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "elastic/inertia.h"
+#include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "solvers/step_part.h"
 #include "surface/surface.h"
@@ -41,7 +42,7 @@ class MassPart : public StepPart {
   void begin(const Field& positions, const MassInput& input);
   const Layout& vertices() const override { return surface_.particles; }
   const std::vector<std::array<PetscInt, 3>>& triangles() const override { return surface_.triangles; }
-  const std::vector<Eigen::Matrix3d>& projectors() const override { return projectors_; }
+  const Projectors& projectors() const override { return projectors_; }
   const std::vector<Potential*>& potentials() const override { return potentials_; }
   const Field& start() const override { return before_; }
   const Field& position() const override { return position_; }
@@ -66,12 +67,12 @@ class MassPart : public StepPart {
   double tolerance_;
   Inertia inertia_;
   std::vector<Potential*> potentials_;
-  std::vector<Eigen::Matrix3d> projectors_;  ///< of the local particles: 0 where one is pinned
-  double place_ = 0;                         ///< the largest coordinate of the undeformed sheet [m]
-  double force_scale_ = 0;                   ///< size of forces on a particle, for the estimate of rounding [N]
-  Eigen::Matrix3Xd part_;                    ///< part of the gradient that comes from one potential
-  Field before_;                             ///< positions at the beginning of a step or an iteration
-  Field position_;                           ///< of a step that is brought into balance elsewhere
+  Projectors projectors_;   ///< of the local particles: 0 where one is pinned
+  double place_ = 0;        ///< the largest coordinate of the undeformed sheet [m]
+  double force_scale_ = 0;  ///< size of forces on a particle, for the estimate of rounding [N]
+  Eigen::Matrix3Xd part_;   ///< part of the gradient that comes from one potential
+  Field before_;            ///< positions at the beginning of a step or an iteration
+  Field position_;          ///< of a step that is brought into balance elsewhere
 
  private:
   std::vector<double> squares_;  ///< see squared_forces

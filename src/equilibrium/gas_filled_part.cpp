@@ -97,9 +97,7 @@ Eigen::Matrix3Xd GasFilledPart::gradient() {
   Eigen::Matrix3Xd sum = part_.gradient();
   squares_ = part_.squared_forces();
   Eigen::Matrix3Xd of_gas = gas_->gradient(number_);
-  for (Eigen::Index i = 0; i < of_gas.cols(); ++i) {
-    of_gas.col(i) = (projectors()[static_cast<std::size_t>(i)] * of_gas.col(i)).eval();
-  }
+  projectors().apply(of_gas);
   squares_.push_back(of_gas.squaredNorm());
   return sum + of_gas;
 }

@@ -57,7 +57,7 @@ class GasFilledPart : public StepPart, public GasFilled {
 
   const Layout& vertices() const override { return part_.vertices(); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const override { return part_.triangles(); }
-  const std::vector<Eigen::Matrix3d>& projectors() const override { return part_.projectors(); }
+  const Projectors& projectors() const override { return part_.projectors(); }
   const std::vector<Potential*>& potentials() const override { return potentials_; }
   const Field& start() const override { return part_.start(); }
   const Field& position() const override { return part_.position(); }

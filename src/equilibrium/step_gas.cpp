@@ -36,7 +36,7 @@ std::vector<FlowingGas::Object> objects_of(const std::vector<StepGas::Part>& par
 
 }  // namespace
 
-LowRank projected(LowRank low_rank, const std::vector<Eigen::Matrix3d>& projectors) {
+LowRank projected(LowRank low_rank, const Projectors& projectors) {
   // The entries are blocks of three, of the vertices.
   Eigen::Map<Eigen::Matrix3Xd> blocks(low_rank.sparse.valuePtr(), 3, low_rank.sparse.nonZeros() / 3);
   for (Eigen::Index block = 0; block < blocks.cols(); ++block) {

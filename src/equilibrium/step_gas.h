@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gas/flowing_gas.h"
+#include "geometry/projectors.h"
 #include "solvers/low_rank.h"
 #include "solvers/step_part.h"
 
@@ -124,7 +125,7 @@ class StepGas {
 };
 
 /// Columns by vertices where these may move. @param projectors of the local vertices (StepPart::projectors)
-LowRank projected(LowRank low_rank, const std::vector<Eigen::Matrix3d>& projectors);
+LowRank projected(LowRank low_rank, const Projectors& projectors);
 
 /// A part of a step with gas in its chambers, which may be one with that of other parts.
 class GasFilled {

@@ -34,11 +34,6 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
       still_(3, model.elements.membrane().particles.local()),
       direction_(model.elements.membrane().particles, 3) {
   const Membrane& membrane = model_.elements.membrane();
-  for (PetscInt i = 0; i < owned(); ++i) {
-    if (!model_.constraints.projectors()[static_cast<std::size_t>(i)].isIdentity(0)) {
-      constrained_.push_back(i);
-    }
-  }
   potentials_ = {&wall_, &damping_};
   add_vertex_potentials();
   potentials_.insert(potentials_.end(), model_.others.begin(), model_.others.end());
@@ -96,7 +91,7 @@ void StepPotential::add_vertex_potentials() {
 
 void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start) {
   set_step(position, start, integrator_.share());
-  const std::vector<Eigen::Matrix3d>& projectors = model_.constraints.projectors();
+  const Projectors& projectors = model_.constraints.projectors();
   const auto start_from = [&](double share) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
       position_.vector(i) = start_.vector(i) + share * (projectors[static_cast<std::size_t>(i)] *
@@ -328,16 +323,9 @@ void StepPotential::evaluate() {
   for (const Potential* potential : potentials_) {
     of_potential_.setZero(3, owned());
     potentials_value_ += potential->add_value_and_gradient(position_, of_potential_);
-    leave_out_held(of_potential_);
+    model_.constraints.projectors().apply(of_potential_);
     squared_forces_.push_back(of_potential_.squaredNorm());
     gradient_ += of_potential_;
-  }
-}
-
-/// Of forces on the owned vertices what acts where they may move.
-void StepPotential::leave_out_held(Eigen::Matrix3Xd& forces) const {
-  for (const PetscInt i : constrained_) {
-    forces.col(i) = (model_.constraints.projectors()[static_cast<std::size_t>(i)] * forces.col(i)).eval();
   }
 }
 
@@ -345,7 +333,7 @@ void StepPotential::leave_out_held(Eigen::Matrix3Xd& forces) const {
 Eigen::Matrix3Xd StepPotential::gradient() {
   evaluate();
   Eigen::Matrix3Xd of_gas = gas_->gradient(part_);
-  leave_out_held(of_gas);
+  model_.constraints.projectors().apply(of_gas);
   squared_forces_.resize(potentials_.size());
   squared_forces_.push_back(of_gas.squaredNorm());
   return gradient_ + of_gas;

@@ -119,7 +119,7 @@ class StepPotential : public StepPart, public GasFilled {
   const std::vector<std::array<PetscInt, 3>>& triangles() const override {
     return model_.elements.membrane().triangles;
   }
-  const std::vector<Eigen::Matrix3d>& projectors() const override { return model_.constraints.projectors(); }
+  const Projectors& projectors() const override { return model_.constraints.projectors(); }
   const std::vector<Potential*>& potentials() const override { return potentials_; }
 
   const Field& start() const override { return start_; }
@@ -165,7 +165,6 @@ class StepPotential : public StepPart, public GasFilled {
   double along_path() const;
   void set_unit_length(Field& direction) const;
   void evaluate();
-  void leave_out_held(Eigen::Matrix3Xd& forces) const;
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
   MPI_Comm comm() const { return model_.elements.membrane().comm(); }
 
@@ -180,8 +179,7 @@ class StepPotential : public StepPart, public GasFilled {
   double force_scale_ = 0;
   double total_mass_ = 0;  ///< [kg]
   std::shared_ptr<StepGas> gas_;
-  std::size_t part_ = 0;               ///< of the gas
-  std::vector<PetscInt> constrained_;  ///< owned vertices that may not move in all directions
+  std::size_t part_ = 0;  ///< of the gas
 
   // The step in progress.
   double h_ = 0;

@@ -163,8 +163,7 @@ NamedPieces name_pieces(const Surface& surface, const std::map<std::string, Cham
 }  // namespace
 
 Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
-                   const Eigen::Vector3d& origin, const SymmetryPlanes& planes,
-                   const std::vector<Eigen::Matrix3d>& projectors)
+                   const Eigen::Vector3d& origin, const SymmetryPlanes& planes, const Projectors& projectors)
     : surface_(&surface), gas_(gas), origin_(origin), planes_(planes) {
   for (const auto& [name, given] : options) {
     require_valid("chambers." + name, given);
@@ -497,7 +496,7 @@ GasNetwork::Vessel Chambers::vessel(int number) const {
   return {self.name, self.law == GasLaw::isothermal, self.gamma, self.initial_volume};
 }
 
-void Chambers::require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const {
+void Chambers::require_closed(int chamber, const Field& rest, const Projectors& projectors) const {
   // The triangles that close the piece join the edges of its boundary to the origin. They lie in the planes if they
   // contribute nothing to the derivative of the volume by any vertex, within its planes.
   Eigen::Matrix3Xd closing = -volume_gradient(chamber, rest);

@@ -11,6 +11,7 @@
 #include "gas/gas_network.h"
 #include "gas/gas_options.h"
 #include "gas/rims.h"
+#include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "surface/living.h"
 #include "surface/symmetry_planes.h"
@@ -105,7 +106,7 @@ class Chambers {
   /// pressure, a piece that is neither closed nor closed by symmetry planes, or that encloses no volume above 0
   Chambers(const Surface& surface, const GasOptions& gas, const std::map<std::string, ChamberOptions>& options,
            const Eigen::Vector3d& origin = Eigen::Vector3d::Zero(), const SymmetryPlanes& planes = {},
-           const std::vector<Eigen::Matrix3d>& projectors = {});
+           const Projectors& projectors = {});
 
   /// Chambers of triangles that have been chosen before, whatever has happened to the surface since. Collective. The
   /// surface must outlive the chambers.
@@ -313,7 +314,7 @@ class Chambers {
   }
   PetscInt owned_triangles() const { return surface_->triangles_per_element * surface_->elements.owned; }
   const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
-  void require_closed(int chamber, const Field& rest, const std::vector<Eigen::Matrix3d>& projectors) const;
+  void require_closed(int chamber, const Field& rest, const Projectors& projectors) const;
 
   const Surface* surface_;
   GasOptions gas_;

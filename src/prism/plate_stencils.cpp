@@ -41,8 +41,7 @@ int owner_of(PetscInt global, const std::vector<PetscInt>& firsts) {
 
 }  // namespace
 
-PlateStencils::PlateStencils(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors,
-                             const std::vector<bool>& clamped) {
+PlateStencils::PlateStencils(const Membrane& membrane, const Projectors& projectors, const std::vector<bool>& clamped) {
   std::vector<std::vector<Wedge>> wedges;
   const std::vector<Fan> all = fans(membrane, wedges);
   Field rest(reach_, 3);

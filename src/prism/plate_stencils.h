@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include "geometry/projectors.h"
 #include "parallel/layout.h"
 #include "surface/membrane.h"
 
@@ -57,8 +58,7 @@ class PlateStencils {
   /// Collective. The membrane must outlive it.
   /// @param projectors on the directions in which each local vertex may move
   /// @param clamped local vertices that keep their tangent plane at an edge
-  PlateStencils(const Membrane& membrane, const std::vector<Eigen::Matrix3d>& projectors,
-                const std::vector<bool>& clamped);
+  PlateStencils(const Membrane& membrane, const Projectors& projectors, const std::vector<bool>& clamped);
 
   /// The vertices of the membrane, and as additional ghosts those further vertices that stencils with this rank's
   /// vertices have.

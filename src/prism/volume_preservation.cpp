@@ -52,8 +52,8 @@ Eigen::Vector3d edge_to_virtual_vertex(const Eigen::Vector3d& e12, const Eigen::
   return (e12 + e13) / 3 + thickness * e12.cross(e13).normalized();
 }
 
-VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wall,
-                                       const std::vector<Eigen::Matrix3d>& projectors, const VolumeOptions& options)
+VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wall, const Projectors& projectors,
+                                       const VolumeOptions& options)
     : membrane_(&membrane),
       wall_(&wall),
       projectors_(&projectors),

@@ -6,6 +6,7 @@
 
 #include "base/choice.h"
 #include "base/stage_result.h"
+#include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "prism/wall.h"
 
@@ -53,7 +54,7 @@ class VolumePreservation {
  public:
   /// Membrane, wall and projectors must outlive it. Collective.
   /// @param projectors on the directions in which each local vertex may move
-  VolumePreservation(const Membrane& membrane, const Wall& wall, const std::vector<Eigen::Matrix3d>& projectors,
+  VolumePreservation(const Membrane& membrane, const Wall& wall, const Projectors& projectors,
                      const VolumeOptions& options);
 
   /// Corrects positions and thickness until the error is within the tolerance; in one correction an element keeps at
@@ -83,7 +84,7 @@ class VolumePreservation {
 
   const Membrane* membrane_;
   const Wall* wall_;
-  const std::vector<Eigen::Matrix3d>* projectors_;
+  const Projectors* projectors_;
   VolumeOptions options_;
   VolumeRule rule_;
   std::vector<int> piece_;                    ///< of each owned vertex

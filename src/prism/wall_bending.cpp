@@ -83,8 +83,7 @@ Eigen::Matrix2d bounded(const Eigen::Matrix2d& a) {
 
 }  // namespace
 
-WallBending::WallBending(const PrismElements& elements, const std::vector<Eigen::Matrix3d>& projectors,
-                         const std::vector<bool>& clamped)
+WallBending::WallBending(const PrismElements& elements, const Projectors& projectors, const std::vector<bool>& clamped)
     : elements_(elements),
       stencils_(elements.membrane(), projectors, clamped),
       plates_(stencils_.stencils().size()),

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "prism/plate_stencils.h"
 #include "prism/prism_elements.h"
@@ -27,8 +28,7 @@ inline namespace prism {
 class WallBending : public Potential {
  public:
   /// Collective. Elements must outlive it. @param projectors, clamped see PlateStencils
-  WallBending(const PrismElements& elements, const std::vector<Eigen::Matrix3d>& projectors,
-              const std::vector<bool>& clamped);
+  WallBending(const PrismElements& elements, const Projectors& projectors, const std::vector<bool>& clamped);
 
   /// From here on thickness and metric are those of `start`. Collective.
   /// @param thickness_ratio h/h0 of the local elements

@@ -117,9 +117,8 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   rows_.resize(static_cast<std::size_t>(count));
   movement_.resize(6, count);
   for (PetscInt i = 0; i < vertices.owned; ++i) {
-    is_constrained_.push_back(!projector(i).isIdentity(0));
-    if (is_constrained_.back()) {
-      constrained_.push_back(i);
+    if (is_bound(i)) {
+      bound_.push_back(i);
     }
   }
   make_interpolation();
@@ -163,7 +162,7 @@ void RigidPatches::interpolate(Vec patches, Vec vertices) const {
     const auto of_patch = movement_.col(local_patch(i));
     Eigen::Map<Eigen::Vector3d>(out + 3 * i) = of_patch.head<3>() + of_patch.tail<3>().cross(arm_.col(i));
   }
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : bound_) {
     Eigen::Map<Eigen::Vector3d> shift(out + 3 * i);
     shift = (projector(i) * shift).eval();
   }
@@ -186,7 +185,7 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
   for (PetscInt i = 0; i < tangent_.vertices().owned; ++i) {
     add(i, Eigen::Map<const Eigen::Vector3d>(in + 3 * i));
   }
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : bound_) {
     const Eigen::Map<const Eigen::Vector3d> force(in + 3 * i);
     add(i, projector(i) * force - force);
   }
@@ -237,7 +236,7 @@ void RigidPatches::find_motions(const Field& x) {
   for (PetscInt i = 0; i < owned; ++i) {
     const PetscInt p = local_patch(i);
     arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
-    if (!is_constrained_[static_cast<std::size_t>(i)]) {
+    if (!is_bound(i)) {
       basis_[static_cast<std::size_t>(p)].topLeftCorner<4, 4>() +=
           with_arm(arm_.col(i)) * with_arm(arm_.col(i)).transpose();
     }
@@ -247,7 +246,7 @@ void RigidPatches::find_motions(const Field& x) {
     gram.setZero();
     add_to(gram, moments);
   }
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : bound_) {
     const Motion motion = of_body(i);
     basis_[static_cast<std::size_t>(local_patch(i))] += motion.transpose() * motion;
   }
@@ -291,14 +290,14 @@ class RigidPatches::Sum : public HessianTerms {
       column_patch_ = q;
     }
     Eigen::Matrix3d allowed = block;
-    if (is_constrained(row)) {
+    if (all_.is_bound(row)) {
       allowed = projector(row) * block;
     }
     if (!is_own_column) {
       forces_.noalias() += allowed * all_.motion(column);
       return;
     }
-    if (is_constrained(column)) {
+    if (all_.is_bound(column)) {
       allowed *= projector(column);
     }
     if (row == column) {
@@ -405,9 +404,8 @@ class RigidPatches::Sum : public HessianTerms {
 
  private:
   PetscInt patch(PetscInt vertex) const { return all_.patch_[static_cast<std::size_t>(vertex)]; }
-  bool is_constrained(PetscInt vertex) const { return all_.is_constrained_[static_cast<std::size_t>(vertex)]; }
   /// Whether a local vertex is this rank's and may move in all directions.
-  bool is_free(PetscInt vertex) const { return vertex < owned() && !is_constrained(vertex); }
+  bool is_free(PetscInt vertex) const { return vertex < owned() && !all_.is_bound(vertex); }
   const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
 
   /// A force at the end of an arm, and its moment.

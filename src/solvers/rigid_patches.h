@@ -86,18 +86,18 @@ class RigidPatches {
   const Eigen::Matrix3d& projector(PetscInt vertex) const {
     return tangent_.projectors()[static_cast<std::size_t>(vertex)];
   }
+  bool is_bound(PetscInt vertex) const { return !tangent_.projectors().is_free(static_cast<std::size_t>(vertex)); }
   const Gram& basis_of(PetscInt patch) const { return basis_[static_cast<std::size_t>(patch - first_patch_)]; }
 
   KSP solver_;
   const Tangent& tangent_;
-  std::vector<bool> is_constrained_;   ///< whether the projector of an owned vertex is not the identity
-  std::vector<PetscInt> constrained_;  ///< those for which it is not
-  std::vector<PetscInt> patch_;        ///< global number, of each owned vertex, then of the others in reach
-  PetscInt first_patch_ = 0;           ///< global number of this rank's first
-  bool knows_reach_ = false;           ///< patches of the vertices in reach are known
-  bool has_neighbours_ = false;        ///< any rank has vertices of others in reach
-  Field motions_;                      ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
-  std::vector<CoarseRow> rows_;        ///< of this rank's patches
+  std::vector<PetscInt> bound_;  ///< owned vertices that may not move in all directions
+  std::vector<PetscInt> patch_;  ///< global number, of each owned vertex, then of the others in reach
+  PetscInt first_patch_ = 0;     ///< global number of this rank's first
+  bool knows_reach_ = false;     ///< patches of the vertices in reach are known
+  bool has_neighbours_ = false;  ///< any rank has vertices of others in reach
+  Field motions_;                ///< (3 x 6, by columns) of each vertex in reach, if there are neighbours
+  std::vector<CoarseRow> rows_;  ///< of this rank's patches
   // Of this rank's patches, when motions were last found.
   Eigen::Matrix3Xd centre_;  ///< [m]
   Eigen::VectorXd count_;    ///< of vertices

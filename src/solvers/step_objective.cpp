@@ -33,11 +33,11 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
       start_(joined_.layout(), 3),
       position_(joined_.layout(), 3) {
   MPI_Comm_rank(comm(), &rank_);
-  std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(joined_.layout().local()));
+  Projectors projectors(static_cast<std::size_t>(joined_.layout().local()));
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const StepPart& part = *parts_[p];
-    for (PetscInt i = 0; i < part.vertices().local(); ++i) {
-      projectors[static_cast<std::size_t>(joined_.local(p, i))] = part.projectors()[static_cast<std::size_t>(i)];
+    for (const PetscInt i : part.projectors().bound()) {
+      projectors.bind(static_cast<std::size_t>(joined_.local(p, i)), part.projectors()[static_cast<std::size_t>(i)]);
     }
     for (std::array<PetscInt, 3> triangle : part.triangles()) {
       for (PetscInt& corner : triangle) {
@@ -145,9 +145,7 @@ void StepObjective::compute_residual(Vec residual) {
   for (const Potential* potential : between_) {
     Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, vertices().owned);
     potential->add_gradient(position_, gradient);
-    for (Eigen::Index i = 0; i < gradient.cols(); ++i) {
-      gradient.col(i) = (tangent_->projectors()[static_cast<std::size_t>(i)] * gradient.col(i)).eval();
-    }
+    tangent_->projectors().apply(gradient);
     sum += gradient;
   }
   squared_residuals_.clear();

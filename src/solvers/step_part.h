@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "geometry/projectors.h"
 #include "parallel/field.h"
 #include "solvers/low_rank.h"
 #include "solvers/potential.h"
@@ -22,7 +23,7 @@ class StepPart {
   /// Local vertices of each triangle: they join the vertices.
   virtual const std::vector<std::array<PetscInt, 3>>& triangles() const = 0;
   /// Projectors on the directions in which each local vertex may move.
-  virtual const std::vector<Eigen::Matrix3d>& projectors() const = 0;
+  virtual const Projectors& projectors() const = 0;
   virtual const std::vector<Potential*>& potentials() const = 0;
 
   /// Where the step starts, ghosts up to date.

@@ -97,7 +97,7 @@ class Diagonal : public HessianTerms {
 
 }  // namespace
 
-Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, std::vector<Eigen::Matrix3d> projectors,
+Tangent::Tangent(const Layout& vertices, std::vector<Potential*> potentials, Projectors projectors,
                  const Choice<TangentMatrix>& type, const std::string& prefix)
     : vertices_(vertices), type_(type), prefix_(prefix), projectors_(std::move(projectors)) {
   for (Potential* potential : potentials) {
@@ -160,17 +160,12 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
       projectors.values().col(static_cast<Eigen::Index>(i)) = projectors_[i].reshaped();
     }
     projectors.update_ghosts();
+    projectors_.resize(static_cast<std::size_t>(reach_.local()));
     for (PetscInt i = vertices_.local(); i < reach_.local(); ++i) {
-      projectors_.emplace_back(projectors.values().col(i).reshaped(3, 3));
+      projectors_.bind(static_cast<std::size_t>(i), projectors.values().col(i).reshaped(3, 3));
     }
   }
-  constrained_.clear();
-  for (std::size_t i = 0; i < projectors_.size(); ++i) {
-    if (projectors_[i] != Eigen::Matrix3d::Identity()) {
-      constrained_.push_back(static_cast<PetscInt>(i));
-    }
-  }
-  any_constrained_ = on_any_rank(vertices_.comm, !constrained_.empty());
+  any_constrained_ = on_any_rank(vertices_.comm, !projectors_.bound().empty());
 }
 
 void Tangent::make_rows() {
@@ -312,7 +307,7 @@ void Tangent::hold(Curvature curvature) {
   for (Eigen::Matrix3d& block : diagonal_) {
     block.diagonal().array() += definite_;
   }
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : projectors_.bound()) {
     if (i < owned()) {
       const auto vertex = static_cast<std::size_t>(i);
       diagonal_[vertex] += (held_ - definite_) * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
@@ -344,7 +339,7 @@ void Tangent::assemble(Curvature curvature) {
     for (std::size_t i = 0; curvature == Curvature::positive && i < vertices; ++i) {
       diagonal_block(i) += definite_share * held * projectors_[i];
     }
-    for (const PetscInt i : constrained_) {
+    for (const PetscInt i : projectors_.bound()) {
       if (i < owned()) {
         const auto vertex = static_cast<std::size_t>(i);
         diagonal_block(vertex) += held * (Eigen::Matrix3d::Identity() - projectors_[vertex]);
@@ -403,7 +398,7 @@ void Tangent::make_diagonal() {
   for (const Part& part : parts_) {
     visit_part(part, terms);
   }
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : projectors_.bound()) {
     if (i < owned()) {
       const Eigen::Matrix3d& projector = projectors_[static_cast<std::size_t>(i)];
       Eigen::Matrix3d& block = diagonal_[static_cast<std::size_t>(i)];
@@ -443,7 +438,7 @@ void Tangent::multiply(Vec in, Vec out) {
     argument_.data()[4 * i + 3] = 0;
   }
   argument_.update_ghosts();
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : projectors_.bound()) {
     argument(i) = projectors_[static_cast<std::size_t>(i)] * argument(i).eval();
   }
   for (PetscInt i = 0; i < owned(); ++i) {
@@ -468,7 +463,7 @@ void Tangent::multiply(Vec in, Vec out) {
       product_.topRows<3>() += dense_product_;
     }
   }
-  for (const PetscInt i : constrained_) {
+  for (const PetscInt i : projectors_.bound()) {
     if (i < owned()) {
       product_.col(i).head<3>() = projectors_[static_cast<std::size_t>(i)] * product_.col(i).head<3>().eval() +
                                   held_ * (given.col(i) - argument(i));

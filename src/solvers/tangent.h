@@ -7,6 +7,7 @@
 
 #include "base/choice.h"
 #include "base/handle.h"
+#include "geometry/projectors.h"
 #include "solvers/potential.h"
 
 namespace pellicle {
@@ -26,7 +27,7 @@ class Tangent {
  public:
   /// Makes pattern and matrix. Collective. @param vertices and potentials must outlive it
   /// @param projectors of the local vertices @param prefix of the options of the matrix, such as "prism_"
-  Tangent(const Layout& vertices, std::vector<Potential*> potentials, std::vector<Eigen::Matrix3d> projectors,
+  Tangent(const Layout& vertices, std::vector<Potential*> potentials, Projectors projectors,
           const Choice<TangentMatrix>& type, const std::string& prefix);
   Tangent(const Tangent&) = delete;  // PETSc's matrix points to this object.
   Tangent& operator=(const Tangent&) = delete;
@@ -49,7 +50,7 @@ class Tangent {
   /// The vertices, and as additional ghosts those that owned ones are coupled with beyond; for the present pattern.
   const Layout& reach() const { return reach_; }
   /// Of the vertices of `reach()`.
-  const std::vector<Eigen::Matrix3d>& projectors() const { return projectors_; }
+  const Projectors& projectors() const { return projectors_; }
   /// Passes on the owned vertices' rows, as last updated, with vertices of `reach()`. A block may come several times;
   /// then it is to be summed. For sbaij half of the blocks come. What holds directions in which vertices may not move
   /// may be left out or not. Not collective.
@@ -95,11 +96,10 @@ class Tangent {
   std::string prefix_;
   PetscInt version_ = 0;  ///< of the pattern: the sum of the potentials'
 
-  Layout reach_;          ///< the vertices, and as further ghosts those that are coupled with owned ones beyond
-  LocalNumbers numbers_;  ///< in `reach_`
-  std::vector<Eigen::Matrix3d> projectors_;  ///< see projectors()
-  std::vector<PetscInt> constrained_;        ///< of them those whose projector is not the identity
-  bool any_constrained_ = false;             ///< on any rank
+  Layout reach_;                  ///< the vertices, and as further ghosts those that are coupled with owned ones beyond
+  LocalNumbers numbers_;          ///< in `reach_`
+  Projectors projectors_;         ///< see projectors()
+  bool any_constrained_ = false;  ///< on any rank
 
   Rows rows_;
   double held_ = 0;                        ///< s of a shell [N/m]

@@ -46,10 +46,8 @@ std::vector<double> contact_values(const ContactOptions& options, const std::opt
   return values;
 }
 
-bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projectors) {
-  const bool holds = std::any_of(projectors.begin(), projectors.end(),
-                                 [](const Eigen::Matrix3d& p) { return p != Eigen::Matrix3d::Identity(); });
-  return !on_any_rank(comm, holds);
+bool can_move_alike(MPI_Comm comm, const Projectors& projectors) {
+  return !on_any_rank(comm, !projectors.bound().empty());
 }
 
 void open_lips(const std::vector<TouchingObject*>& objects) {

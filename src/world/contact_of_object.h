@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "contact/surface_contact.h"
+#include "geometry/projectors.h"
 #include "io/history.h"
 #include "world/object.h"
 #include "world/object_state.h"
@@ -25,7 +26,7 @@ std::vector<double> contact_values(const ContactOptions& options, const std::opt
 
 /// Whether no particle is held on any rank, so that all particles of an object may move alike. Collective.
 /// @param projectors of each local particle onto where it may go
-bool can_move_alike(MPI_Comm comm, const std::vector<Eigen::Matrix3d>& projectors);
+bool can_move_alike(MPI_Comm comm, const Projectors& projectors);
 
 /// Moves the lips of fresh cracks apart, if there are any, see contact/lips.h. Collective.
 /// @param objects all that touch each other

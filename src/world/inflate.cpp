@@ -249,9 +249,9 @@ void Inflate::make_solvers() {
 }
 
 std::vector<bool> Inflate::held() const {
-  std::vector<bool> held;
-  for (const Eigen::Matrix3d& projector : constraints_.projectors()) {
-    held.push_back(projector != Eigen::Matrix3d::Identity());
+  std::vector<bool> held(constraints_.projectors().size(), false);
+  for (const PetscInt i : constraints_.projectors().bound()) {
+    held[static_cast<std::size_t>(i)] = true;
   }
   return held;
 }

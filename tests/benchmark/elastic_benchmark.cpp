@@ -54,8 +54,7 @@ void elastic_product(benchmark::State& state, int cells_a_side) {
   Inertia inertia(sheet.particles);
   const auto mass = [](std::size_t) { return 1; };
   inertia.set(positions, mass, 1);
-  Tangent tangent(sheet.particles, {&springs, &bending, &inertia},
-                  std::vector<Eigen::Matrix3d>(particles, Eigen::Matrix3d::Identity()), TangentMatrix::shell, "");
+  Tangent tangent(sheet.particles, {&springs, &bending, &inertia}, Projectors(particles), TangentMatrix::shell, "");
   tangent.update(positions, Curvature::positive);
   std::ptrdiff_t with_stiffness = 0;
   for (const std::vector<double>& of_colour : material.stiffness(living)) {

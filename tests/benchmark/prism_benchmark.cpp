@@ -136,8 +136,7 @@ struct InflatedTangent {
       : inflated(given),
         wall(given.elements, options),
         damping(given.elements, given.mass, inertia_too(options)),
-        tangent(given.membrane.particles, {&wall, &damping},
-                std::vector<Eigen::Matrix3d>(given.membrane.persistent_id.size(), Eigen::Matrix3d::Identity()),
+        tangent(given.membrane.particles, {&wall, &damping}, Projectors(given.membrane.persistent_id.size()),
                 options.mat_type, "prism_") {
     wall.set_thickness(given.thickness_ratio);
     wall.set_load(loads ? given.load_pressure : std::vector<double>());

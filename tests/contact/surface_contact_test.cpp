@@ -195,8 +195,7 @@ TEST_P(SurfaceContactTest, TheExactSecondDerivativeIsThatOfTheForces) {
   SurfaceContact contact({{&surface(), thickness, stiffness}}, options_, true);
   Field x = press(contact);
   const Field w = direction();
-  const std::vector<Eigen::Matrix3d> projectors(static_cast<std::size_t>(surface().particles.local()),
-                                                Eigen::Matrix3d::Identity());
+  const Projectors projectors(static_cast<std::size_t>(surface().particles.local()));
   Tangent tangent(surface().particles, {&contact}, projectors, TangentMatrix::baij, "contact_test_");
   tangent.move_on(x);
   tangent.move_on(x);  // The direction of friction follows an iteration behind.

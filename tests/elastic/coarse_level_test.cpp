@@ -37,17 +37,16 @@ class Crumpled {
           return PointPotential{0, Eigen::Vector3d::Zero(), (2.0 + i % 2) * Eigen::Matrix3d::Identity()};
         })) {
     x.values() = sheet_.rest;
+    projectors = Projectors(static_cast<std::size_t>(sheet_.particles.local()));
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
       const auto id = static_cast<double>(sheet_.persistent_id[static_cast<std::size_t>(i)]);
       x.vector(i) += 0.02 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
-      Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
       if (clamped_[static_cast<std::size_t>(i)]) {
-        projector.setZero();
+        projectors.bind(static_cast<std::size_t>(i), Eigen::Matrix3d::Zero());
       } else if (sheet_.persistent_id[static_cast<std::size_t>(i)] % 13 == 0) {
         const Eigen::Vector3d along = Eigen::Vector3d(1, 2, 3).normalized();
-        projector = along * along.transpose();
+        projectors.bind(static_cast<std::size_t>(i), along * along.transpose());
       }
-      projectors.push_back(projector);
     }
     const Living living(sheet_);
     const std::vector<double> ones(projectors.size(), 1);
@@ -85,7 +84,7 @@ class Crumpled {
 
  public:
   Field x;
-  std::vector<Eigen::Matrix3d> projectors;
+  Projectors projectors;
   std::optional<Tangent> tangent;
 
  private:

@@ -164,7 +164,7 @@ class HalfSphere : public ::testing::Test {
     planes.of_particle.assign(projectors.size(), 0);
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       if (std::abs(membrane.rest(2, i) - height) < 1e-12) {
-        projectors[static_cast<std::size_t>(i)](2, 2) = 0;
+        projectors.bind(static_cast<std::size_t>(i), Eigen::Vector3d(1, 1, 0).asDiagonal());
         planes.of_particle[static_cast<std::size_t>(i)] = 1;
       }
     }
@@ -173,7 +173,7 @@ class HalfSphere : public ::testing::Test {
   Eigen::Vector3d plane;
   Membrane membrane;
   SymmetryPlanes planes;
-  std::vector<Eigen::Matrix3d> projectors;
+  Projectors projectors;
 };
 
 TEST_F(HalfSphere, a_symmetry_plane_closes_a_piece) {
@@ -183,8 +183,7 @@ TEST_F(HalfSphere, a_symmetry_plane_closes_a_piece) {
 }
 
 TEST_F(HalfSphere, an_open_piece_has_no_volume_but_may_have_a_pressure) {
-  const auto refused = [&](const SymmetryPlanes& known, const std::vector<Eigen::Matrix3d>& free,
-                           const std::string& words) {
+  const auto refused = [&](const SymmetryPlanes& known, const Projectors& free, const std::string& words) {
     try {
       const Chambers chambers(membrane, gas_options(), {{"air", relative(1)}}, plane, known, free);
       ADD_FAILURE() << "no error: " << words;

@@ -52,9 +52,8 @@ inline SurfaceMesh cube_mesh(double edge) {
 
 inline Membrane membrane_of(const SurfaceMesh& mesh) { return make_membrane(PETSC_COMM_WORLD, mesh, SheetOptions()); }
 
-inline std::vector<Eigen::Matrix3d> free_to_move(const Membrane& membrane) {
-  return std::vector<Eigen::Matrix3d>(static_cast<std::size_t>(membrane.particles.local()),
-                                      Eigen::Matrix3d::Identity());
+inline Projectors free_to_move(const Membrane& membrane) {
+  return Projectors(static_cast<std::size_t>(membrane.particles.local()));
 }
 
 inline Field rest_positions(const Membrane& membrane) {

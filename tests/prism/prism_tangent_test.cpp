@@ -67,7 +67,7 @@ class BalloonTangent {
   BalloonTangent(Balloon& balloon, const Way& way, bool positive = false)
       : balloon_(balloon),
         blocks_(balloon.membrane.particles),
-        projectors(balloon.membrane.particles.local(), Eigen::Matrix3d::Identity()),
+        projectors(static_cast<std::size_t>(balloon.membrane.particles.local())),
         vertex_blocks(blocks_.hessian) {
     options.mat_type = way.mat_type;
     options.tangent = way.tangent;
@@ -113,7 +113,7 @@ class BalloonTangent {
 
  public:
   PrismOptions options;
-  std::vector<Eigen::Matrix3d> projectors;
+  Projectors projectors;
   std::vector<double> load_pressure;
   std::vector<Eigen::Matrix3d>& vertex_blocks;
   std::unique_ptr<DampingPotential> damping;
@@ -180,11 +180,11 @@ void fill(BalloonTangent& tangent, const Balloon& balloon) {
     const PetscInt id = membrane.persistent_id[i];
     const Eigen::Vector3d normal = Eigen::Vector3d(1, noise(id, 0, 6), 0).normalized();
     if (id % 5 == 0) {
-      tangent.projectors[i] -= normal * normal.transpose();
+      tangent.projectors.bind(i, Eigen::Matrix3d::Identity() - normal * normal.transpose());
     } else if (id % 7 == 0) {
-      tangent.projectors[i] = normal * normal.transpose();
+      tangent.projectors.bind(i, normal * normal.transpose());
     } else if (id % 11 == 0) {
-      tangent.projectors[i].setZero();
+      tangent.projectors.bind(i, Eigen::Matrix3d::Zero());
     }
   }
   tangent.damp(0.3, balloon.moved(balloon.random_field(0.1, 7), 0.01));
@@ -375,7 +375,7 @@ TEST(WallTangent, a_positive_one_is_positive_definite_whatever_the_state) {
       BalloonTangent tangent(balloon, way);
       tangent.load_pressure.assign(balloon.membrane.triangles.size(), 1e4);
       if (held) {
-        tangent.projectors[3] = Eigen::Vector3d(1, 0, 1).asDiagonal();
+        tangent.projectors.bind(3, Eigen::Vector3d(1, 0, 1).asDiagonal());
       }
       EXPECT_LT(lowest_eigenvalue(tangent.matrix()), -0.1 * stiffness_scale) << way.mat_type;
       tangent.positive = true;

@@ -29,8 +29,7 @@ constexpr double rigidity = shear * thickness * thickness * thickness / 3;
 struct BentWall : TestedWall {
   BentWall(MPI_Comm comm, const SurfaceMesh& mesh, WallOptions options = {}, bool is_clamped = false)
       : TestedWall(comm, mesh, with_thickness(std::move(options))),
-        bending(elements, std::vector<Eigen::Matrix3d>(local(), Eigen::Matrix3d::Identity()),
-                std::vector<bool>(local(), is_clamped)) {
+        bending(elements, Projectors(local()), std::vector<bool>(local(), is_clamped)) {
     bending.begin_step(x, thickness_ratio);
   }
 
@@ -61,8 +60,7 @@ struct BentWall : TestedWall {
   Eigen::Matrix3Xd times(const Field& w, const std::string& mat_type, Curvature curvature) {
     Choice<TangentMatrix> type = TangentMatrix::baij;
     type = mat_type;
-    Tangent tangent(membrane.particles, {&bending}, std::vector<Eigen::Matrix3d>(local(), Eigen::Matrix3d::Identity()),
-                    type, "prism_");
+    Tangent tangent(membrane.particles, {&bending}, Projectors(local()), type, "prism_");
     tangent.update(x, curvature);
     return product(tangent.matrix(), w);
   }

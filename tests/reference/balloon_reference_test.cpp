@@ -84,7 +84,7 @@ TEST_P(ReferenceBalloon, elements) {
   const Field x = c.field(c.params["x"]);
   const Field w = c.field(c.params["w"]);
   const std::vector<double> ratio(c.membrane.triangles.size(), c.params["h_ratio"].as<double>());
-  const std::vector<Eigen::Matrix3d> free(c.membrane.persistent_id.size(), Eigen::Matrix3d::Identity());
+  const Projectors free(c.membrane.persistent_id.size());
   for (const auto& entry : c.params["materials"]) {
     const auto name = entry.first.as<std::string>();
     const YAML::Node expected = c.expected[name];
@@ -144,7 +144,7 @@ Chambers chamber_of(const BalloonCase& c, const YAML::Node& gas) {
           {{"gas", chamber}},
           Eigen::Vector3d::Zero(),
           {},
-          std::vector<Eigen::Matrix3d>(c.membrane.persistent_id.size(), Eigen::Matrix3d::Identity())};
+          Projectors(c.membrane.persistent_id.size())};
 }
 
 TEST_P(ReferenceBalloon, gas) {
@@ -171,7 +171,7 @@ TEST_P(ReferenceBalloon, volume_preservation) {
   const BalloonCase c(GetParam());
   const YAML::Node expected = c.expected["shell"];
   const Wall wall = make_wall(c.membrane, c.wall_options("stvk"), {});
-  const std::vector<Eigen::Matrix3d> free(c.membrane.persistent_id.size(), Eigen::Matrix3d::Identity());
+  const Projectors free(c.membrane.persistent_id.size());
   for (const char* rule : {"mass", "muller06"}) {
     VolumeOptions options;
     options.rule = rule;

@@ -75,8 +75,7 @@ struct FactorisedRing {
       : layout(number_owned(PETSC_COMM_WORLD, share())),
         ring(layout),
         position(layout, 3),
-        tangent(layout, {&ring}, std::vector<Eigen::Matrix3d>(static_cast<std::size_t>(layout.owned), identity()), type,
-                "ring_"),
+        tangent(layout, {&ring}, Projectors(static_cast<std::size_t>(layout.owned)), type, "ring_"),
         system(tangent.matrix(), 2, "ring_", {KSPCG, PCNONE, 1e-12}),
         factor(tangent, system, "ring_"),
         columns(3 * vertices, 2) {
@@ -85,7 +84,6 @@ struct FactorisedRing {
     }
   }
 
-  static Eigen::Matrix3d identity() { return Eigen::Matrix3d::Identity(); }
   static PetscInt share() {
     int rank = 0;
     int ranks = 1;
