@@ -22,17 +22,16 @@ bool is_assembled(const HeatOptions& options) {
   if (options.mat_type != HeatMatrix::automatic) {
     return options.mat_type == HeatMatrix::aij;
   }
-  const auto is_given = [&options](const char* name) {
-    PetscBool is_set = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, options.solver_prefix.c_str(), name, &is_set));
-    return is_set == PETSC_TRUE;
-  };
+  const char* prefix = options.solver_prefix.c_str();
   char preconditioner[64] = PCJACOBI;
-  check(PetscOptionsGetString(nullptr, options.solver_prefix.c_str(), "-pc_type", preconditioner, sizeof preconditioner,
-                              nullptr));
-  return (std::string(preconditioner) != PCJACOBI && std::string(preconditioner) != PCNONE) ||
-         is_given("-pc_jacobi_type") || is_given("-ksp_diagonal_scale") || is_given("-ksp_view_mat") ||
-         is_given("-save_system");
+  check(PetscOptionsGetString(nullptr, prefix, "-pc_type", preconditioner, sizeof preconditioner, nullptr));
+  bool needs_entries = std::string(preconditioner) != PCJACOBI && std::string(preconditioner) != PCNONE;
+  for (const char* name : {"-pc_jacobi_type", "-ksp_diagonal_scale", "-ksp_view_mat", "-mat_view", "-save_system"}) {
+    PetscBool is_given = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, prefix, name, &is_given));
+    needs_entries = needs_entries || is_given == PETSC_TRUE;
+  }
+  return needs_entries;
 }
 
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }

@@ -60,9 +60,8 @@ void describe(OptionTable& table, HeatOptions& options) {
   table.add("heat.mat_type", options.mat_type)
       .solver_setting()
       .help(
-          "the matrix of conduction: aij: assembled; shell: matrix-free; auto: shell, or aij where pc_type is given "
-          "that "
-          "needs entries, or save_system, or ksp_view_mat");
+          "the matrix of conduction: aij: assembled; shell: matrix-free; auto: shell, or aij for a pc_type that needs "
+          "entries, and for save_system, ksp_view_mat and mat_view");
   table.add_objects("heat.sources", options.sources, "external heat sources, by name");
   table.add_solver_prefix("heat_");
 }

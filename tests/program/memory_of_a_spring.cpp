@@ -60,7 +60,7 @@ TEST_P(MemoryOfASpring, IsBounded) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sheets, MemoryOfASpring,
-                         testing::Values(MemoryCase{"projection", 510}, MemoryCase{"elastic", 810}),
+                         testing::Values(MemoryCase{"projection", 510}, MemoryCase{"elastic", 780}),
                          [](const auto& instance) { return instance.param.dynamics; });
 
 }  // namespace
