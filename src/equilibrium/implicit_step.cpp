@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "solvers/backtracking.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -34,13 +35,8 @@ constexpr int most_steps_to_factorise = 8;
 
 /// Whether the tangent may be factorised where iterations fail: not if the user has chosen how to iterate.
 bool may_factorise(const PrismOptions& options, PetscInt vertices) {
-  PetscBool is_chosen = PETSC_FALSE;
-  for (const char* option : {"-pc_type", "-ksp_type", "-ksp_max_it"}) {
-    PetscBool is_set = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, options.solver_prefix.c_str(), option, &is_set));
-    is_chosen = is_set == PETSC_TRUE ? PETSC_TRUE : is_chosen;
-  }
-  return options.factor == PrismFactor::automatic && is_chosen == PETSC_FALSE &&
+  return options.factor == PrismFactor::automatic &&
+         !any_is_given(options.solver_prefix, {"pc_type", "ksp_type", "ksp_max_it"}) &&
          options.mat_type != TangentMatrix::shell && vertices <= most_vertices_to_factorise;
 }
 

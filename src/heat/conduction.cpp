@@ -17,23 +17,6 @@ namespace {
 
 constexpr int most_solves = 20;  ///< of a step
 
-/// Whether the matrix is assembled.
-bool is_assembled(const HeatOptions& options) {
-  if (options.mat_type != HeatMatrix::automatic) {
-    return options.mat_type == HeatMatrix::aij;
-  }
-  const char* prefix = options.solver_prefix.c_str();
-  char preconditioner[64] = PCJACOBI;
-  check(PetscOptionsGetString(nullptr, prefix, "-pc_type", preconditioner, sizeof preconditioner, nullptr));
-  bool needs_entries = std::string(preconditioner) != PCJACOBI && std::string(preconditioner) != PCNONE;
-  for (const char* name : {"-pc_jacobi_type", "-ksp_diagonal_scale", "-ksp_view_mat", "-mat_view", "-save_system"}) {
-    PetscBool is_given = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, prefix, name, &is_given));
-    needs_entries = needs_entries || is_given == PETSC_TRUE;
-  }
-  return needs_entries;
-}
-
 Eigen::Map<Eigen::VectorXd> owned_values(double* values, Eigen::Index size) { return {values, size}; }
 
 }  // namespace
@@ -42,7 +25,8 @@ Conduction::Conduction(const Surface& surface, const HeatOptions& options,
                        const std::vector<double>& diffusivity_factor)
     : surface_(surface),
       umbrella_(options.operator_name == HeatOperator::umbrella),
-      assembled_(is_assembled(options)),
+      assembled_(options.mat_type == HeatMatrix::aij ||
+                 (options.mat_type == HeatMatrix::automatic && asks_for_entries(options.solver_prefix))),
       conducts_(options.diffusivity > 0),
       tolerance_(options.ksp_rtol),
       solver_prefix_(options.solver_prefix),

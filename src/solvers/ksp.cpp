@@ -319,6 +319,20 @@ void run_solver(const std::string& prefix, const std::function<void()>& calls) {
   }
 }
 
+bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names) {
+  return std::any_of(names.begin(), names.end(), [&prefix](const char* name) {
+    PetscBool is_given = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, prefix.c_str(), (std::string("-") + name).c_str(), &is_given));
+    return is_given == PETSC_TRUE;
+  });
+}
+
+bool asks_for_entries(const std::string& prefix) {
+  const std::string preconditioner = option_value("-" + prefix + "pc_type").value_or(PCJACOBI);
+  return (preconditioner != PCJACOBI && preconditioner != PCNONE) ||
+         any_is_given(prefix, {"pc_jacobi_type", "ksp_diagonal_scale", "ksp_view_mat", "mat_view", "save_system"});
+}
+
 void set_definite(Mat matrix) {
   PetscBool lacks_option = PETSC_FALSE;  // in PETSc 3.18, which refuses it
   check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &lacks_option, MATMPIBAIJ, MATMPISBAIJ, ""));

@@ -3,6 +3,7 @@
 #include <petscksp.h>
 
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,6 +36,13 @@ constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of this setting
 /// @throws Error that names the option: a type or solver package that PETSc does not have, or that the matrix does not
 /// allow
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);
+
+/// Whether any of PETSc's options of a prefix is given. @param names such as "ksp_type"
+bool any_is_given(const std::string& prefix, std::initializer_list<const char*> names);
+
+/// Whether the options of a solver ask for entries of its matrix: for another preconditioner than none and the
+/// diagonal, to scale the matrix, to see or to save it.
+bool asks_for_entries(const std::string& prefix);
 
 /// Tells PETSc that a matrix is symmetric positive definite whatever values it gets, or, where PETSc's type cannot know
 /// that, that it is symmetric.
