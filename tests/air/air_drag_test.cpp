@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "geometry/principal_axes.h"
 #include "meshing/closed_shapes.h"
 #include "surface/living.h"
 #include "surface/membrane.h"
@@ -127,7 +128,7 @@ TEST_F(AirDragTest, DragTakesEnergyWhateverMoves) {
   const Eigen::Matrix3Xd start = velocity.values();
   drag.accelerate(velocity, sheet.initial_mass, 0.5);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(drag.resistance(i)).eigenvalues()[0], -1e-15);
+    EXPECT_GE(principal_axes(drag.resistance(i)).values[0], -1e-15);
     const double mass = sheet.initial_mass[static_cast<std::size_t>(i)];
     before += mass * start.col(i).squaredNorm();
     after += mass * velocity.vector(i).squaredNorm();

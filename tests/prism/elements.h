@@ -9,11 +9,6 @@
 
 namespace pellicle {
 
-/// In ascending order. Of a matrix of any size, so that the solver is compiled once.
-inline Eigen::VectorXd eigenvalues_of(const Eigen::MatrixXd& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly).eigenvalues();
-}
-
 /// Thickness ratio of elements whose rule does not set it.
 constexpr double given_ratio = 0.85;
 

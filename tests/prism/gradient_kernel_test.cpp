@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/principal_axes.h"
 #include "tests/prism/elements.h"
 #include "tests/support/print_once.h"
 
@@ -140,7 +141,7 @@ TEST(GradientKernel, without_work_where_the_element_turns) {
 
 /// psi(C) of the material, and less p/2 ln det C, by the principal values of C.
 double density(const Material& material, double p, const Eigen::Matrix3d& green) {
-  const Eigen::Vector3d s = eigenvalues_of(green);
+  const Eigen::Vector3d s = principal_axes(green).values;
   return energy_density(material, s[0] + s[1], s[0] * s[1], s[2]).value - p / 2 * std::log(s.prod());
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "geometry/pressure_load.h"
+#include "geometry/principal_axes.h"
 #include "prism/damping_potential.h"
 #include "prism/wall_potential.h"
 #include "solvers/ksp.h"
@@ -353,9 +354,9 @@ double lowest_eigenvalue(Mat matrix) {
   PetscInt size = 0;
   check(MatGetSize(dense, &size, nullptr));
   check(MatDenseGetArrayRead(dense, &values));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(Eigen::Map<const Eigen::MatrixXd>(values, size, size));
+  const double smallest = principal_axes(Eigen::Map<const Eigen::MatrixXd>(values, size, size)).values[0];
   check(MatDenseRestoreArrayRead(dense, &values));
-  return solver.eigenvalues()[0];
+  return smallest;
 }
 
 // On every rank for itself: the matrix is small and dense.

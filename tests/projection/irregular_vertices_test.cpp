@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "base/error.h"
+#include "geometry/principal_axes.h"
 #include "tests/projection/sheets.h"
 
 namespace pellicle {
@@ -179,8 +180,7 @@ double condition(const SurfaceMesh& mesh, Colour colour) {
     jacobian.block<1, 3>(s, 3 * a) = constraint.gradient.col(s).transpose();
     jacobian.block<1, 3>(s, 3 * b) = -constraint.gradient.col(s).transpose();
   }
-  const Eigen::VectorXd values =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(jacobian * jacobian.transpose()).eigenvalues();
+  const Eigen::VectorXd values = principal_axes(jacobian * jacobian.transpose()).values;
   return values.minCoeff() / values.maxCoeff();
 }
 
