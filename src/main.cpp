@@ -97,6 +97,15 @@ int run_program(int argc, char** argv, bool is_root) {
   return 0;
 }
 
+/// What OpenMPI must know of a run that no launcher has started. It needs no daemon, which takes longer to start than
+/// the program; nor a folder for what ranks share: without the daemon runs at the same time would have one between
+/// them, which each removes; nor, in files, a position that ranks share, which would lie in that folder.
+void stand_alone() {
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+  setenv("OMPI_MCA_sharedfp", "individual", 0);
+}
+
 /// Opens those of standard input, output and error that are closed: otherwise a file of the run would get their number,
 /// and what is printed would go into it.
 void open_standard_streams() {
@@ -119,8 +128,9 @@ int main(int argc, char** argv) {
   use_large_pages();
   open_standard_streams();
   catch_stop_signals(rank);
-  // A run without mpirun needs no daemon of OpenMPI's, which takes longer to start than the program.
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  if (std::getenv("PMIX_RANK") == nullptr) {
+    stand_alone();
+  }
   MPI_Init(&argc, &argv);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   catch_stop_signals(rank);

@@ -202,6 +202,14 @@ TEST_F(OutputTest, AFailedRunKeepsTheLastGoodState) {
   EXPECT_FALSE(std::filesystem::exists(failed)) << "it is of the run before";
 }
 
+// Of OpenMPI's, for what ranks share: runs at the same time would remove it from under each other.
+TEST_F(OutputTest, ARunWithoutMpirunNeedsNoFolderBesidesItsOwn) {
+  setenv("OMPI_MCA_orte_tmpdir_base", write("no_folder", "").c_str(), 1);
+  const CommandResult result = run(1, {"-time_max_steps", "2", "-checkpoint_interval_steps", "1"});
+  EXPECT_EQ(result.errors, "");
+  EXPECT_TRUE(std::filesystem::exists(folder() / "out/checkpoint_000002.h5"));
+}
+
 TEST_F(OutputTest, AnOlderRunOfTheSameNameIsReplaced) {
   run(2, {"-time_max_steps", "4", "-output_interval_steps", "1"});
   run(1, {"-time_max_steps", "2", "-output_interval_steps", "1"});
