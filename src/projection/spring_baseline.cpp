@@ -22,6 +22,12 @@ constexpr double rounding = 1e-13;
 
 using Block = Eigen::Matrix<PetscScalar, 3, 3, Eigen::RowMajor>;
 
+bool is_one_of(Mat matrix, MatType on_one_rank, MatType on_several) {
+  PetscBool is = PETSC_FALSE;
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(matrix), &is, on_one_rank, on_several, ""));
+  return is == PETSC_TRUE;
+}
+
 }  // namespace
 
 void describe(OptionTable& table, SpringOptions& options) {
@@ -64,8 +70,15 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
   std::vector<PetscInt> own_blocks(static_cast<std::size_t>(particles.owned), 1);
   std::vector<PetscInt> other_blocks(static_cast<std::size_t>(particles.owned), 0);
+  // Of these, what sbaij keeps.
+  std::vector<PetscInt> own_upper = own_blocks;
+  std::vector<PetscInt> other_upper = other_blocks;
   for (const auto& [row, column] : blocks) {
-    ++(column < particles.owned ? own_blocks : other_blocks)[static_cast<std::size_t>(row)];
+    const bool is_own = column < particles.owned;
+    ++(is_own ? own_blocks : other_blocks)[static_cast<std::size_t>(row)];
+    if (particles.to_global(column) > particles.to_global(row)) {
+      ++(is_own ? own_upper : other_upper)[static_cast<std::size_t>(row)];
+    }
   }
   check(MatCreate(particles.comm, tangent_.create()));
   check(MatSetSizes(tangent_, 3 * particles.owned, 3 * particles.owned, PETSC_DETERMINE, PETSC_DETERMINE));
@@ -73,8 +86,16 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   check(MatSetType(tangent_, MATBAIJ));
   check(MatSetOptionsPrefix(tangent_, options.solver_prefix.c_str()));
   check(MatSetFromOptions(tangent_));
-  check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), nullptr, nullptr));
+  const bool is_upper = is_one_of(tangent_, MATSEQSBAIJ, MATMPISBAIJ);
+  if (!is_upper && !is_one_of(tangent_, MATSEQBAIJ, MATMPIBAIJ) && !is_one_of(tangent_, MATSEQAIJ, MATMPIAIJ)) {
+    throw Error("-" + options.solver_prefix + "mat_type: expected baij, aij or sbaij");
+  }
+  check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), own_upper.data(),
+                                other_upper.data()));
   check(MatSetOption(tangent_, MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE));
+  if (is_upper) {
+    check(MatSetOption(tangent_, MAT_IGNORE_LOWER_TRIANGULAR, PETSC_TRUE));
+  }
   set_definite(tangent_);
   check(MatCreateVecs(tangent_, update_.create(), residual_.create()));
 

@@ -466,6 +466,9 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   } catch (const PetscFailure& failure) {
     // CHOLMOD's way to say that a matrix is not positive definite
     if (failure.code() != PETSC_ERR_MAT_CH_ZRPVT && failure.code() != PETSC_ERR_MAT_LU_ZRPVT) {
+      // Where a call has failed, preconditioners still hold vectors and matrices of their callers as if they were their
+      // own (PCMG, PCEISENSTAT), and would destroy them.
+      PetscObjectReference(reinterpret_cast<PetscObject>(ksp));
       throw_if_about_options(prefix_of(ksp), failure);
       throw;
     }

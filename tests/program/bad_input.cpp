@@ -90,6 +90,17 @@ TEST_F(BadInputTest, ValuesOfSolverOptions) {
   expect_refused(deck + Arguments{"-project_red_ksp_max_it", "many"}, {"-project_red_", "many"}, one_rank);
   expect_refused(deck + Arguments{"-project_mat_type", "shell", "-project_pc_type", "icc"},
                  {"-project_", "icc", "expected none or jacobi"}, one_rank);
+  expect_refused(deck + Arguments{"-dynamics", "spring", "-spring_mat_type", "dense"},
+                 {"-spring_mat_type", "expected baij, aij or sbaij"}, one_rank);
+}
+
+// Preconditioners hold vectors and matrices that are not theirs then, and must not be destroyed.
+TEST_F(BadInputTest, ASolveThatFailsInsidePetscIsOneLine) {
+  const CommandResult result =
+      pellicle(2, {write("good.yaml", "mesh: {cells: [4, 4]}\n"), "-heat_pc_type", "eisenstat"});
+  EXPECT_EQ(result.exit_code, 1) << result;
+  ASSERT_EQ(result.error_lines().size(), 1U) << result;
+  EXPECT_NE(result.error_lines()[0].find("-heat_pc_type eisenstat: PETSc: No method"), std::string::npos) << result;
 }
 
 TEST_F(BadInputTest, AFileInPlaceOfTheOutputFolder) {

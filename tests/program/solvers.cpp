@@ -125,6 +125,7 @@ TEST_F(SolversTest, HookeSprings) {
   const Arguments springs{"-dynamics", "spring", "-spring_newton_tolerance", "1e-9", "-spring_ksp_rtol", "1e-12"};
   const DrawnFrame reference = run(1, springs);
   for (const Arguments& solver : {Arguments{"-spring_ksp_type", "minres", "-spring_pc_type", "jacobi"},
+                                  {"-spring_mat_type", "sbaij", "-spring_pc_type", "icc"},
                                   {"-spring_mat_type", "aij", "-spring_pc_type", "gamg"},
                                   {"-spring_mat_type", "aij", "-spring_pc_type", "lu"}}) {
     expect_same_fields(reference, run(1, springs + solver), agreement, solver.back());
