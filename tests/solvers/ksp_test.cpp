@@ -75,6 +75,18 @@ TEST(Ksp, a_direction_of_negative_curvature_is_no_solution) {
   }
 }
 
+TEST(Ksp, what_grows_beyond_all_numbers_can_be_solved_again) {
+  Chain chain;
+  SolverOptions options;
+  options.set("chain_ksp_type", "chebyshev");
+  options.set("chain_ksp_chebyshev_eigenvalues", "0.1,0.2");  // far less than the largest
+  options.set("chain_ksp_divtol", "1e308");
+  const KspHandle ksp = make_ksp(chain.matrix, chain.matrix, "chain_", {});
+  for (int time = 0; time < 5; ++time) {
+    EXPECT_EQ(solve(ksp, chain.b, chain.x).ended, KSP_DIVERGED_NANORINF) << time;
+  }
+}
+
 /// What make_ksp says to an option.
 std::string refusal(const std::string& prefix, const std::vector<std::pair<std::string, std::string>>& given) {
   SolverOptions options;
