@@ -85,7 +85,7 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   check(MatSetBlockSize(tangent_, 3));
   check(MatSetType(tangent_, MATBAIJ));
   check(MatSetOptionsPrefix(tangent_, options.solver_prefix.c_str()));
-  check(MatSetFromOptions(tangent_));
+  run_solver(options.solver_prefix, [&] { check(MatSetFromOptions(tangent_)); });
   const bool is_upper = is_one_of(tangent_, MATSEQSBAIJ, MATMPISBAIJ);
   if (!is_upper && !is_one_of(tangent_, MATSEQBAIJ, MATMPIBAIJ) && !is_one_of(tangent_, MATSEQAIJ, MATMPIAIJ)) {
     throw Error("-" + options.solver_prefix + "mat_type: expected baij, aij or sbaij");
