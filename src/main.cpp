@@ -97,9 +97,9 @@ int run_program(int argc, char** argv, bool is_root) {
   return 0;
 }
 
-/// What OpenMPI must know of a run that no launcher has started. It needs no daemon, which takes longer to start than
-/// the program; nor a folder for what ranks share: without the daemon runs at the same time would have one between
-/// them, which each removes; nor, in files, a position that ranks share, which would lie in that folder.
+/// Sets what OpenMPI needs for a run that no launcher has started: no daemon, which takes longer to start than the
+/// program; no folder for files that ranks share, since without the daemon all such runs would use the same folder and
+/// remove it from each other; and no shared position in files, which OpenMPI would keep in that folder.
 void stand_alone() {
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);

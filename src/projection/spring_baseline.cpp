@@ -88,7 +88,10 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
   run_solver(options.solver_prefix, [&] { check(MatSetFromOptions(tangent_)); });
   const bool is_upper = is_one_of(tangent_, MATSEQSBAIJ, MATMPISBAIJ);
   if (!is_upper && !is_one_of(tangent_, MATSEQBAIJ, MATMPIBAIJ) && !is_one_of(tangent_, MATSEQAIJ, MATMPIAIJ)) {
-    throw Error("-" + options.solver_prefix + "mat_type: expected baij, aij or sbaij");
+    MatType type = nullptr;
+    check(MatGetType(tangent_, &type));
+    throw Error("-" + options.solver_prefix + "mat_type: gives a matrix of type " + type +
+                ", expected baij, aij or sbaij");
   }
   check(MatXAIJSetPreallocation(tangent_, 3, own_blocks.data(), other_blocks.data(), own_upper.data(),
                                 other_upper.data()));

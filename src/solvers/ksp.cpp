@@ -308,8 +308,9 @@ void require_unscaled(KSP ksp, Mat matrix, const std::string& prefix) {
   }
 }
 
-/// Where KSPCHEBYSHEV ends with numbers that are not finite, it leaves one of its work vectors in place of the solution
-/// and would later give that back to PETSc as if it had taken it.
+/// Where KSPCHEBYSHEV ends with numbers that are not finite, one of its work vectors is left as its solution, without a
+/// reference: the next solve would free that vector and go on to use it. Here it gets one, and the solution loses its
+/// own.
 void own_solution(KSP ksp, Vec solution) {
   Vec left = nullptr;
   check(KSPGetSolution(ksp, &left));
