@@ -205,20 +205,22 @@ double Blobs::Solid::distance(const Eigen::Vector3d& point) const {
 
 double Blobs::operator()(const Eigen::Vector3d& point) const {
   // s = sum of exp(-d_i/k_i), scaled by its largest term; the mean of k_i in the same weights gives the value its unit.
+  constexpr double lost = 60;  // a term that is smaller than the largest by exp(-60) does not change the sum
   double largest = -std::numeric_limits<double>::infinity();
   double sum = 0;
   double sum_of_k = 0;
   for (const Solid& solid : added_) {
     const double exponent = -solid.distance(point) / solid.k;
+    const double difference = std::abs(exponent - largest);
+    const double smaller = difference < lost ? std::exp(-difference) : 0;
     if (exponent > largest) {
-      const double scale = std::exp(largest - exponent);
-      sum *= scale;
-      sum_of_k *= scale;
+      sum = sum * smaller + 1;
+      sum_of_k = sum_of_k * smaller + solid.k;
       largest = exponent;
+    } else {
+      sum += smaller;
+      sum_of_k += smaller * solid.k;
     }
-    const double term = std::exp(exponent - largest);
-    sum += term;
-    sum_of_k += term * solid.k;
   }
   double value = -(largest + std::log(sum)) * sum_of_k / sum;
   for (const Solid& solid : subtracted_) {

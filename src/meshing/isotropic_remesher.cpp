@@ -83,10 +83,10 @@ Eigen::Vector3d IsotropicRemesher::area_vector(int a, int b, int c) const {
 
 double IsotropicRemesher::smallest_angle(int a, int b, int c) const {
   const double double_area = 2 * area_vector(a, b, c).norm();
-  const auto angle = [&](int at, int one, int other) {
-    return std::atan2(double_area, (place(one) - place(at)).dot(place(other) - place(at)));
+  const auto product = [&](int at, int one, int other) {
+    return (place(one) - place(at)).dot(place(other) - place(at));
   };
-  return std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
+  return std::atan2(double_area, std::max({product(a, b, c), product(b, c, a), product(c, a, b)}));
 }
 
 /// Triangles (a, b, c) and (b, a, d) get a new point m in the middle of a b: (a, m, c), (m, b, c), (m, a, d), (b, m,
