@@ -26,6 +26,7 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
     point = options.shift + factor * (point - options.shift);
   }
   require_coordinates(mesh, options.name());
+  measure_rounding(mesh, report);
   report.volume = *options.volume;
   report.area *= factor * factor;
   report.shortest_edge *= factor;

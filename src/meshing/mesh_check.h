@@ -30,6 +30,7 @@ struct MeshReport {
   int sharpest_face = 0;      ///< which has it: its number in the file
   double shortest_edge = 0;   ///< [m]
   double longest_edge = 0;    ///< [m]
+  double rounding = 0;        ///< to which the farthest coordinate can be told, over the mean side of the faces
   /// Twice the radius of the inscribed circle over that of the circumscribed one: 1 for an equilateral triangle.
   double smallest_radius_ratio = 1;
   double mean_radius_ratio = 1;  ///< over the triangles
@@ -52,14 +53,19 @@ struct MeshReport {
 /// products of a few lengths overflow.
 void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
 
+/// Measures MeshReport::rounding.
+/// @throws Error in one line if forces would be no more than rounding: a mesh that is too far from the origin for its
+/// size, where points that should differ may be at one place
+void measure_rounding(const SurfaceMesh& mesh, MeshReport& report);
+
 /// Whether points at exactly the same place become one, or stay apart, as for two layers that lie on each other.
 enum class Duplicates { merge, keep };
 
-/// Checks a mesh (require_coordinates, then what follows) and repairs what can be repaired without a choice:
-/// points at exactly the same place are merged (unless kept); corners of a face that name the same point in succession
-/// become one, and a face that is then no polygon is removed; faces that repeat another and points of no face are
-/// removed; faces are flipped so that neighbours agree, in each open piece the smaller part, in each closed piece so
-/// that all face outward.
+/// Checks a mesh (require_coordinates, measure_rounding, then what follows) and repairs what can be repaired without a
+/// choice: points at exactly the same place are merged (unless kept); corners of a face that name the same point in
+/// succession become one, and a face that is then no polygon is removed; faces that repeat another and points of no
+/// face are removed; faces are flipped so that neighbours agree, in each open piece the smaller part, in each closed
+/// piece so that all face outward.
 ///
 /// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
 /// Not collective.

@@ -316,6 +316,25 @@ TEST(MeshCheck, MeasuresQuality) {
   EXPECT_NEAR(two.mean_radius_ratio, 0.9, 1e-14);
 }
 
+TEST(MeshCheck, SaysWhatIsTooFarFromTheOriginForItsSize) {
+  const auto at = [](double place) {
+    SurfaceMesh mesh = rectangle_mesh({10, 10}, {1, 1});  // sides of 0.1 m
+    for (Eigen::Vector3d& point : mesh.points) {
+      point.z() -= place;
+    }
+    return mesh;
+  };
+  SurfaceMesh near = at(1e5);
+  EXPECT_EQ(check_and_repair(near, "it").remarks(), std::vector<std::string>{});
+  SurfaceMesh far = at(1e7);
+  expect_in(PrintToString(check_and_repair(far, "it").remarks()),
+            "warning: so far from the origin that places are rounded to 2.2e-08 of a side; mesh.shift moves it");
+  SurfaceMesh farther = at(1e14);
+  EXPECT_EQ(message_of<Error>([&farther] { check_and_repair(farther, "it"); }),
+            "it: 1e+14 m from the origin, where places are rounded to 0.0222045 m; expected at most 1e-06 of the mean "
+            "side, 0.1 m: a mesh nearer to the origin");
+}
+
 TEST(FaultOfQuads, NamesTheFirstOtherFace) {
   SurfaceMesh mesh = grid();
   EXPECT_EQ(fault_of_quads(mesh), "");
