@@ -5,9 +5,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <queue>
-#include <set>
 #include <sstream>
+#include <tuple>
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
@@ -129,18 +130,23 @@ int remove_collapsed_faces(SurfaceMesh& mesh) {
 /// Of faces with the same points in the same order, or the reverse, only the first stays. @returns how many were
 /// removed.
 int remove_repeated_faces(SurfaceMesh& mesh) {
-  std::set<std::vector<int>> seen;
-  std::vector<bool> keep(mesh.faces.size());
-  int removed = 0;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+  std::vector<std::vector<int>> forms = mesh.faces;
+  for (std::vector<int>& face : forms) {
     // Puts all into one form: from the lowest point number towards its lower neighbour.
-    std::vector<int> face = mesh.faces[f];
     std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
     if (face.back() < face[1]) {
       std::reverse(face.begin() + 1, face.end());
     }
-    keep[f] = seen.insert(std::move(face)).second;
-    removed += keep[f] ? 0 : 1;
+  }
+  std::vector<std::size_t> order(forms.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&forms](std::size_t f, std::size_t g) { return std::tie(forms[f], f) < std::tie(forms[g], g); });
+  std::vector<bool> keep(forms.size(), true);
+  int removed = 0;
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    keep[order[k]] = forms[order[k]] != forms[order[k - 1]];
+    removed += keep[order[k]] ? 0 : 1;
   }
   if (removed > 0) {
     keep_faces(mesh, keep);
@@ -195,6 +201,9 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
     bool agrees;
   };
   std::vector<std::vector<Neighbour>> neighbours(mesh.faces.size());
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    neighbours[f].reserve(mesh.faces[f].size());
+  }
   for (const Edge& edge : edges) {
     if (edge.faces() == 2) {
       const Side& first = edge.begin[0];

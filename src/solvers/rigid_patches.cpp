@@ -20,7 +20,11 @@ namespace {
 
 /// Owned vertices joined by the edges of triangles.
 CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>>& triangles) {
+  constexpr std::size_t usual = 12;  // two of each triangle
   std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(owned));
+  for (std::vector<int>& of_vertex : neighbours) {
+    of_vertex.reserve(usual);
+  }
   for (const auto& triangle : triangles) {
     for (const PetscInt a : triangle) {
       for (const PetscInt b : triangle) {

@@ -3,6 +3,7 @@
 #include <petscdmplex.h>
 
 #include <map>
+#include <memory_resource>
 #include <numeric>
 #include <set>
 #include <unordered_map>
@@ -206,14 +207,22 @@ std::vector<PetscInt> without_repeats(std::vector<PetscInt> numbers) {
 }
 
 /// The place of each id in a list, by the id.
-std::unordered_map<PetscInt, PetscInt> places(const std::vector<PetscInt>& ids) {
-  std::unordered_map<PetscInt, PetscInt> place;
-  place.reserve(ids.size());
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    place.emplace(ids[i], static_cast<PetscInt>(i));
+class Places {
+ public:
+  explicit Places(const std::vector<PetscInt>& ids) {
+    place_.reserve(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      place_.emplace(ids[i], static_cast<PetscInt>(i));
+    }
   }
-  return place;
-}
+
+  bool has(PetscInt id) const { return place_.count(id) > 0; }
+  PetscInt at(PetscInt id) const { return place_.at(id); }
+
+ private:
+  std::pmr::monotonic_buffer_resource pool_;
+  std::pmr::unordered_map<PetscInt, PetscInt> place_{&pool_};
+};
 
 /// Orders the cells, and the vertices, so that those near each other on the surface are near each other in the order.
 /// @param corners ids of the vertices of the cells, `count` each
@@ -226,7 +235,7 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   if (cells == 0) {
     return order;
   }
-  const std::unordered_map<PetscInt, PetscInt> place = places(vertices);
+  const Places place(vertices);
   std::vector<PetscInt> numbers;
   for (const PetscInt id : corners) {
     numbers.push_back(place.at(id));
@@ -284,17 +293,16 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
   for (const MeshRows::Point& point : points) {
     ids.push_back(point.id);
   }
-  const std::unordered_map<PetscInt, PetscInt> row_of = places(ids);
+  const Places row_of(ids);
   std::vector<int> owner(points.size(), -1);
   std::vector<PetscInt> chosen;
   PetscInt missing = -1;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto row = row_of.find(wanted[i]);
-    if (row == row_of.end()) {
+    if (!row_of.has(wanted[i])) {
       missing = wanted[i];
     } else {
-      chosen.push_back(row->second);
-      int& last = owner[static_cast<std::size_t>(row->second)];
+      chosen.push_back(row_of.at(wanted[i]));
+      int& last = owner[static_cast<std::size_t>(chosen.back())];
       last = is_own[i] != 0 ? std::max(last, to_home.sources()[i]) : last;
     }
   }
@@ -313,7 +321,7 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
 /// @param own ids of those that this rank owns, in the order of their numbers
 std::vector<PetscInt> numbers_of_owners(MPI_Comm comm, const std::vector<PetscInt>& ids, const std::vector<int>& owners,
                                         const std::vector<PetscInt>& own) {
-  const std::unordered_map<PetscInt, PetscInt> number = places(own);
+  const Places number(own);
   const Route to_owner(comm, owners);
   std::vector<PetscInt> answers;
   for (const PetscInt id : to_owner.send(ids)) {
@@ -398,9 +406,9 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   // Vertices: those of own cells in the order found above, then the others, as far as this rank owns them; then ghosts.
   std::vector<char> has_own_cell(vertices.size(), 1);
   {
-    const std::unordered_map<PetscInt, PetscInt> of_own_cells = places(vertices);
+    const Places of_own_cells(vertices);
     std::copy_if(held.begin(), held.end(), std::back_inserter(vertices),
-                 [&](PetscInt id) { return of_own_cells.count(id) == 0; });
+                 [&](PetscInt id) { return !of_own_cells.has(id); });
     has_own_cell.resize(vertices.size(), 0);
   }
   const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows_);
@@ -432,7 +440,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   rows_.cell_corners.clear();
   rows_.part.clear();
   rows_.load.clear();
-  const std::unordered_map<PetscInt, PetscInt> place = places(vertices);
+  const Places place(vertices);
   for (const PetscInt id : cells.corners.as<PetscInt>()) {
     corners_.push_back(cell_layout_.local() + place.at(id));
   }
