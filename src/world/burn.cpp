@@ -7,6 +7,8 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "equilibrium/time_scheme.h"
+#include "geometry/quad_area.h"
 #include "parallel/collective.h"
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
@@ -238,6 +240,7 @@ void Burn::finish(State& state, BurnStep& step) {
   step.force_residual = moved_.force_residual;
   step.contacts = moved_.contacts;
   step.loads = moved_.loads;
+  step.step_error = moved_.step_error;
   step.take(moved_);
   if (step.converged) {
     look_at_contact(state, step);
@@ -428,7 +431,7 @@ void Burn::ask_bodies(const State& state, DynamicsResult& result) const {
 DynamicsResult Burn::advance_elastic(State& state, double h) {
   begin_bodies(state, h);
   const ElasticResult moved = elastic_->advance(state.position, elastic_input(state, h));
-  DynamicsResult result{moved, 0, moved.newton_iterations, moved.error, {}};
+  DynamicsResult result{moved, 0, moved.newton_iterations, moved.error, {}, {}};
   if (tearing_) {
     force_ = elastic_->spring_forces(state.position);
   }
@@ -751,11 +754,38 @@ void Burn::find_velocities(State& state, const ContactStep& contact, std::vector
       v.col(i) = (x.col(i) - start_.values().col(i)) / contact.h;
     }
   }
+  if (options_.time.tolerance > 0) {
+    moved_.step_error = step_error(state, contact.h);
+  }
   leave_bodies(state, contact, loads);
   if (sheet_.layers == 1) {
     follow_corners(sheet_, state.position);
     follow_corners(sheet_, state.velocity);
   }
+}
+
+/// Estimated error of the step of length h [s]: TimeIntegrator::error of implicit Euler where nothing holds the sheet,
+/// at most, over the square root of its undeformed area. Collective.
+double Burn::step_error(const State& state, double h) const {
+  double area = 0;
+  double error = 0;
+  for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
+    if (sheet_.lattice[cell] < sheet_.particles.owned) {
+      const auto& [c0, c1, c2, c3] = sheet_.cells[cell];
+      area +=
+          quad_area_vector(sheet_.rest.col(c0), sheet_.rest.col(c1), sheet_.rest.col(c2), sheet_.rest.col(c3)).norm();
+    }
+  }
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    if (!held_[static_cast<std::size_t>(i)] && mass_[static_cast<std::size_t>(i)] > 0) {
+      const Motion before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
+      const Motion after{state.velocity.vector(i), Eigen::Vector3d::Zero()};
+      error = std::max(error, TimeIntegrator().error(h, before, after));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &error, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  return error / std::sqrt(area);
 }
 
 }  // namespace world

@@ -45,6 +45,7 @@ struct BurnStep {
   PetscInt contacts = 0;                   ///< particles of this rank held by a body at the end
   std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names
   std::optional<ContactFigures> touching;  ///< of a sheet that touches itself
+  std::optional<double> step_error;        ///< with time.tolerance, see Burn::step_error
   bool died = false;                       ///< whether a part of the sheet burnt away, on any rank
   bool cracked = false;                    ///< whether a side of its cells cracked, on any rank
 
@@ -60,6 +61,7 @@ struct DynamicsResult : StageResult {
   int newton_iterations = 0;
   double force_residual = 0;    ///< see BurnStep
   std::vector<BodyLoad> loads;  ///< likewise
+  std::optional<double> step_error;
 };
 
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
@@ -184,6 +186,7 @@ class Burn {
   void begin_bodies(const State& state, double h);
   void ask_bodies(const State& state, DynamicsResult& result) const;
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
+  double step_error(const State& state, double h) const;
   void look_at_contact(State& state, BurnStep& step) const;
   ElasticInput elastic_input(const State& state, double h) const;
   void lift(State& state, double h);

@@ -160,6 +160,13 @@ void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
   }
 }
 
+void require_error_estimate(const Options& options) {
+  if (options.time.tolerance > 0 && options.dynamics != Dynamics::elastic) {
+    throw Error("time.tolerance: " + number_text(options.time.tolerance) + ": the error of steps with dynamics " +
+                options.dynamics.name() + " is not known, expected 0 or dynamics elastic");
+  }
+}
+
 }  // namespace
 
 BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output)
@@ -168,10 +175,7 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
       sheet_(std::make_unique<Sheet>(std::move(sheet))),
       burn_(std::make_unique<Burn>(*sheet_, options, output.clock)),
       state_(std::make_unique<State>(burn_->initial_state())) {
-  if (options.time.tolerance > 0) {
-    throw Error("time.tolerance: " + number_text(options.time.tolerance) +
-                ": the burning chain does not estimate the error of its steps; expected 0");
-  }
+  require_error_estimate(options);
   start_lines_ = settle_start(options.contact, *this, burn_->bodies());
 }
 
@@ -185,6 +189,7 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
     state_->add_gas(static_cast<int>(chambers), static_cast<int>(options.gas.links.size()));
   }
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
+  require_error_estimate(options);
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, *state_);
   burn_->follow(*state_);
   find_end();
@@ -224,6 +229,7 @@ StepResult BurnRun::result() {
     result.converged = result.reason.empty();
   }
   result.iterations = last_.heat_iterations + last_.dynamics_iterations;
+  result.step_error = last_.step_error;
   char figures[40];
   std::snprintf(figures, sizeof figures, "|C| %.3e m", last_.constraint_error);
   result.figures = figures;

@@ -42,8 +42,8 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.tolerance", options.tolerance)
       .at_least(0)
       .help(
-          "error allowed in a step, as a share of the sheet's size; from it follow the lengths of the steps, the first "
-          "of time.step; 0: all of time.step");
+          "error of a step that is aimed at, as a share of the square root of the object's area; from it follow the "
+          "lengths of the steps, the first of time.step; 0: all of time.step");
   table.add("time.max_step", options.max_step)
       .unit("s")
       .more_than(0)
@@ -271,11 +271,12 @@ void describe(OptionTable& table, Options& options) {
                           "combustion.corner_factor", "combustion.lattice_factor", "ablation.compact_fraction"}) {
     table.find_key(key)->acts_with(burns);
   }
-  table.find_key("combustion.char_stiffness")->acts_with({"chain: inflate or dynamics: elastic", [&options] {
-                                                            return options.chain == ChainKind::inflate ||
-                                                                   options.dynamics == Dynamics::elastic;
-                                                          }});
-  table.find_key("time.tolerance")->acts_with(inflates);
+  for (const char* key : {"combustion.char_stiffness", "time.tolerance"}) {
+    table.find_key(key)->acts_with({"chain: inflate or dynamics: elastic", [&options] {
+                                      return options.chain == ChainKind::inflate ||
+                                             options.dynamics == Dynamics::elastic;
+                                    }});
+  }
   table.find_key("time.scheme")->acts_with(inflates);
   table.find_key("wall.wrinkling")->acts_with(one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}));
   table.find_key("prism.positive_elements")->acts_with({"no time.arc_length", [&options] {

@@ -59,7 +59,8 @@ TEST_F(BadInputTest, Values) {
   expect_deck_refused("mesh: {cells: [4, 4, 4]}\n", {"bad.yaml:1", "mesh.cells", "2"}, one_rank);
   expect_deck_refused("dynamics: springs\n", {"bad.yaml:1", "dynamics", "springs", "spring"}, one_rank);
   expect_deck_refused("output: {springs: maybe}\n", {"bad.yaml:1", "output.springs", "maybe"}, one_rank);
-  expect_deck_refused("time: {tolerance: 1e-3}\n", {"bad.yaml:1", "time.tolerance", "chain: inflate"});
+  expect_deck_refused("time: {tolerance: 1e-3}\ndynamics: projection\n",
+                      {"bad.yaml:1", "time.tolerance", "chain: inflate or dynamics: elastic"});
   expect_deck_refused("project: {order: RGBB}\n", {"project.order", "RGBB"}, one_rank);
   expect_deck_refused("output: {name: a/b}\n", {"output.name", "a/b"}, one_rank);
 }

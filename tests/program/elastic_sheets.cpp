@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/units.h"
 #include "tests/support/csv.h"
 #include "tests/support/frames.h"
 #include "tests/support/program.h"
@@ -73,6 +74,33 @@ TEST_F(ElasticSheets, ACantileverSwingsWithItsFirstFrequency) {
   ASSERT_GE(turns.size(), 2u);
   const double period = 2 * std::acos(-1.0) / (1.8751 * 1.8751);  // D = 1 N m, 1 kg/m^2, 1 m
   EXPECT_NEAR(turns[1], period, 0.03 * period);
+}
+
+TEST_F(ElasticSheets, StepsFollowFromTheirError) {
+  // In free fall a step of implicit Euler goes g h^2/2 too far, so it becomes 0.9 of the length with the error aimed
+  // at.
+  const std::string deck = write("fall.yaml",
+                                 "mesh: {cells: [8, 2], size: [0.8 m, 0.2 m]}\n"
+                                 "sheet: {perturbation: 0}\n"
+                                 "force: {gravity: [0, 0, -9.81], damping: 0}\n"
+                                 "time: {step: 1 ms, end: 0.3 s}\n"
+                                 "output: {directory: out, interval_time: 0.2 s}\n");
+  for (const double tolerance : {1e-3, 1e-5}) {
+    succeed(3, {deck, "-time_tolerance", number_text(tolerance), "-time_max_step", "1"});
+    const auto history = read_csv(folder() / "out" / "history.csv");
+    const std::vector<double>& steps = history.at("time_step");
+    const double exact = 0.9 * std::sqrt(2 * tolerance * 0.4 / 9.81);
+    ASSERT_GT(steps.size(), 10U);
+    EXPECT_NEAR(steps[8], exact, 1e-6 * exact);
+    double error = 0;
+    for (const double h : steps) {
+      error += 9.81 * h * h / 2;
+    }
+    const DrawnFrame frame = last_frame(folder() / "out" / "fall.pvd");
+    for (const auto& [id, place] : frame.points.at("position")) {
+      EXPECT_NEAR(place[2], -9.81 * 0.3 * 0.3 / 2 - error, 1e-7);
+    }
+  }
 }
 
 }  // namespace
