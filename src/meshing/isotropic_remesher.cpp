@@ -89,6 +89,12 @@ double IsotropicRemesher::smallest_angle(int a, int b, int c) const {
   return std::atan2(double_area, std::max({product(a, b, c), product(b, c, a), product(c, a, b)}));
 }
 
+/// Whether no side of its two triangles is longer.
+bool IsotropicRemesher::is_longest(int h) const {
+  const int t = twin_[index(h)];
+  return length(h) >= std::max({length(next(h)), length(previous(h)), length(next(t)), length(previous(t))});
+}
+
 /// Triangles (a, b, c) and (b, a, d) get a new point m in the middle of a b: (a, m, c), (m, b, c), (m, a, d), (b, m,
 /// d).
 void IsotropicRemesher::split(int h) {
@@ -288,8 +294,10 @@ void IsotropicRemesher::smooth() {
 }
 
 void IsotropicRemesher::remesh(double edge_length) {
-  for (int h = 0; h < half_edges(); ++h) {  // new ones too
-    if (alive(h) && h < twin_[index(h)] && length(h) > longest_share * edge_length) {
+  // New ones too, but only the longest of their triangles: a needle would get points without end.
+  const int old = half_edges();
+  for (int h = 0; h < half_edges(); ++h) {
+    if (alive(h) && h < twin_[index(h)] && length(h) > longest_share * edge_length && (h < old || is_longest(h))) {
       split(h);
     }
   }

@@ -55,6 +55,7 @@ class IsotropicRemesher {
   void for_each_spoke(int point, const Visit& visit) const;
   bool joined(int a, int b) const;
 
+  bool is_longest(int h) const;
   void split(int h);
   bool collapse(int h, double longest);
   bool may_flip(int h) const;
