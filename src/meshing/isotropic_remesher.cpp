@@ -294,7 +294,8 @@ void IsotropicRemesher::smooth() {
 }
 
 void IsotropicRemesher::remesh(double edge_length) {
-  // New ones too, but only the longest of their triangles: a needle would get points without end.
+  // A side that a split has made is split too, but only if it is the longest of its two triangles: otherwise needles
+  // get points without end.
   const int old = half_edges();
   for (int h = 0; h < half_edges(); ++h) {
     if (alive(h) && h < twin_[index(h)] && length(h) > longest_share * edge_length && (h < old || is_longest(h))) {

@@ -30,7 +30,7 @@ struct MeshReport {
   int sharpest_face = 0;      ///< which has it: its number in the file
   double shortest_edge = 0;   ///< [m]
   double longest_edge = 0;    ///< [m]
-  double rounding = 0;        ///< to which the farthest coordinate can be told, over the mean side of the faces
+  double rounding = 0;        ///< distance of the largest coordinate to the next number, over the mean side of faces
   /// Twice the radius of the inscribed circle over that of the circumscribed one: 1 for an equilateral triangle.
   double smallest_radius_ratio = 1;
   double mean_radius_ratio = 1;  ///< over the triangles
@@ -54,8 +54,8 @@ struct MeshReport {
 void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
 
 /// Measures MeshReport::rounding.
-/// @throws Error in one line if forces would be no more than rounding: a mesh that is too far from the origin for its
-/// size, where points that should differ may be at one place
+/// @throws Error in one line if it is above 1e-6: so far from the origin strains are no more than rounding, and points
+/// that should differ may be at one place
 void measure_rounding(const SurfaceMesh& mesh, MeshReport& report);
 
 /// Whether points at exactly the same place become one, or stay apart, as for two layers that lie on each other.

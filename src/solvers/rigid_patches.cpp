@@ -20,7 +20,7 @@ namespace {
 
 /// Owned vertices joined by the edges of triangles.
 CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>>& triangles) {
-  constexpr std::size_t usual = 12;  // two of each triangle
+  constexpr std::size_t usual = 12;  // two from each of six triangles
   std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(owned));
   for (std::vector<int>& of_vertex : neighbours) {
     of_vertex.reserve(usual);

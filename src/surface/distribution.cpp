@@ -216,8 +216,12 @@ class Places {
     }
   }
 
-  bool has(PetscInt id) const { return place_.count(id) > 0; }
   PetscInt at(PetscInt id) const { return place_.at(id); }
+  /// -1: it is not among them
+  PetscInt find(PetscInt id) const {
+    const auto found = place_.find(id);
+    return found == place_.end() ? -1 : found->second;
+  }
 
  private:
   std::pmr::monotonic_buffer_resource pool_;
@@ -298,11 +302,12 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
   std::vector<PetscInt> chosen;
   PetscInt missing = -1;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    if (!row_of.has(wanted[i])) {
+    const PetscInt row = row_of.find(wanted[i]);
+    if (row < 0) {
       missing = wanted[i];
     } else {
-      chosen.push_back(row_of.at(wanted[i]));
-      int& last = owner[static_cast<std::size_t>(chosen.back())];
+      chosen.push_back(row);
+      int& last = owner[static_cast<std::size_t>(row)];
       last = is_own[i] != 0 ? std::max(last, to_home.sources()[i]) : last;
     }
   }
@@ -408,7 +413,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   {
     const Places of_own_cells(vertices);
     std::copy_if(held.begin(), held.end(), std::back_inserter(vertices),
-                 [&](PetscInt id) { return !of_own_cells.has(id); });
+                 [&](PetscInt id) { return of_own_cells.find(id) < 0; });
     has_own_cell.resize(vertices.size(), 0);
   }
   const std::vector<int> owner = fetch_vertices(comm, vertices, has_own_cell, rows_);

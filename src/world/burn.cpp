@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "elastic/sheet_springs.h"
 #include "equilibrium/time_scheme.h"
-#include "geometry/quad_area.h"
 #include "parallel/collective.h"
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
@@ -72,6 +72,17 @@ double usual_stiffness_of(const Sheet& sheet, const Options& options) {
                                  (is_elastic ? 1 : rigid) * options.sheet.areal_density, options.time.step);
 }
 
+/// Square root of the undeformed area [m]. Collective.
+double size_of(const Sheet& sheet) {
+  const std::vector<double> areas = cell_areas(sheet);
+  double area = 0;
+  for (std::size_t cell = 0; cell < areas.size(); ++cell) {
+    area += sheet.lattice[cell] < sheet.particles.owned ? areas[cell] : 0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  return std::sqrt(area);
+}
+
 }  // namespace
 
 const std::vector<std::string>& Burn::stage_names() {
@@ -119,6 +130,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
+    size_ = options.time.tolerance > 0 ? size_of(sheet) : 0;
     if (chambers_.count() > 0 && options.contact.together) {
       filled_.emplace(*elastic_, chambers_, options.gas.tangent);
     }
@@ -764,18 +776,10 @@ void Burn::find_velocities(State& state, const ContactStep& contact, std::vector
   }
 }
 
-/// Estimated error of the step of length h [s]: TimeIntegrator::error of implicit Euler where nothing holds the sheet,
-/// at most, over the square root of its undeformed area. Collective.
+/// Estimated error of the step of length h [s], as a share of the sheet's size: the largest TimeIntegrator::error, by
+/// implicit Euler, of the particles that nothing holds. Collective.
 double Burn::step_error(const State& state, double h) const {
-  double area = 0;
   double error = 0;
-  for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
-    if (sheet_.lattice[cell] < sheet_.particles.owned) {
-      const auto& [c0, c1, c2, c3] = sheet_.cells[cell];
-      area +=
-          quad_area_vector(sheet_.rest.col(c0), sheet_.rest.col(c1), sheet_.rest.col(c2), sheet_.rest.col(c3)).norm();
-    }
-  }
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     if (!held_[static_cast<std::size_t>(i)] && mass_[static_cast<std::size_t>(i)] > 0) {
       const Motion before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
@@ -783,9 +787,8 @@ double Burn::step_error(const State& state, double h) const {
       error = std::max(error, TimeIntegrator().error(h, before, after));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
   MPI_Allreduce(MPI_IN_PLACE, &error, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
-  return error / std::sqrt(area);
+  return error / size_;
 }
 
 }  // namespace world

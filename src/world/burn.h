@@ -231,6 +231,7 @@ class Burn {
   Eigen::Matrix3Xd free_velocity_;        ///< velocities without them
   std::vector<bool> held_;                ///< those that are pinned or have left
   std::vector<double> mass_;              ///< that moves with them [kg]
+  double size_ = 0;                       ///< square root of its undeformed area, with time.tolerance [m]
   double usual_stiffness_ = 0;            ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_ = 0;                  ///< of contact, in the present step [Pa/m]
   std::vector<double> volume_ratio_;      ///< see set_volume_ratios

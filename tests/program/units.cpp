@@ -93,7 +93,8 @@ TEST_P(UnitsTest, AWorldOfAnotherSizeBehavesAlike) {
   }
 }
 
-// What has a default in SI is given, as is all that is read from files.
+// Of hot_ball the tensile stiffness is given, since its default is a number in SI. None of the scenes reads its mesh
+// from a file, which would keep its size.
 INSTANTIATE_TEST_SUITE_P(
     Of, UnitsTest,
     testing::Values(Scene{"hot_ball",
