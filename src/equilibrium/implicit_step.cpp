@@ -20,6 +20,11 @@ namespace {
 /// way.
 constexpr double share_step = 0.125;
 
+/// A step that lowers the objective by less than this share of what its tangent promises was too long, and after one
+/// that lowers it by more than that the next may be longer.
+constexpr double poor_ratio = 0.25;
+constexpr double good_ratio = 0.9;
+
 /// Iterations of a linear solve before the tangent is factorised instead, which costs what some 250 do
 /// (docs/performance.md).
 constexpr int most_linear_iterations = 100;
@@ -27,8 +32,10 @@ constexpr int most_linear_iterations = 100;
 /// Number of vertices beyond which a factor takes too much memory to be made without being asked for.
 constexpr PetscInt most_vertices_to_factorise = 200000;
 
-/// Values of the objective that a step from where the tangent is not positive definite may rise to.
+/// Values of the objective that a step from where the tangent is not positive definite may rise to, if it does not rise
+/// by more than so many times what the tangent promised it to fall.
 constexpr std::size_t most_last_values = 8;
+constexpr double most_rise = 16;
 
 /// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
@@ -117,6 +124,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   };
   problem.update_jacobian = [this](Vec position) {
     objective_.move_to(position);
+    share_ = next_share();
     update_jacobian();
   };
   problem.solve = [this](Vec residual, Vec descent, const NewtonRequest& request) {
@@ -144,12 +152,12 @@ ImplicitResult ImplicitStep::advance(double h) {
   }
   objective_.write_to(unknowns_);
   concave_iterations_ = 0;
-  last_share_ = 0;
   choose_solver();
   ImplicitResult result;
   NewtonResult newton;
   do {
     last_values_.clear();
+    share_ = 0;
     newton = newton_->solve(unknowns_);
     result.newton_iterations += newton.iterations;
     result.linear_iterations += newton.linear_iterations;
@@ -248,10 +256,22 @@ void ImplicitStep::update_jacobian() {
       check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));
     }
   }
-  objective_.update_tangent(Curvature::exact, system_);
+  set_tangent(share_);
   if (path_) {
     path_->update(along_->load_rate(), along_->path_scale());
   }
+}
+
+/// The share with which an iteration begins: that of the last one, less where the objective fell as the tangent
+/// promised, more where it did not.
+double ImplicitStep::next_share() const {
+  if (share_ == 0 || !objective_.blends()) {
+    return 0;
+  }
+  if (last_ratio_ < poor_ratio) {
+    return std::min(share_ + share_step, 1.0);
+  }
+  return last_ratio_ > good_ratio ? std::max(share_ - 2 * share_step, 0.0) : share_;
 }
 
 /// At the beginning of a step: use iterations, unless they have failed recently.
@@ -295,19 +315,13 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     update_jacobian();
     attempt();
   }
-  if (result.solved != Solved::concave) {
-    last_share_ = 0;
-  } else {
-    ++concave_iterations_;
-    double share = objective_.blends() ? std::max(last_share_ - share_step, share_step) : 1;
-    set_tangent(share);
+  while (result.solved == Solved::concave && share_ < 1) {
+    share_ = objective_.blends() ? std::min(share_ + share_step, 1.0) : 1;
+    set_tangent(share_);
     attempt();
-    while (result.solved == Solved::concave && share < 1) {
-      share = std::min(share + share_step, 1.0);
-      set_tangent(share);
-      attempt();
-    }
-    last_share_ = share;
+  }
+  if (share_ > 0) {
+    ++concave_iterations_;
   }
   result.iterations = iterations;
   return result;
@@ -382,7 +396,9 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   double slope = 0;
   const auto volume_error = [this] { return objective_.excess_volume().cwiseAbs().sum(); };
   check(VecDot(step.residual, step.descent, &slope));
-  double before = objective_.value();
+  const double promised = slope / 2;
+  const double start = objective_.value();
+  double before = start;
   if (bordered_) {
     const double error = volume_error();
     check(VecWAXPY(step.trial, -1, step.descent, step.position));
@@ -395,20 +411,25 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
     if (last_values_.size() > most_last_values) {
       last_values_.pop_front();
     }
-    if (last_share_ > 0) {
-      before = *std::max_element(last_values_.begin(), last_values_.end());
+    if (share_ > 0) {
+      before = std::min(*std::max_element(last_values_.begin(), last_values_.end()), start + most_rise * promised);
     }
   }
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
-  return backtrack(
+  double after = 0;
+  const std::optional<double> length = backtrack(
       [&](double share) -> std::optional<double> {
         check(VecWAXPY(step.trial, -share, step.descent, step.position));
         objective_.move_to(step.trial);
-        return objective_.inverted(before_, objective_.position()) > 0
-                   ? std::nullopt
-                   : std::optional(objective_.value() + weight * volume_error());
+        if (objective_.inverted(before_, objective_.position()) > 0) {
+          return std::nullopt;
+        }
+        after = objective_.value() + weight * volume_error();
+        return after;
       },
       before, slope, rounding);
+  last_ratio_ = length != 1 ? 0 : bordered_ ? 1 : (start - after) / promised;
+  return length;
 }
 
 }  // namespace equilibrium

@@ -36,8 +36,9 @@ struct ImplicitResult {
 ///
 /// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md); where the
 /// tangent is not positive definite, until it is below the largest of its last eight values (Grippo, Lampariello and
-/// Lucidi, A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal. 23, 1986). The gas's rank-one
-/// part stays low-rank beside the assembled or matrix-free part.
+/// Lucidi, A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal. 23, 1986), unless it rises by
+/// 16 times what it should have fallen by. The gas's rank-one part stays low-rank beside the assembled or matrix-free
+/// part.
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
 /// not help. Once a solve takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
@@ -48,8 +49,11 @@ struct ImplicitResult {
 /// linear solver finds this out: the factor has negative pivots, or conjugate gradients meet a direction of negative
 /// curvature, or the solution is one. What the solver has reached by then depends on preconditioner, ranks and
 /// rounding, and is not used: the iteration is solved again with a tangent moved towards one that is positive definite
-/// by construction (Curvature::positive), in eighths, as few as suffice. So the steps are the same everywhere, and near
-/// a minimum the tangent is exact. The less the tangent is changed, the faster a step leaves a saddle point.
+/// by construction (Curvature::positive), in eighths until it is. So the steps are the same everywhere. The next
+/// iteration begins with that share of the way, less two eighths where the objective fell as the tangent promised, and
+/// one more where it did not, as a trust region grows and shrinks (Nocedal and Wright, Numerical Optimization, 2006,
+/// section 4.1): few solves are in vain, and near a minimum the tangent is exact. The less the tangent is changed, the
+/// faster a step leaves a saddle point.
 ///
 /// Chambers of prescribed volume add their pressures as unknowns: a bordered system. So does the loads' time by arc
 /// length: such a step is not a minimum, and its search only requires that no element turns over.
@@ -69,6 +73,7 @@ class ImplicitStep {
 
  private:
   void update_jacobian();
+  double next_share() const;
   void set_tangent(double positive_share);
   void choose_solver();
   void factorise();
@@ -98,7 +103,8 @@ class ImplicitStep {
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress
-  double last_share_ = 0;                   ///< of the positive tangent in the last Newton iteration
+  double share_ = 0;                        ///< of the way to the positive tangent, of the present one
+  double last_ratio_ = 1;                   ///< of the objective's last fall to what its tangent promised
   std::deque<double> last_values_;          ///< of the objective, where the last Newton iterations began [J]
   VecHandle unknowns_;
   VecHandle residual_;
