@@ -20,8 +20,8 @@ namespace {
 /// way.
 constexpr double share_step = 0.125;
 
-/// A step that lowers the objective by less than this share of what its tangent promises was too long, and after one
-/// that lowers it by more than that the next may be longer.
+/// Ratios of the objective's fall in a Newton step to the fall that the tangent promised: below the first the step was
+/// too long, above the second the next one may be longer.
 constexpr double poor_ratio = 0.25;
 constexpr double good_ratio = 0.9;
 
@@ -32,8 +32,8 @@ constexpr int most_linear_iterations = 100;
 /// Number of vertices beyond which a factor takes too much memory to be made without being asked for.
 constexpr PetscInt most_vertices_to_factorise = 200000;
 
-/// Values of the objective that a step from where the tangent is not positive definite may rise to, if it does not rise
-/// by more than so many times what the tangent promised it to fall.
+/// Where the tangent is not positive definite, the objective may rise to the largest of this number of its last values,
+/// by at most so many times the fall that the tangent in its place promises.
 constexpr std::size_t most_last_values = 8;
 constexpr double most_rise = 16;
 
@@ -262,8 +262,8 @@ void ImplicitStep::update_jacobian() {
   }
 }
 
-/// The share with which an iteration begins: that of the last one, less where the objective fell as the tangent
-/// promised, more where it did not.
+/// The positive share (set_tangent) with which an iteration begins: the last one's, less where the objective fell as
+/// the tangent promised, more where it did not.
 double ImplicitStep::next_share() const {
   if (share_ == 0 || !objective_.blends()) {
     return 0;

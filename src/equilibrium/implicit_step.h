@@ -37,8 +37,8 @@ struct ImplicitResult {
 /// Newton's steps are halved until no element turns over in one and the objective falls (docs/theory.md); where the
 /// tangent is not positive definite, until it is below the largest of its last eight values (Grippo, Lampariello and
 /// Lucidi, A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal. 23, 1986), unless it rises by
-/// 16 times what it should have fallen by. The gas's rank-one part stays low-rank beside the assembled or matrix-free
-/// part.
+/// more than 16 times what it should have fallen by. The gas's rank-one part stays low-rank beside the assembled or
+/// matrix-free part.
 ///
 /// The linear solves are by conjugate gradients with rigid patches, or with the blocks of the diagonal where patches do
 /// not help. Once a solve takes more than 100 iterations the tangent is factorised (TangentFactor) for the rest of the
@@ -103,8 +103,8 @@ class ImplicitStep {
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress
-  double share_ = 0;                        ///< of the way to the positive tangent, of the present one
-  double last_ratio_ = 1;                   ///< of the objective's last fall to what its tangent promised
+  double share_ = 0;                        ///< by which the present tangent is moved to the positive one
+  double last_ratio_ = 1;                   ///< fall of the objective in the last iteration / promised one
   std::deque<double> last_values_;          ///< of the objective, where the last Newton iterations began [J]
   VecHandle unknowns_;
   VecHandle residual_;
