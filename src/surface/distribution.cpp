@@ -347,7 +347,7 @@ Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghos
 
 }  // namespace
 
-Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options)
+Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, const SheetOptions& options)
     : comm_(comm), rows_(std::move(rows)) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
@@ -372,9 +372,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
                               [&points](PetscInt cell) { return points[static_cast<std::size_t>(cell)].id; }));
   }
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
-  if (numbering == Numbering::by_nearness) {
-    reorder(cells, order_by_nearness(cells.corners.as<PetscInt>(), rows_.corners, vertices));
-  }
+  reorder(cells, order_by_nearness(cells.corners.as<PetscInt>(), rows_.corners, vertices));
   const PetscInt owned_cells = cells.points.count();
 
   // The layers round them: each is sent by the cells' owners to the ranks that hold the layer before.

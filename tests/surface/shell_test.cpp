@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <random>
 
 #include "parallel/field.h"
 #include "tests/support/grid_mesh.h"
@@ -230,6 +231,38 @@ TEST_P(Shell, partition_is_balanced) {
     EXPECT_LE(sheet.partition.edge_cut, 20 * ranks);
   }
   EXPECT_EQ(sheet.partition.edge_cut == 0, ranks == 1);
+}
+
+TEST_P(Shell, neighbours_are_near_in_memory_however_the_file_numbers_them) {
+  if (GetParam() == "simple") {
+    GTEST_SKIP() << "parts by number alone are scattered over the surface";
+  }
+  constexpr int cells = 40;
+  SurfaceMesh mesh = grid_mesh(cells, cells, 0.1);
+  std::mt19937 random(7);
+  std::vector<int> number(mesh.points.size());
+  std::iota(number.begin(), number.end(), 0);
+  std::shuffle(number.begin(), number.end(), random);
+  const std::vector<Eigen::Vector3d> points = mesh.points;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    mesh.points[static_cast<std::size_t>(number[i])] = points[i];
+  }
+  for (std::vector<int>& face : mesh.faces) {
+    for (int& corner : face) {
+      corner = number[static_cast<std::size_t>(corner)];
+    }
+  }
+  std::shuffle(mesh.faces.begin(), mesh.faces.end(), random);
+  const Sheet sheet = make(mesh);
+  for (const Colour colour : {Colour::blue, Colour::green, Colour::yellow}) {  // whose ends are of the same kind
+    PetscInt widest = 0;
+    for (const auto& [a, b] : sheet.of(colour).ends) {
+      if (std::max(a, b) < sheet.particles.owned) {
+        widest = std::max(widest, std::abs(a - b));
+      }
+    }
+    EXPECT_LE(widest, 4 * cells) << "about two fronts";
+  }
 }
 
 TEST_P(Shell, initial_noise_depends_on_ids_alone) {
