@@ -2,6 +2,7 @@
 
 #include <petscdmplex.h>
 
+#include <cmath>
 #include <map>
 #include <memory_resource>
 #include <numeric>
@@ -263,6 +264,25 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   return order;
 }
 
+/// Whether the vertices of a cell are far from each other in a list: on average by more than a few rows of a square of
+/// all vertices.
+/// @param corners ids of the vertices of the cells, `count` each
+bool are_scattered(const std::vector<PetscInt>& corners, std::size_t count, const std::vector<PetscInt>& vertices) {
+  constexpr double rows = 4;
+  const Places place(vertices);
+  double sum = 0;
+  for (std::size_t first = 0; first < corners.size(); first += count) {
+    std::pair<PetscInt, PetscInt> range{place.at(corners[first]), place.at(corners[first])};
+    for (std::size_t k = first; k < first + count; ++k) {
+      range.first = std::min(range.first, place.at(corners[k]));
+      range.second = std::max(range.second, place.at(corners[k]));
+    }
+    sum += static_cast<double>(range.second - range.first);
+  }
+  return sum * static_cast<double>(count) >
+         rows * std::sqrt(static_cast<double>(vertices.size())) * static_cast<double>(corners.size());
+}
+
 /// What the rank that keeps track of a vertex tells those that hold it.
 struct VertexRow {
   MeshRows::Point point;
@@ -347,7 +367,7 @@ Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghos
 
 }  // namespace
 
-Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, const SheetOptions& options)
+Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options)
     : comm_(comm), rows_(std::move(rows)) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
@@ -372,7 +392,9 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, const Sheet
                               [&points](PetscInt cell) { return points[static_cast<std::size_t>(cell)].id; }));
   }
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
-  reorder(cells, order_by_nearness(cells.corners.as<PetscInt>(), rows_.corners, vertices));
+  if (numbering == Numbering::by_nearness || are_scattered(cells.corners.as<PetscInt>(), count, vertices)) {
+    reorder(cells, order_by_nearness(cells.corners.as<PetscInt>(), rows_.corners, vertices));
+  }
   const PetscInt owned_cells = cells.points.count();
 
   // The layers round them: each is sent by the cells' owners to the ranks that hold the layer before.

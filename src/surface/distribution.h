@@ -17,12 +17,17 @@ inline namespace surface {
 
 // What shells and membranes share in distributing a mesh over the ranks. Internal to surface.
 
+/// In what order a rank numbers the cells that it owns, and their vertices.
+enum class Numbering {
+  by_nearness,            ///< along fronts (reverse Cuthill-McKee): what is near on the surface is near in memory
+  by_id_unless_scattered  ///< by their ids; by nearness if these put the vertices of a cell far from each other
+};
+
 /// A mesh distributed over the ranks. Its points are the cells and vertices that this rank holds, its own and those of
 /// the layers of cells round them: cells first, and of each kind the own ones first.
 ///
-/// A vertex belongs to the last rank that owns a cell at it. A rank numbers its cells, and their vertices, along fronts
-/// (reverse Cuthill-McKee), so that what is near on the surface is near in memory however the file numbers them. All
-/// numbers depend only on the cells, their ids and their ranks, and not on where the rows were before.
+/// A vertex belongs to the last rank that owns a cell at it. All numbers depend only on the cells, their ids and their
+/// ranks, and not on where the rows were before.
 class Distribution {
  public:
   /// Points [begin, end).
@@ -34,7 +39,7 @@ class Distribution {
   /// Vertices without cells are dropped. Collective.
   /// @param layers of neighbours' cells, where neighbours have a vertex in common
   /// @throws Error if no row describes a corner of a cell
-  Distribution(MPI_Comm comm, MeshRows rows, int layers, const SheetOptions& options);
+  Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering numbering, const SheetOptions& options);
 
   MPI_Comm comm() const { return comm_; }
   bool has_uv() const { return rows_.has_uv; }

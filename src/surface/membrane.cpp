@@ -16,7 +16,7 @@ Membrane make_membrane(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOption
 }
 
 LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& options) {
-  const Distribution distribution(comm, std::move(rows), 1, options);
+  const Distribution distribution(comm, std::move(rows), 1, Numbering::by_nearness, options);
   Membrane membrane;
   const std::vector<int> piece = distribution.find_pieces(membrane.piece_is_closed);
 

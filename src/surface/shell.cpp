@@ -90,7 +90,7 @@ Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& opt
 }
 
 Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
-  Distribution distribution(comm, std::move(mesh), shell_layers, options);
+  Distribution distribution(comm, std::move(mesh), shell_layers, Numbering::by_id_unless_scattered, options);
   const SheetIds ids = number_lattice(distribution);
   place_lattice(distribution, options);
   add_corner_masses(distribution);
@@ -98,7 +98,7 @@ Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
 }
 
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options) {
-  Distribution distribution(comm, std::move(rows), shell_layers, options);
+  Distribution distribution(comm, std::move(rows), shell_layers, Numbering::by_id_unless_scattered, options);
   place_lattice(distribution, options);
   return assembled(distribution, ids, options);
 }
