@@ -229,8 +229,21 @@ class Places {
   std::pmr::unordered_map<PetscInt, PetscInt> place_{&pool_};
 };
 
+/// Whether the vertices of a cell are far from each other in the order of all: on average by more than a few rows of a
+/// square of as many.
+/// @param corners numbers of the vertices of the cells, `count` each
+bool are_scattered(const std::vector<PetscInt>& corners, int count, std::size_t vertices) {
+  constexpr double rows = 4;
+  double mean = 0;
+  for (auto first = corners.begin(); first != corners.end(); first += count) {
+    const auto [least, greatest] = std::minmax_element(first, first + count);
+    mean += static_cast<double>(*greatest - *least) * count / static_cast<double>(corners.size());
+  }
+  return mean > rows * std::sqrt(static_cast<double>(vertices));
+}
+
 /// Orders the cells, and the vertices, so that those near each other on the surface are near each other in the order.
-/// @param corners ids of the vertices of the cells, `count` each
+/// @param corners numbers of the vertices of the cells, `count` each
 /// @param vertices ids of all of them; they are put in the new order
 /// @returns the cells in the new order
 std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, int count,
@@ -240,17 +253,12 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   if (cells == 0) {
     return order;
   }
-  const Places place(vertices);
-  std::vector<PetscInt> numbers;
-  for (const PetscInt id : corners) {
-    numbers.push_back(place.at(id));
-  }
   const std::vector<double> coordinates(3 * vertices.size(), 0.0);
   Handle<DM, DMDestroy> dm;
   Handle<IS, ISDestroy> permutation;
   const PetscInt* new_number = nullptr;  // of each cell, then of each vertex
   check(DMPlexCreateFromCellListPetsc(PETSC_COMM_SELF, 2, cells, static_cast<PetscInt>(vertices.size()), count,
-                                      PETSC_FALSE, numbers.data(), 3, coordinates.data(), dm.create()));
+                                      PETSC_FALSE, corners.data(), 3, coordinates.data(), dm.create()));
   check(DMPlexGetOrdering(dm, MATORDERINGRCM, nullptr, permutation.create()));
   check(ISGetIndices(permutation, &new_number));
   for (PetscInt cell = 0; cell < cells; ++cell) {
@@ -262,25 +270,6 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   }
   check(ISRestoreIndices(permutation, &new_number));
   return order;
-}
-
-/// Whether the vertices of a cell are far from each other in a list: on average by more than a few rows of a square of
-/// all vertices.
-/// @param corners ids of the vertices of the cells, `count` each
-bool are_scattered(const std::vector<PetscInt>& corners, std::size_t count, const std::vector<PetscInt>& vertices) {
-  constexpr double rows = 4;
-  const Places place(vertices);
-  double sum = 0;
-  for (std::size_t first = 0; first < corners.size(); first += count) {
-    std::pair<PetscInt, PetscInt> range{place.at(corners[first]), place.at(corners[first])};
-    for (std::size_t k = first; k < first + count; ++k) {
-      range.first = std::min(range.first, place.at(corners[k]));
-      range.second = std::max(range.second, place.at(corners[k]));
-    }
-    sum += static_cast<double>(range.second - range.first);
-  }
-  return sum * static_cast<double>(count) >
-         rows * std::sqrt(static_cast<double>(vertices.size())) * static_cast<double>(corners.size());
 }
 
 /// What the rank that keeps track of a vertex tells those that hold it.
@@ -392,8 +381,13 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
                               [&points](PetscInt cell) { return points[static_cast<std::size_t>(cell)].id; }));
   }
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
-  if (numbering == Numbering::by_nearness || are_scattered(cells.corners.as<PetscInt>(), count, vertices)) {
-    reorder(cells, order_by_nearness(cells.corners.as<PetscInt>(), rows_.corners, vertices));
+  {
+    const Places place(vertices);
+    std::vector<PetscInt> corners = cells.corners.as<PetscInt>();
+    std::transform(corners.begin(), corners.end(), corners.begin(), [&place](PetscInt id) { return place.at(id); });
+    if (numbering == Numbering::by_nearness || are_scattered(corners, rows_.corners, vertices.size())) {
+      reorder(cells, order_by_nearness(corners, rows_.corners, vertices));
+    }
   }
   const PetscInt owned_cells = cells.points.count();
 

@@ -165,8 +165,7 @@ inline double mean_of(const PointValues& values, std::size_t component = 0) {
 }
 
 /// Largest difference between two fields with the same points, as a share of the largest range of a component, or of
-/// the largest value of a field that is the same everywhere but for rounding. Fields that do not have the same points
-/// differ infinitely.
+/// the largest value of a field that is the same everywhere. Fields that do not have the same points differ infinitely.
 inline double relative_difference(const PointValues& a, const PointValues& b) {
   double difference = 0;
   double range = 0;
@@ -175,9 +174,7 @@ inline double relative_difference(const PointValues& a, const PointValues& b) {
   }
   for (std::size_t component = 0; component < a.begin()->second.size(); ++component) {
     const auto [low, high] = range_of(a, component);
-    const double size = std::max(std::abs(low), std::abs(high));
-    constexpr double rounding = 1e-13;
-    range = std::max(range, high - low > rounding * size ? high - low : size);
+    range = std::max(range, high > low ? high - low : std::abs(high));
   }
   for (const auto& [id, values] : a) {
     const auto other = b.find(id);
