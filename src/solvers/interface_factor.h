@@ -1,6 +1,6 @@
 #pragma once
 
-#include <petscsystypes.h>
+#include <petscsys.h>  // before petscblaslapack.h, which does not include what it needs
 
 #include <Eigen/Core>
 #include <memory>
