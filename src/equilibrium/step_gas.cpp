@@ -1,5 +1,7 @@
 #include "equilibrium/step_gas.h"
 
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
