@@ -1,6 +1,7 @@
 #include "ablation/ablation.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "parallel/collective.h"
 
@@ -77,6 +78,11 @@ bool Ablation::spread(Living& living, bool died) {
   update(living.triangles, static_cast<std::size_t>(surface_.triangles_per_element));
   update(living.cracked, static_cast<std::size_t>(surface_.sides_per_element()));
 
+  const bool by_surface = rule_ == SpringRule::surface;
+  const std::vector<bool> has_surface = by_surface ? particles_with_surface(living) : std::vector<bool>();
+  const auto is_held = [&](PetscInt particle) {
+    return !by_surface || has_surface[static_cast<std::size_t>(particle)];
+  };
   // All triangles of an owned spring are local; a ghost's need not be.
   const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[static_cast<std::size_t>(t)]; };
   for (const Colour colour : all_colours) {
@@ -86,12 +92,28 @@ bool Ablation::spread(Living& living, bool died) {
       // A green spring crosses the side of a quad's drawn triangle, which has its number.
       const bool crosses_crack =
           colour == Colour::green && living.cracked[static_cast<std::size_t>(set.triangles[s].front())];
-      springs[s] =
-          springs[s] && !crosses_crack && std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
+      const auto [a, b] = set.ends[s];
+      springs[s] = springs[s] && !crosses_crack && is_held(a) && is_held(b) &&
+                   std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
     }
     update_ghosts(set.layout, springs);
   }
   return true;
+}
+
+std::vector<bool> Ablation::particles_with_surface(const Living& living) const {
+  std::vector<std::array<bool, 1>> flags(static_cast<std::size_t>(surface_.particles.local()));
+  for (std::size_t t = 0; t < owned_triangles(); ++t) {
+    for (const PetscInt particle : surface_.triangles[t]) {
+      bool& flag = flags[static_cast<std::size_t>(particle)][0];
+      flag = flag || living.triangles[t];
+    }
+  }
+  gather_flags(surface_.particles, flags);
+  update_ghosts(surface_.particles, flags);
+  std::vector<bool> result;
+  std::transform(flags.begin(), flags.end(), std::back_inserter(result), [](const auto& flag) { return flag[0]; });
+  return result;
 }
 
 std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field& mass) const {

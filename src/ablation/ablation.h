@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "ablation/ablation_options.h"
 #include "parallel/field.h"
 #include "surface/living.h"
 #include "surface/sheet.h"
@@ -26,12 +27,12 @@ SpringState spring_state(double level_0, double level_1);
 /// Removes what has burnt from a surface and cracks it, without renumbering it.
 ///
 /// A drawn triangle dies when all three of its points have burnt (m' < 0), the virtual centre of a quad with the
-/// lattice particle's m'; a spring dies when all triangles that share it are dead, a green one also when the side that
-/// it crosses cracks.
+/// lattice particle's m'. A spring dies when all triangles that share it are dead, a green one also when the side that
+/// it crosses cracks, and by SpringRule::surface also when all triangles at one of its ends are.
 class Ablation {
  public:
   /// The surface must outlive this object.
-  explicit Ablation(const Surface& surface) : surface_(surface) {}
+  explicit Ablation(const Surface& surface, SpringRule rule = SpringRule::surface) : surface_(surface), rule_(rule) {}
 
   /// Triangles and springs that die because of the level set. Collective.
   /// @returns whether a triangle died on any rank
@@ -44,6 +45,9 @@ class Ablation {
 
   /// Updates springs, and triangles of other ranks' elements, from the triangles of the owned ones. Collective.
   void follow_triangles(Living& living) { spread(living, true); }
+
+  /// Which local particles have a living triangle: others neither conduct heat nor cool. Collective.
+  std::vector<bool> particles_with_surface(const Living& living) const;
 
   /// Owned particles whose last spring is dead and that still have a mass. Not collective.
   std::vector<PetscInt> bare_particles(const Living& living, const Field& mass) const;
@@ -62,6 +66,7 @@ class Ablation {
   bool spread(Living& living, bool died);
 
   const Surface& surface_;
+  SpringRule rule_;
 };
 
 /// Owned cells of which nothing is left: none of their springs lives, except blue ones, which neighbours may share. Not

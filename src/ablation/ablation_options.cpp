@@ -12,6 +12,14 @@ void describe(OptionTable& table, AblationOptions& options, const Condition& tea
           "m^loss: below this fraction of its initial mass a particle has burnt away; 0, or no more than "
           "combustion.min_mass: the sheet wrinkles but stays whole")
       .source("burning paper, section 6");
+  table.add("ablation.spring_rule", options.spring_rule)
+      .acts_with({"ablation.loss_mass: more than 0", [&options] { return options.loss_mass > 0; }})
+      .help(
+          "when springs die. surface: with the last triangle that shares them, or the last at one of their ends, so "
+          "that "
+          "no particle is left without a surface, by which it cools; triangles: with the last that shares them, as in "
+          "the paper")
+      .source("burning paper, section 6");
   table.add("ablation.compact_fraction", options.compact_fraction)
       .range(0, 1)
       .help(

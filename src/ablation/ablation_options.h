@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "base/choice.h"
+
 namespace pellicle {
 inline namespace base {
 struct Condition;
@@ -11,9 +13,18 @@ class OptionTable;
 }  // namespace base
 inline namespace ablation {
 
+/// When springs die where triangles have burnt away. surface: with all triangles that share them, or all at one of
+/// their ends. triangles: with all that share them, as in the paper.
+enum class SpringRule { surface, triangles };
+inline const std::vector<std::string>& names_of(SpringRule) {
+  static const std::vector<std::string> names{"surface", "triangles"};
+  return names;
+}
+
 /// How a sheet burns away and tears (burning paper, sections 6 and 8.2).
 struct AblationOptions {
-  double loss_mass = 0;            ///< m^loss, as a fraction of the initial mass; 0: nothing burns away
+  double loss_mass = 0;  ///< m^loss, as a fraction of the initial mass; 0: nothing burns away
+  Choice<SpringRule> spring_rule = SpringRule::surface;
   double compact_fraction = 0.2;   ///< share of the cells that may be gone before they are removed; 1: never
   std::optional<double> strength;  ///< of the unburnt sheet, force per width [N/m]; none: nothing tears
   std::string strength_texture;    ///< file of an image that weights the strength; none when empty

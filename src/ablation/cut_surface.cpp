@@ -180,6 +180,28 @@ DrawnSurface cut_surface(const Surface& surface, const Living& living, const std
   return Cutter(surface, living, level).draw();
 }
 
+double largest_drawn(const Surface& surface, const Living& living, const std::vector<double>& level,
+                     const double* values) {
+  double largest = 0;
+  const auto triangles = static_cast<std::size_t>(surface.triangles_per_element * surface.elements.owned);
+  for (std::size_t t = 0; t < triangles; ++t) {
+    if (!living.triangles[t]) {
+      continue;
+    }
+    const std::array<PetscInt, 3>& particles = surface.triangles[t];
+    const auto level_at = [&](std::size_t k) { return level[static_cast<std::size_t>(particles[k])]; };
+    const KeptPart part = marching_triangle({level_at(0), level_at(1), level_at(2)});
+    for (std::size_t drawn = 0; drawn < static_cast<std::size_t>(part.count); ++drawn) {
+      for (const BorderPoint& point : part.triangles[drawn]) {
+        const auto value = [&](int corner) { return values[particles[static_cast<std::size_t>(corner)]]; };
+        largest = std::max(largest, (1 - point.t) * value(point.from) + point.t * value(point.to));
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
+  return largest;
+}
+
 DrawnSurface whole_surface(const Surface& surface) {
   return cut_surface(surface, Living(surface),
                      std::vector<double>(static_cast<std::size_t>(surface.particles.local()), 1.0));

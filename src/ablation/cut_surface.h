@@ -25,6 +25,11 @@ inline constexpr std::int64_t cut_id_stride = std::int64_t{1} << 31;
 /// @param level of the local particles, ghosts up to date
 DrawnSurface cut_surface(const Surface& surface, const Living& living, const std::vector<double>& level);
 
+/// The largest value of a field at the points of cut_surface on any rank; 0 where nothing is drawn. Collective.
+/// @param values of the local particles, ghosts up to date, of both layers: a virtual centre has its lattice particle's
+double largest_drawn(const Surface& surface, const Living& living, const std::vector<double>& level,
+                     const double* values);
+
 /// The whole surface, with nothing cut. Collective.
 DrawnSurface whole_surface(const Surface& surface);
 

@@ -10,7 +10,11 @@ namespace pellicle {
 inline namespace air {
 
 AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
-    : surface_(surface), options_(options), wind_(options.wind) {}
+    : surface_(surface),
+      options_(options),
+      wind_(options.wind),
+      resistance_(static_cast<std::size_t>(surface.particles.owned), Eigen::Matrix3d::Zero()),
+      push_(Eigen::Matrix3Xd::Zero(3, surface.particles.owned)) {}
 
 void AirDrag::begin_step(const AirInput& input) {
   const PetscInt owned = surface_.particles.owned;

@@ -17,6 +17,9 @@ double burn(Field& mass, Field& mass_change, const Surface& surface, const BurnI
     const double excess = std::max(input.temperature.data()[i] - options.ignition_temperature, 0.0);
     const double before = mass.data()[i];
     const double least = std::min(before, options.min_mass * surface.initial_mass[k]);
+    if (input.can_burn != nullptr && !(*input.can_burn)[k]) {
+      rate = 0;
+    }
     const double after = std::max(before - rate * input.time_step * surface.initial_mass[k] * excess, least);
     mass.data()[i] = after;
     mass_change.data()[i] = after - before;

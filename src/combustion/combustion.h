@@ -19,6 +19,7 @@ struct BurnInput {
   const Field& temperature;                     ///< [K], ghosts up to date, (1 x local)
   const std::vector<double>& mass_loss_factor;  ///< on mu of each local particle, or empty for 1
   double time_step = 0;                         ///< h [s]
+  const std::vector<bool>* can_burn = nullptr;  ///< local particles that can; null: all
 };
 
 /// One step of mass loss: dm = -mu h m^init max(T - T^ignition, 0) (burning paper, eq. 4), clamped so that the mass

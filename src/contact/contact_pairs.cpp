@@ -28,7 +28,8 @@ class Search {
  public:
   Search(const ContactMesh& mesh, const Eigen::Matrix3Xd& places) : mesh_(mesh), places_(places) {}
 
-  void renew(std::vector<ContactPair>& pairs) {
+  /// @returns whether features touch
+  bool renew(std::vector<ContactPair>& pairs) {
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
                                [this](ContactPair& pair) {
                                  if (any_of(pair.points, &ContactMesh::Point::is_new)) {
@@ -49,6 +50,7 @@ class Search {
         add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)), pairs);
       }
     });
+    return any_touch_;
   }
 
  private:
@@ -59,7 +61,7 @@ class Search {
 
   const Bounds& box(PetscInt point) const { return mesh_.point(point).box; }
 
-  void add_triangles(std::size_t first, std::size_t second, std::vector<ContactPair>& pairs) const {
+  void add_triangles(std::size_t first, std::size_t second, std::vector<ContactPair>& pairs) {
     add_points(first, second, pairs);
     add_points(second, first, pairs);
     const std::array<PetscInt, 3>& a = mesh_.triangles()[first];
@@ -81,7 +83,7 @@ class Search {
     }
   }
 
-  void add_points(std::size_t of, std::size_t other, std::vector<ContactPair>& pairs) const {
+  void add_points(std::size_t of, std::size_t other, std::vector<ContactPair>& pairs) {
     const auto [a, b, c] = mesh_.triangles()[other];
     for (std::size_t k = 0; k < 3; ++k) {
       const PetscInt point = mesh_.triangles()[of][k];
@@ -92,7 +94,7 @@ class Search {
     }
   }
 
-  void add(const std::array<PetscInt, 4>& points, bool are_edges, std::vector<ContactPair>& pairs) const {
+  void add(const std::array<PetscInt, 4>& points, bool are_edges, std::vector<ContactPair>& pairs) {
     if (!any_of(points, &ContactMesh::Point::is_new) || !any_of(points, &ContactMesh::Point::is_own)) {
       return;
     }
@@ -101,6 +103,7 @@ class Search {
     pair.are_edges = are_edges;
     const double nearest = measure(pair);
     if (!is_near(pair, nearest)) {
+      any_touch_ = any_touch_ || touches(pair);
       return;
     }
     const double thickness = thickness_of(pair);
@@ -139,6 +142,19 @@ class Search {
   bool is_near(const ContactPair& pair, double nearest) const {
     const double thickness = thickness_of(pair);
     return pair.distance > none * thickness && nearest < thickness;
+  }
+
+  /// At no distance, though no point of one feature is where one of the other is.
+  bool touches(const ContactPair& pair) const {
+    const double rounding = none * thickness_of(pair);
+    if (pair.distance > rounding) {
+      return false;
+    }
+    const auto first = pair.points.begin() + pair.first_feature();
+    return std::none_of(pair.points.begin(), first, [&](PetscInt one) {
+      return std::any_of(first, pair.points.end(),
+                         [&](PetscInt other) { return (places_.col(one) - places_.col(other)).norm() <= rounding; });
+    });
   }
 
   /// Whether it may press, or use up its room.
@@ -198,6 +214,7 @@ class Search {
 
   const ContactMesh& mesh_;
   const Eigen::Matrix3Xd& places_;
+  bool any_touch_ = false;
 };
 
 }  // namespace
@@ -254,8 +271,8 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
   return (curvature - slope * slope.transpose() / (gap * gap)) / gap;
 }
 
-void renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs) {
-  Search(mesh, places).renew(pairs);
+bool renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs) {
+  return Search(mesh, places).renew(pairs);
 }
 
 }  // namespace contact

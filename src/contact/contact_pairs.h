@@ -54,7 +54,9 @@ constexpr double room_share = 0.9;
 /// place. Not collective.
 /// @param places of the mesh's points, for which the mesh was gathered [m]
 /// @param pairs those that were found for other ranges, to be renewed: of points whose range is not new, within it
-void renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs);
+/// @returns whether there are features that touch: at no distance, without a point of each in one place. It is not
+/// known on which side of each other they are, so they are no pair, and may pass through each other
+bool renew_contact_pairs(const ContactMesh& mesh, const Eigen::Matrix3Xd& places, std::vector<ContactPair>& pairs);
 
 }  // namespace contact
 }  // namespace pellicle

@@ -1,11 +1,15 @@
 #include "contact/crossings.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <tuple>
 #include <utility>
 
+#include "geometry/box_tree.h"
+#include "geometry/nearest_points.h"
 #include "meshing/self_intersection.h"
 #include "parallel/collective.h"
 #include "surface/drawn_places.h"
@@ -22,10 +26,8 @@ struct Drawn {
   std::int64_t element;                ///< number in the file
 };
 
-}  // namespace
-
-Crossings find_crossings(const std::vector<PlacedSurface>& surfaces) {
-  const MPI_Comm comm = surfaces.front().surface.comm();
+/// The triangles of all ranks, in an order that does not depend on the ranks. Collective.
+std::vector<Drawn> all_triangles(const std::vector<PlacedSurface>& surfaces) {
   std::vector<Drawn> own;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const auto& [surface, position, living] = surfaces[s];
@@ -48,16 +50,18 @@ Crossings find_crossings(const std::vector<PlacedSurface>& surfaces) {
       }
     }
   }
-  std::vector<Drawn> all = of_all_ranks(comm, own);
+  std::vector<Drawn> all = of_all_ranks(surfaces.front().surface.comm(), own);
   std::sort(all.begin(), all.end(), [](const Drawn& a, const Drawn& b) {
     return std::tie(a.surface, a.element, a.points) < std::tie(b.surface, b.element, b.points);
   });
-  Crossings crossings;
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  if (rank == 0) {
-    std::vector<Eigen::Vector3d> points;
-    std::vector<std::array<int, 3>> triangles;
+  return all;
+}
+
+using NumberPair = std::array<int, 2>;
+
+/// Triangles on points.
+struct Heap {
+  explicit Heap(const std::vector<Drawn>& all) {
     std::map<std::pair<std::int32_t, std::int64_t>, int> numbers;
     for (const Drawn& drawn : all) {
       std::array<int, 3>& triangle = triangles.emplace_back();
@@ -70,18 +74,143 @@ Crossings find_crossings(const std::vector<PlacedSurface>& surfaces) {
         triangle[k] = number->second;
       }
     }
-    const SelfIntersections found = count_self_intersections(points, triangles);
-    crossings.pairs = found.pairs;
-    if (found.pairs > 0) {
-      const Drawn& first = all[static_cast<std::size_t>(found.first[0])];
-      const Drawn& second = all[static_cast<std::size_t>(found.first[1])];
-      crossings.elements = {static_cast<PetscInt>(first.element), static_cast<PetscInt>(second.element)};
-      crossings.surfaces = {first.surface, second.surface};
-      crossings.place = Eigen::Vector3d(first.places.data());
+  }
+  Triangle corners(int triangle) const {
+    const auto [a, b, c] = triangles[static_cast<std::size_t>(triangle)];
+    return {points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)],
+            points[static_cast<std::size_t>(c)]};
+  }
+  bool have_common_point(int first, int second) const {
+    const std::array<int, 3>& a = triangles[static_cast<std::size_t>(first)];
+    const std::array<int, 3>& b = triangles[static_cast<std::size_t>(second)];
+    return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
+  }
+  /// The pairs of triangles for which a test holds, ascending. @param reach by which their boxes may be apart [m]
+  std::vector<NumberPair> pairs(double reach, const std::function<bool(int, int)>& test) const {
+    std::vector<Bounds> boxes;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      Eigen::AlignedBox3d box;
+      for (const Eigen::Vector3d& corner : corners(static_cast<int>(t))) {
+        box.extend(Eigen::Vector3d(corner.array() - reach / 2));
+        box.extend(Eigen::Vector3d(corner.array() + reach / 2));
+      }
+      boxes.emplace_back(box);
     }
+    std::vector<NumberPair> found;
+    BoxTree(boxes).visit_pairs([&](int one, int other) {
+      const auto [a, b] = std::minmax(one, other);
+      if (test(a, b)) {
+        found.push_back({a, b});
+      }
+    });
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+  std::vector<NumberPair> cuts() const {
+    return pairs(
+        0, [this](int a, int b) { return !have_common_point(a, b) && triangles_intersect(corners(a), corners(b)); });
+  }
+
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+void note_first(Crossings& crossings, const std::vector<Drawn>& all, const NumberPair& pair) {
+  const Drawn& first = all[static_cast<std::size_t>(pair[0])];
+  const Drawn& second = all[static_cast<std::size_t>(pair[1])];
+  crossings.elements = {static_cast<PetscInt>(first.element), static_cast<PetscInt>(second.element)};
+  crossings.surfaces = {first.surface, second.surface};
+  crossings.place = Eigen::Vector3d(first.places.data());
+}
+
+/// @param find gives what there is, on rank 0
+template <class Find>
+Crossings found_on_root(MPI_Comm comm, const Find& find) {
+  Crossings crossings;
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  if (rank == 0) {
+    find(crossings);
   }
   MPI_Bcast(&crossings, sizeof crossings, MPI_BYTE, 0, comm);
   return crossings;
+}
+
+}  // namespace
+
+bool triangles_touch(const Triangle& a, const Triangle& b, double touch) {
+  const auto height = [](const Triangle& t) {
+    const double area = (t[1] - t[0]).cross(t[2] - t[0]).norm();
+    return area / std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
+  };
+  if (!(height(a) > touch && height(b) > touch)) {
+    return false;  // A line is in one place with its own neighbours.
+  }
+  const auto is_at = [touch](const Eigen::Vector3d& p, const Eigen::Vector3d& q) { return (p - q).norm() <= touch; };
+  const auto is_corner_of = [&](const Eigen::Vector3d& p, const Triangle& t) {
+    return std::any_of(t.begin(), t.end(), [&](const Eigen::Vector3d& q) { return is_at(p, q); });
+  };
+  int in_one_place = 0;
+  for (const auto& [of, on] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+    for (const Eigen::Vector3d& p : *of) {
+      if (is_corner_of(p, *on)) {
+        ++in_one_place;
+      } else if (nearest_of_point_and_triangle({p, (*on)[0], (*on)[1], (*on)[2]}).apart.norm() <= touch) {
+        return true;
+      }
+    }
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::array<Eigen::Vector3d, 2> edge{a[k], a[(k + 1) % 3]};
+    for (std::size_t l = 0; l < 3; ++l) {
+      const std::array<Eigen::Vector3d, 2> other{b[l], b[(l + 1) % 3]};
+      const bool have_common_end =
+          is_at(edge[0], other[0]) || is_at(edge[0], other[1]) || is_at(edge[1], other[0]) || is_at(edge[1], other[1]);
+      if (!have_common_end && nearest_of_edges({edge[0], edge[1], other[0], other[1]}).apart.norm() <= touch) {
+        return true;
+      }
+    }
+  }
+  return in_one_place == 6;
+}
+
+Crossings find_crossings(const std::vector<PlacedSurface>& surfaces, double touch) {
+  const std::vector<Drawn> all = all_triangles(surfaces);
+  return found_on_root(surfaces.front().surface.comm(), [&](Crossings& crossings) {
+    const Heap heap(all);
+    const SelfIntersections cuts = count_self_intersections(heap.points, heap.triangles);
+    crossings.pairs = cuts.pairs;
+    std::vector<NumberPair> touching;
+    if (touch > 0) {
+      touching = heap.pairs(touch, [&](int a, int b) {
+        const Triangle first = heap.corners(a);
+        const Triangle second = heap.corners(b);
+        return triangles_touch(first, second, touch) &&
+               (heap.have_common_point(a, b) || !triangles_intersect(first, second));
+      });
+      crossings.touching = static_cast<int>(touching.size());
+    }
+    if (cuts.pairs > 0 && (touching.empty() || cuts.first < touching.front())) {
+      note_first(crossings, all, cuts.first);
+    } else if (!touching.empty()) {
+      note_first(crossings, all, touching.front());
+    }
+  });
+}
+
+Crossings find_new_crossings(const std::vector<PlacedSurface>& before, const std::vector<PlacedSurface>& surfaces) {
+  const std::vector<Drawn> all_before = all_triangles(before);
+  const std::vector<Drawn> all = all_triangles(surfaces);
+  return found_on_root(surfaces.front().surface.comm(), [&](Crossings& crossings) {
+    const std::vector<NumberPair> old = Heap(all_before).cuts();
+    const std::vector<NumberPair> now = Heap(all).cuts();
+    std::vector<NumberPair> added;
+    std::set_difference(now.begin(), now.end(), old.begin(), old.end(), std::back_inserter(added));
+    crossings.pairs = static_cast<int>(added.size());
+    if (!added.empty()) {
+      note_first(crossings, all, added.front());
+    }
+  });
 }
 
 }  // namespace contact

@@ -14,8 +14,6 @@ namespace {
 
 /// How much further than its way a particle may go before pairs are sought again, as a share of the thickness.
 constexpr double more_of_thickness = 0.06;
-/// Share of the thickness below which no pair begins to press, however often pairs are sought in a step.
-constexpr double least_gap = 1e-6;
 
 }  // namespace
 
@@ -97,6 +95,7 @@ void SurfaceContact::prepare(const Field& start, const Field& x, double h, Field
   h_ = h;
   slip_.e = h * options_.slip_speed;
   searches_ = 0;
+  any_touched_ = false;
   room_used_ = 0;
   near_.clear();
   start_.values() = start.values();
@@ -161,7 +160,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
     find_rubbing_stencils();  // in the new reach
   }
   mesh_.write_points(x, places_);
-  renew_contact_pairs(mesh_, places_, near_);
+  any_touched_ = renew_contact_pairs(mesh_, places_, near_) || any_touched_;
   int ranks = 1;
   MPI_Comm_size(surface_.comm(), &ranks);
   if (is_first && ranks > 1) {
@@ -246,6 +245,8 @@ void SurfaceContact::note_rubbing(const Field& x) {
     rubbing_.push_back(rubbing);
   }
 }
+
+bool SurfaceContact::anything_touched() const { return on_any_rank(surface_.comm(), any_touched_); }
 
 void SurfaceContact::move_on(const Field& x) {
   find_curved(x);

@@ -87,6 +87,9 @@ class SurfaceContact : public Potential {
 
   /// To be called at the end of a step. Collective.
   ContactFigures figures(const Field& x) const;
+  /// Whether features have touched in the step, which contact does not keep from passing through each other
+  /// (renew_contact_pairs), on any rank. Collective.
+  bool anything_touched() const;
   /// Work on each part of the forces at the end of a step over the displacements of the step. Collective.
   std::vector<ContactWork> work(const Field& x) const;
   /// How much there was to do with each of a part's owned particles in the last step: a half for each of the pairs that
@@ -94,6 +97,9 @@ class SurfaceContact : public Potential {
   std::vector<double> load(std::size_t part = 0) const;
   /// Forgets earlier contacts: the next step is like that of a new object. Not collective.
   void forget();
+  /// Share of the thickness below which no pair begins to press, however often pairs are sought in a step: what starts
+  /// nearer touches.
+  static constexpr double least_gap = 1e-6;
   /// Gap at which two surfaces begin to press [m].
   double thickness() const { return thickness_; }
 
@@ -166,6 +172,7 @@ class SurfaceContact : public Potential {
   std::vector<ContactPair> near_;  ///< all pairs that were found
   std::ptrdiff_t may_press_ = 0;   ///< so many of them, the first, may press
   Field trial_;                    ///< where particles would be, or what takes them back from there
+  bool any_touched_ = false;       ///< see anything_touched, in the step, on this rank
   bool any_held_ = false;          ///< a particle was held back since then, on any rank
   std::vector<double> load_;       ///< of the owned particles, see `load`
   int searches_ = 0;

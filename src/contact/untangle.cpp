@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/disjoint_sets.h"
+#include "contact/crossings.h"
 #include "geometry/box_tree.h"
 #include "geometry/triangle_intersection.h"
 
@@ -18,6 +19,9 @@ inline namespace contact {
 namespace {
 
 constexpr int most_sweeps = 1000;
+constexpr int most_sweeps_apart = 10;
+/// Of the mean side: how far points of triangles that touch move in a sweep.
+constexpr double apart_of_side = 0.01;
 /// Of the mean side: how far a point moves in a sweep.
 constexpr double most_of_side = 0.1;
 /// Cosine of the angle between an edge and a triangle's normal: below it an edge lies along the triangle.
@@ -192,6 +196,48 @@ class Edges {
   double side_ = 0;                           ///< the mean [m]
 };
 
+/// Moves triangles that touch apart. @param distance by which each of them moves [m] @returns whether there are any
+bool part_touching(TangledMesh& mesh, double distance) {
+  const std::vector<Eigen::Vector3d> places = mesh.points();
+  std::vector<Triangle> corners;
+  std::vector<Bounds> boxes;
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    Triangle& of = corners.emplace_back();
+    Eigen::AlignedBox3d box;
+    for (std::size_t k = 0; k < 3; ++k) {
+      of[k] = places[static_cast<std::size_t>(triangle[k])];
+      box.extend(Eigen::Vector3d(of[k].array() - mesh.touch / 2));
+      box.extend(Eigen::Vector3d(of[k].array() + mesh.touch / 2));
+    }
+    boxes.emplace_back(box);
+  }
+  std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
+  bool any = false;
+  BoxTree(boxes).visit_pairs([&](int one, int other) {
+    const auto [a, b] = std::minmax({static_cast<std::size_t>(one), static_cast<std::size_t>(other)});  // by value
+    if (!triangles_touch(corners[a], corners[b], mesh.touch)) {
+      return;
+    }
+    any = true;
+    const Eigen::Vector3d normal = (corners[a][1] - corners[a][0]).cross(corners[a][2] - corners[a][0]).normalized();
+    for (const auto& [triangle, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
+      for (const int point : mesh.triangles[triangle]) {
+        for (const int particle : mesh.particles_of(point)) {
+          Eigen::Vector4d& move = moves[static_cast<std::size_t>(particle)];
+          move.head<3>() += sign * normal;
+          move[3] += 1;
+        }
+      }
+    }
+  });
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    if (moves[i][3] > 0 && !mesh.held[i]) {
+      mesh.particles[i] += distance / moves[i][3] * moves[i].head<3>();
+    }
+  }
+  return any;
+}
+
 /// The connected piece of each particle, by the number of one of its particles.
 std::vector<std::size_t> pieces_of(const TangledMesh& mesh) {
   DisjointSets sets(mesh.particles.size());
@@ -262,6 +308,8 @@ std::array<int, 4> TangledMesh::particles_of(int point) const {
 
 int untangle(TangledMesh& mesh) {
   const Edges edges(mesh);
+  for (int sweep = 0; sweep < most_sweeps_apart && part_touching(mesh, apart_of_side * edges.mean_side()); ++sweep) {
+  }
   const std::vector<std::size_t> pieces = pieces_of(mesh);
   std::vector<bool> stays(pieces.size(), false);  // of the pieces, by their numbers
   std::vector<int> size(pieces.size());

@@ -248,6 +248,18 @@ double BendingPotential::value(const Field& x) const {
   return sum;
 }
 
+double BendingPotential::viscous_energy(const Field& x) const {
+  double sum = 0;
+  for (std::size_t s = 0; is_damped() && s < stiffness_.size(); ++s) {
+    const Stencil& stencil = stencils_.stencils()[s];
+    if (stencil.centre < sheet_->particles.owned && stencil.area > 0) {
+      const Eigen::Matrix3d bent = second_derivatives(stencil, positions_of(x));
+      sum += damping_ * (stiffness_[s] * dashpots_[s].change(bent).square()).sum() / 2;
+    }
+  }
+  return sum;
+}
+
 double BendingPotential::energy(std::size_t number, const Eigen::Matrix3d& bent,
                                 const Eigen::Matrix3d& residual) const {
   const Eigen::Array3d squares = residual.colwise().squaredNorm().transpose();

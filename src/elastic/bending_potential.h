@@ -55,6 +55,9 @@ class BendingPotential : public Potential {
 
   const BendingStencils& stencils() const { return stencils_; }
 
+  /// This rank's share of what a step's viscosity adds to the value, half of the work that it takes [J].
+  double viscous_energy(const Field& x) const;
+
  private:
   using Curvature3 = BendingStencils::Curvature3;
   using Stencil = BendingStencils::Stencil;

@@ -72,8 +72,8 @@ void ElasticStep::make_solver() {
                                            options_.solver_prefix);
   }
   const RestTangent rest = rest_tangent();
-  force_scale_ = rest.mean_square * place_;
-  rounding_ = 10 * std::numeric_limits<double>::epsilon() * std::sqrt(3.0 * sheet_.particles.global) * force_scale_;
+  rest_stiffness_ = rest.mean_square;
+  force_scale_ = rest_stiffness_ * place_;
   KspDefaults defaults;
   if (options_.mat_type == TangentMatrix::sbaij) {
     defaults.preconditioner = PCBJACOBI;
@@ -109,11 +109,11 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
   Field rest(sheet_.particles, 3);
   rest.values() = sheet_.rest;
   const std::vector<double> ones(particles, 1);
-  begin_step(rest, {{sheet_.initial_mass, std::vector<bool>(particles), rest, options_.usual_h},
-                    length,
-                    ones,
-                    ones,
-                    Living(sheet_)});
+  const std::vector<bool> none(particles);
+  const Living all(sheet_);
+  const ElasticInput input{{sheet_.initial_mass, none, rest, options_.usual_h}, length, ones, ones, all};
+  set_shape(input);
+  set_masses(rest, input);
   tangent_->update(rest, Curvature::positive);
   VecHandle diagonal;
   check(MatCreateVecs(tangent_->matrix(), diagonal.create(), nullptr));
@@ -127,8 +127,7 @@ ElasticStep::RestTangent ElasticStep::rest_tangent() {
   return {norm / std::sqrt(3.0 * sheet_.particles.global), inertia > 0 ? sum / inertia : 0};
 }
 
-void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) {
-  lag_.forget();  // A step depends on its start alone, so that one tried again, or one after a restart, is the same.
+void ElasticStep::set_shape(const ElasticInput& input) {
   const double damping = damping_ / input.h;
   const std::array<std::vector<double>, 4>& stiffness = material_.stiffness(input.living);
   const auto factor_at = [&input](PetscInt i) { return input.stiffness_factor[static_cast<std::size_t>(i)]; };
@@ -142,11 +141,7 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
     const auto [a, b] = set.ends[s];
     const double k = intact * (factor_at(a) + factor_at(b)) / 2;
     const double l = input.target_length[index][s];
-    if (damping == 0) {
-      return {k, l};
-    }
-    const double start = (input.start.vector(a) - input.start.vector(b)).norm();
-    return {(1 + damping) * k, (l + damping * start) / (1 + damping)};
+    return {k, l, {damping * k, damping > 0 ? (input.start.vector(a) - input.start.vector(b)).norm() : 0}};
   });
   springs_.set_limit(limit_, input.target_length, input.living.springs);
 
@@ -155,8 +150,6 @@ void ElasticStep::begin_step(const Field& positions, const ElasticInput& input) 
                  std::multiplies<>());
   bending_.begin_step(input.living, input.start,
                       {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping});
-
-  set_masses(positions, input);
 }
 
 double ElasticStep::largest_excess() const {
@@ -178,7 +171,13 @@ std::array<std::vector<bool>, 4> ElasticStep::bearing_springs(const Living& livi
 }
 
 double ElasticStep::elastic_energy(const Field& positions) const {
-  double sum = springs_.value(positions) + bending_.value(positions);
+  double sum = springs_.elastic_energy(positions) + bending_.value(positions) - bending_.viscous_energy(positions);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
+double ElasticStep::viscous_work(const Field& positions) const {
+  double sum = -2 * (springs_.viscous_energy(positions) + bending_.viscous_energy(positions));
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
   return sum;
 }
@@ -245,12 +244,14 @@ void ElasticStep::forget_pattern() {
 }
 
 void ElasticStep::begin(const Field& positions, const ElasticInput& input) {
-  begin_step(positions, input);
+  set_shape(input);
   MassPart::begin(positions, input);
 }
 
 ElasticResult ElasticStep::advance(Field& positions, const ElasticInput& input) {
-  begin_step(positions, input);
+  lag_.forget();  // A step depends on its start alone, so that one tried again, or one after a restart, is the same.
+  set_shape(input);
+  set_masses(positions, input);
   ElasticResult result;
   for (Potential* potential : potentials_) {
     potential->start_from(input.start, positions, input.h);
@@ -291,10 +292,11 @@ void ElasticStep::settle(Field& positions, const ElasticInput& input, ElasticRes
 }
 
 void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticResult& result) {
+  const double rounding_of_forces = rounding();
   Forces forces = compute_forces(positions, input.held);
   bool exact_serves = options_.newton_tolerance < worth_exact;
   for (int iteration = 0;; ++iteration) {
-    result.error = forces.norm <= rounding_ ? 0 : forces.norm / forces.largest_part;
+    result.error = forces.norm <= rounding_of_forces ? 0 : forces.norm / forces.largest_part;
     if (result.error <= options_.newton_tolerance) {
       return;
     }

@@ -66,6 +66,8 @@ class ElasticStep : public MassPart {
   /// `error` of the result is the residual, over the largest norm of a kind of force.
   ElasticResult advance(Field& positions, const ElasticInput& input);
 
+  /// Sets lengths and stiffness as a step has them. Not collective.
+  void set_shape(const ElasticInput& input);
   /// Begins a step that is brought into balance elsewhere, where its strain limit has to be checked. Collective.
   /// @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const ElasticInput& input);
@@ -74,6 +76,7 @@ class ElasticStep : public MassPart {
     return {};
   }
 
+  double rounding() const override { return rounding_of(rest_stiffness_ + mean_mass_ / (h_ * h_)); }
   /// Describes its solver, such as "cg, pbjacobi: stiffness is 130 times inertia".
   const std::string& solver_words() const { return solver_words_; }
 
@@ -90,6 +93,10 @@ class ElasticStep : public MassPart {
   /// Energy of springs and bending at some positions, with the lengths and stiffness of the last step and without
   /// viscosity. Collective.
   double elastic_energy(const Field& positions) const;
+  /// What resists changes of its shape, viscosity included.
+  std::array<const Potential*, 2> of_shape() const { return {&springs_, &bending_}; }
+  /// Work of viscosity in the last step, which has led to these positions, at most 0. Collective. [J]
+  double viscous_work(const Field& positions) const;
 
  private:
   ElasticStep(const Sheet& sheet, const Stiffness& stiffness, const Weave& weave, const MaterialFactors& factors,
@@ -102,7 +109,6 @@ class ElasticStep : public MassPart {
     double over_inertia = 0;  ///< mean, over the mean of its inertia
   };
   RestTangent rest_tangent();  // collective
-  void begin_step(const Field& positions, const ElasticInput& input);
   /// Newton's method, from the positions given, until no potential asks for more (Potential::renew). Adds to the
   /// iterations of `result`. Collective.
   void settle(Field& positions, const ElasticInput& input, ElasticResult& result);
@@ -133,7 +139,7 @@ class ElasticStep : public MassPart {
   std::unique_ptr<Tangent> tangent_;    ///< matrix-free
   std::unique_ptr<Tangent> assembled_;  ///< an earlier one, to make the preconditioner from; null: from `tangent_`
   PreconditionerLag lag_;
-  double rounding_ = 0;  ///< norm of forces that is rounding alone [N]
+  double rest_stiffness_ = 0;  ///< RestTangent::mean_square
   KspHandle solver_;
   std::string solver_words_;
   std::unique_ptr<RigidPatches> patches_;  ///< of the preconditioner, if it is multigrid

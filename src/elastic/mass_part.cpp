@@ -1,5 +1,7 @@
 #include "elastic/mass_part.h"
 
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "parallel/collective.h"
@@ -28,13 +30,20 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
   double mass =
       std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, surface.comm());
-  force_scale_ = mass / static_cast<double>(surface.particles.global) / (usual_h * usual_h) * place_;
+  mean_mass_ = mass / static_cast<double>(surface.particles.global);
+  h_ = usual_h;
+  force_scale_ = mean_mass_ / (usual_h * usual_h) * place_;
+}
+
+double MassPart::rounding_of(double stiffness) const {
+  return 10 * std::numeric_limits<double>::epsilon() * std::sqrt(3.0 * surface_.particles.global) * stiffness * place_;
 }
 
 void MassPart::set_masses(const Field& positions, const MassInput& input) {
   // A removed particle has neither mass nor springs: any stiffness keeps it where it is.
   const auto mass = [&](std::size_t i) { return input.mass[i] > 0 ? input.mass[i] : surface_.initial_mass[i]; };
   inertia_.set(positions, mass, input.h);
+  h_ = input.h;
 }
 
 void MassPart::begin(const Field& positions, const MassInput& input) {

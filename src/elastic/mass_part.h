@@ -58,10 +58,14 @@ class MassPart : public StepPart {
   double tolerance() const override { return tolerance_; }
   double length_scale() const override { return place_; }
   double force_scale() const override { return force_scale_; }
+  /// Of inertia, however short the step is.
+  double rounding() const override { return rounding_of(mean_mass_ / (h_ * h_)); }
 
  protected:
   /// Sets what inertia is in the step to come. Not collective.
   void set_masses(const Field& positions, const MassInput& input);
+  /// Norm of forces that is rounding of positions alone. @param stiffness mean of the particles' [N/m]
+  double rounding_of(double stiffness) const;
 
   const Surface& surface_;
   double tolerance_;
@@ -70,6 +74,8 @@ class MassPart : public StepPart {
   Projectors projectors_;   ///< of the local particles: 0 where one is pinned
   double place_ = 0;        ///< the largest coordinate of the undeformed sheet [m]
   double force_scale_ = 0;  ///< size of forces on a particle, for the estimate of rounding [N]
+  double mean_mass_ = 0;    ///< [kg]
+  double h_ = 0;            ///< of the step [s]
   Eigen::Matrix3Xd part_;   ///< part of the gradient that comes from one potential
   Field before_;            ///< positions at the beginning of a step or an iteration
   Field position_;          ///< of a step that is brought into balance elsewhere

@@ -35,7 +35,7 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
         const auto [a, b] = std::minmax(set.ends[s][0], set.ends[s][1]);
         const auto number = static_cast<PetscInt>(s);
         if (number < set.owned() || a < owned) {
-          take(Spring{a, b, number, colour, {0, set.initial_length[s]}, 0});
+          take(Spring{a, b, number, colour, 0, set.initial_length[s], 0});
         }
       }
     }
@@ -95,9 +95,8 @@ bool SpringPotential::renew(const Field& x) {
 }
 
 StrainLimit::Law SpringPotential::law(const Spring& spring, double length) const {
-  const double stiffness = spring.law.stiffness;
-  const double stretch = length - spring.law.length;
-  StrainLimit::Law law{stiffness / 2 * stretch * stretch, stiffness * stretch, stiffness};
+  const double stretch = length - spring.length;
+  StrainLimit::Law law{spring.stiffness / 2 * stretch * stretch, spring.stiffness * stretch, spring.stiffness};
   if (spring.target != 0) {
     const StrainLimit::Law limit = limit_->at(length, spring.target);
     law.value += limit.value;
@@ -128,6 +127,32 @@ double SpringPotential::value(const Field& x) const {
     }
   }
   check(PetscLogFlops(12.0 * static_cast<double>(springs_.size())));
+  return sum;
+}
+
+double SpringPotential::viscous_energy(const Field& x) const {
+  double sum = 0;
+  for (std::size_t s = 0; s < dashpots_.size(); ++s) {
+    const Spring& spring = springs_[s];
+    if (is_owned(spring) && dashpots_[s].stiffness > 0) {
+      const double change = (x.vector(spring.a) - x.vector(spring.b)).norm() - dashpots_[s].length;
+      sum += dashpots_[s].stiffness / 2 * change * change;
+    }
+  }
+  return sum;
+}
+
+double SpringPotential::elastic_energy(const Field& x) const {
+  double sum = value(x) - viscous_energy(x);
+  for (std::size_t s = 0; s < dashpots_.size(); ++s) {  // What both together have where they are without force.
+    const Spring& spring = springs_[s];
+    const auto& [c, start] = dashpots_[s];
+    if (is_owned(spring) && c > 0) {
+      const double k = spring.stiffness - c;
+      const double apart = spring.stiffness / k * (spring.length - start);
+      sum += k * c / spring.stiffness / 2 * apart * apart;
+    }
+  }
   return sum;
 }
 

@@ -20,17 +20,32 @@ class SpringPotential : public Potential {
   /// The sheet must outlive it. Springs of other ranks that end at no particle of this one are left out.
   explicit SpringPotential(const Sheet& sheet);
 
+  /// A dashpot beside a spring, in a step: c (d - s)^2 / 2 with the length s at the step's start.
+  struct Dashpot {
+    double stiffness = 0;  ///< c, viscosity over the length of the step [N/m]
+    double length = 0;     ///< s [m]
+  };
   struct Hooke {
     double stiffness;  ///< 0 where the spring has died [N/m]
     double length;     ///< without force [m]
+    Dashpot dashpot{};
   };
   /// @tparam Of a function that gives the law of a spring, by its colour and its number among the local ones
   template <class Of>
   void set(const Of& of) {
+    dashpots_.clear();
     for (Spring& spring : springs_) {
-      spring.law = of(spring.colour, static_cast<std::size_t>(spring.number));
+      const Hooke law = of(spring.colour, static_cast<std::size_t>(spring.number));
+      const auto& [c, start] = law.dashpot;
+      spring.stiffness = law.stiffness + c;  // They act as one spring.
+      spring.length = c > 0 ? (law.stiffness * law.length + c * start) / spring.stiffness : law.length;
+      dashpots_.push_back(law.dashpot);
     }
   }
+  /// This rank's share of what a step's viscosity adds to the value, half of the work that it takes [J].
+  double viscous_energy(const Field& x) const;
+  /// This rank's share of the energy of the springs without viscosity [J].
+  double elastic_energy(const Field& x) const;
 
   /// Sets the limit that keeps the living springs of the net (blue and green) below a strain from now on; nothing: no
   /// limit.
@@ -68,9 +83,10 @@ class SpringPotential : public Potential {
     PetscInt b;
     PetscInt number;  ///< in its colour's set
     Colour colour;
-    Hooke law;
-    double target;  ///< of the limit; 0: the spring has none
-    bool acts() const { return law.stiffness != 0 || target != 0; }
+    double stiffness;  ///< of a spring and its dashpot [N/m]
+    double length;     ///< without force of both [m]
+    double target;     ///< of the limit; 0: the spring has none
+    bool acts() const { return stiffness != 0 || target != 0; }
   };
   bool is_owned(const Spring& spring) const { return spring.number < sheet_->of(spring.colour).owned(); }
 
@@ -81,6 +97,7 @@ class SpringPotential : public Potential {
   std::optional<StrainLimit> limit_;
   double positive_share_ = 0;
   std::vector<Spring> springs_;          ///< sorted by a, the smaller end, then b
+  std::vector<Dashpot> dashpots_;        ///< of each of them
   std::vector<DifferenceTerm> hessian_;  ///< of the springs that act, in order
 };
 

@@ -44,6 +44,8 @@ class GasFilledPart : public StepPart, public GasFilled {
   void begin_step(const std::vector<double>& pressure, double time, double h);
   /// Pressures across the walls where the part is [Pa]. Collective.
   std::vector<double> pressures();
+  /// Of the gas on the owned vertices where the part is (3 x owned) [N]. Collective.
+  Eigen::Matrix3Xd pressure_forces() { return -gas_->gradient(number_); }
   /// What has come into its chambers at the end of the step, at positions `end`. Collective.
   GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
 

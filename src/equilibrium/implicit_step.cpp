@@ -137,6 +137,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   if (options.line_search) {
     problem.search = [this](const NewtonStep& step) { return search(step); };
   }
+  problem.rounding = [this] { return objective_.rounding(); };
   if (options.newton == NewtonEnd::converged) {
     problem.scale = [this] { return objective_.residual_scale(options_.snes_rtol); };
   }
@@ -224,10 +225,13 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
       words = std::string("Newton's method did not converge (") + SNESConvergedReasons[newton.ended] + ")";
   }
   if (concave_iterations_ > 0) {
-    words +=
-        "; the tangent is not positive definite: there is no stable equilibrium near, as beyond the highest pressure "
-        "that the balloon can hold (to go there prescribe its volume or its amount of gas, or give time.arc_length), "
-        "or the step is too long";
+    words += "; the tangent is not positive definite: there is no stable equilibrium near, ";
+    if (objective_.columns() > 0) {  // There is gas.
+      words +=
+          "as beyond the highest pressure that the balloon can hold (to go there prescribe its volume or its amount of "
+          "gas, or give time.arc_length), ";
+    }
+    words += "or the step is too long";
   }
   return words;
 }

@@ -252,29 +252,29 @@ double StepGas::bordering_stiffness(const Own& own, int chamber) const {
   return 10 * (pressure + own.force_scale / std::pow(volume, 2.0 / 3)) / volume;
 }
 
-/// Work of given pressures on what is left of walls with holes, straight from x^n to x: by Simpson's rule, which is
-/// exact, since the force is a square of the positions. Collective.
-double StepGas::work_on_rest(Own& own) {
-  double work = 0;
-  bool has_hole = false;
+/// What is there of the walls of some chambers sweeps, straight from x^n to `end`, without what closes their holes; 0
+/// of other chambers [m^3]. By Simpson's rule, which is exact, since dW/dx is a square of the positions. Collective.
+Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const) {
+  Eigen::VectorXd swept = Eigen::VectorXd::Zero(own.chambers->count());
+  bool has_one = false;
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
-    if (!own.chambers->has_hole(chamber)) {
+    if (!(own.chambers->*is_one)(chamber)) {
       continue;
     }
-    has_hole = true;
-    const Eigen::Matrix3Xd moved = own.position->values() - own.start->values();
-    const auto force = [&](double share) {
+    has_one = true;
+    const Eigen::Matrix3Xd moved = end.values() - own.start->values();
+    const auto gradient = [&](double share) {
       own.between.values() = own.start->values() + share * moved;
       return own.chambers->volume_gradient(chamber, own.between);
     };
-    const Eigen::Matrix3Xd mean = (force(0) + 4 * force(0.5) + force(1)) / 6;
-    work +=
-        own.states[static_cast<std::size_t>(chamber)].pressure * mean.cwiseProduct(moved.leftCols(mean.cols())).sum();
+    const Eigen::Matrix3Xd mean = (gradient(0) + 4 * gradient(0.5) + gradient(1)) / 6;
+    swept[chamber] = mean.cwiseProduct(moved.leftCols(mean.cols())).sum();
   }
-  if (has_hole) {
-    MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, own.chambers->surface().comm());
+  if (has_one) {
+    MPI_Allreduce(MPI_IN_PLACE, swept.data(), static_cast<int>(swept.size()), MPI_DOUBLE, MPI_SUM,
+                  own.chambers->surface().comm());
   }
-  return work;
+  return swept;
 }
 
 /// Work of joined gas of all parts from where the tangent was last taken: along a straight line from all W to all
@@ -357,8 +357,10 @@ void StepGas::find_work() {
 double StepGas::value(std::size_t part) {
   evaluate();
   Own& own = parts_[part];
-  double sum = -work_on_rest(own);
+  const Eigen::VectorXd swept = swept_by_rest(own, *own.position, &Chambers::has_hole);
+  double sum = 0;
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+    sum -= swept[chamber] * own.states[static_cast<std::size_t>(chamber)].pressure;
     if (!own.chambers->prescribes_volume(chamber) && !own.chambers->has_hole(chamber) &&
         !own.chambers->is_joined(chamber)) {
       sum += own.states[static_cast<std::size_t>(chamber)].potential;
@@ -371,21 +373,28 @@ double StepGas::value(std::size_t part) {
 GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, double h) {
   if (ended_.empty()) {  // Of all at once: from then on the chambers know of the next step.
     FlowingGas::Walls walls;
+    FlowingGas::Walls swept;
     for (std::size_t other = 0; other < parts_.size(); ++other) {
       Own& own = parts_[other];
-      if (other != part) {
-        own.between.values() = own.position->values();
-        if (own.write_end) {
-          own.write_end(own.between);
+      Field there(own.chambers->surface().particles, 3);
+      there.values() = other == part ? end.values() : own.position->values();
+      if (other != part && own.write_end) {
+        own.write_end(there);
+      }
+      walls.push_back(own.chambers->volumes(there));
+      swept.push_back(walls.back() - own.chambers->volumes(*own.start));
+      const Eigen::VectorXd by_rest = swept_by_rest(own, there, &Chambers::vents);
+      for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+        if (own.chambers->vents(chamber)) {
+          swept.back()[chamber] = by_rest[chamber];
         }
       }
-      walls.push_back(own.chambers->volumes(other == part ? end : own.between));
     }
     GasNetwork::Step step = flow_.network_step(walls, time);
     step.h = h;  // The chambers know how long it is until forces are in balance.
     const GasNetwork::End all = flow_.solve(step);
     for (std::size_t other = 0; other < parts_.size(); ++other) {
-      ended_.push_back(flow_.end_step(other, walls, step, all));
+      ended_.push_back(flow_.end_step(other, walls, swept, step, all));
     }
   }
   return ended_[part];

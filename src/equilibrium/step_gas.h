@@ -107,7 +107,7 @@ class StepGas {
 
   void evaluate();
   void find_work();
-  double work_on_rest(Own& own);
+  Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   double bordering_stiffness(const Own& own, int chamber) const;
   bool is_joined(const Own& own) const { return own.chambers->has_network(); }
 

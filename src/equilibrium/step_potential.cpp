@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -59,12 +60,12 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
 }
 
 void StepPotential::add_vertex_potentials() {
-  const auto add = [this](auto&& function) {
-    of_vertices_.push_back(make_vertex_potential(model_.elements.membrane().particles, function));
-    potentials_.push_back(of_vertices_.back().get());
+  const auto add = [this](std::unique_ptr<Potential>& potential, auto&& function) {
+    potential = make_vertex_potential(model_.elements.membrane().particles, function);
+    potentials_.push_back(potential.get());
   };
   if (integrator_.is_static()) {
-    add([this](PetscInt i, const Eigen::Vector3d& x) {
+    add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
       constexpr double share = 1e-6;  // of the stiffness of the wall
       const double stiffness =
           share * force_scale_ / length_scale_ * model_.mass[static_cast<std::size_t>(i)] / total_mass_;
@@ -73,20 +74,60 @@ void StepPotential::add_vertex_potentials() {
                             stiffness * Eigen::Matrix3d::Identity()};
     });
   } else if (options_.inertia) {
-    add([this](PetscInt i, const Eigen::Vector3d& x) {
+    add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
       const double stiffness = model_.mass[static_cast<std::size_t>(i)] * integrator_.inertia(h_);
       const Eigen::Vector3d away = x - unaccelerated_.col(i);
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
   }
-  add([this](PetscInt i, const Eigen::Vector3d& x) {
+  add(weight_, [this](PetscInt i, const Eigen::Vector3d& x) {
     const Eigen::Vector3d weight = model_.mass[static_cast<std::size_t>(i)] * model_.gravity;
     return PointPotential{-weight.dot(x - start_.vector(i)), -weight};
   });
   if (!model_.loads.empty()) {
-    add([this](PetscInt i, const Eigen::Vector3d& x) { return model_.loads.at(i, x); });
+    add(loads_, [this](PetscInt i, const Eigen::Vector3d& x) { return model_.loads.at(i, x); });
   }
+}
+
+double StepPotential::work_of(const Potential& potential, const Field& end) const {
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned());
+  potential.add_gradient(position_, gradient);
+  return -gradient.cwiseProduct((end.values() - start_.values()).leftCols(owned())).sum();
+}
+
+StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
+  const Eigen::Matrix3Xd moved = (end.values() - start_.values()).leftCols(owned());
+  const Eigen::Matrix3Xd pressing = -gas_->gradient(part_);
+  std::array<double, 6> sums{work_of(*weight_, end),
+                             work_of(damping_, end),
+                             0,
+                             pressing.cwiseProduct(moved).sum(),
+                             loads_ != nullptr ? work_of(*loads_, end) : 0,
+                             model_.bodies != nullptr ? work_of(*model_.bodies, end) : 0};
+  // What moves pins does the work that no other force does on the vertices that they hold.
+  const std::vector<bool>& pinned = model_.pins.pinned();
+  bool leads = false;
+  for (PetscInt i = 0; i < owned(); ++i) {
+    leads = leads || (pinned[static_cast<std::size_t>(i)] && moved.col(i) != Eigen::Vector3d::Zero());
+  }
+  if (on_any_rank(comm(), leads)) {
+    Eigen::Matrix3Xd gradient = -pressing;
+    for (const Potential* potential : potentials_) {
+      if (potential != inertia_.get()) {
+        potential->add_gradient(position_, gradient);
+      }
+    }
+    for (PetscInt i = 0; i < owned(); ++i) {
+      if (pinned[static_cast<std::size_t>(i)]) {
+        const double mass = options_.inertia && !integrator_.is_static() ? model_.mass[static_cast<std::size_t>(i)] : 0;
+        const Eigen::Vector3d inertia = mass / h_ * (moved.col(i) / h_ - start_velocity.vector(i));
+        sums[2] += (inertia + gradient.col(i)).dot(moved.col(i));
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm());
+  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
 }
 
 void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pressure, const StepStart& start) {
@@ -162,6 +203,12 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   time_end_ = start.time + start.h;
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
   start_.values() = position.values();
+  double place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &place, 1, MPI_DOUBLE, MPI_MAX, comm());
+  const bool has_inertia = options_.inertia && !integrator_.is_static();
+  const auto vertices = static_cast<double>(model_.elements.membrane().particles.global);
+  const double inertia = has_inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;
+  rounding_of_inertia_ = 20 * std::numeric_limits<double>::epsilon() * std::sqrt(vertices) * inertia * place;
   wall_.set_thickness(start.thickness_ratio);
   model_.loads.set_time(time_);
   if (model_.bodies != nullptr) {

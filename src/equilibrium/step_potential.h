@@ -49,6 +49,16 @@ struct StepStart {
   }
 };
 
+/// Work of what acts on a wall over the displacements of a step, of all ranks [J].
+struct StepWork {
+  double gravity = 0;
+  double damping = 0;
+  double pins = 0;
+  double pressure = 0;
+  double loads = 0;
+  double bodies = 0;
+};
+
 /// What an implicit step of a balloon makes stationary (balloon paper, eq. 18 to 23), its gradient and its second
 /// derivative:
 ///
@@ -95,6 +105,12 @@ class StepPotential : public StepPart, public GasFilled {
   }
   /// What has come into its chambers at the end of the step, at positions `end`. Collective.
   GasExchange end_gas(const Field& end) { return gas_->end_step(part_, end, time_end_, h_); }
+
+  /// Work of a step that leads to `end`, by the forces where they are in balance; before `end_gas`. Collective.
+  /// @param start_velocity v^n [m/s]
+  StepWork work(const Field& end, const Field& start_velocity);
+  /// Work of one potential alone, this rank's share [J]. Collective.
+  double work_of(const Potential& potential, const Field& end) const;
 
   /// At which forces are in balance; by arc length it is the loads' [s].
   double time() const { return time_; }
@@ -153,7 +169,7 @@ class StepPotential : public StepPart, public GasFilled {
   double length_scale() const override { return length_scale_; }
   /// The elastic energy at a strain of 0.5, if linear, over that length: scale of the wall's forces [N].
   double force_scale() const override { return force_scale_; }
-  double rounding() const override { return gas_->rounding(part_); }
+  double rounding() const override { return std::max(gas_->rounding(part_), rounding_of_inertia_); }
 
  private:
   void add_vertex_potentials();
@@ -173,11 +189,14 @@ class StepPotential : public StepPart, public GasFilled {
   TimeIntegrator integrator_;
   WallPotential wall_;
   DampingPotential damping_;
-  std::vector<std::unique_ptr<Potential>> of_vertices_;  ///< inertia, weight, loads
-  std::vector<Potential*> potentials_;                   ///< all of them
+  std::unique_ptr<Potential> inertia_;  ///< or what holds rigid motions without it; null: neither
+  std::unique_ptr<Potential> weight_;
+  std::unique_ptr<Potential> loads_;    ///< null: there are none
+  std::vector<Potential*> potentials_;  ///< all of them
   double length_scale_ = 0;
   double force_scale_ = 0;
-  double total_mass_ = 0;  ///< [kg]
+  double total_mass_ = 0;           ///< [kg]
+  double rounding_of_inertia_ = 0;  ///< norm of the forces of inertia that is rounding of positions alone [N]
   std::shared_ptr<StepGas> gas_;
   std::size_t part_ = 0;  ///< of the gas
 

@@ -1076,6 +1076,7 @@ GasNetwork::Step Chambers::network_step(const Eigen::VectorXd& walls, double tim
   GasNetwork::Step step;
   const Eigen::VectorXd volumes = gas_volumes(walls);
   step.volume = volumes(vessels_);
+  step.start_volume = (exchange_.volume.array() > 0).select(exchange_.volume, volumes)(vessels_);
   step.temperature.resize(step.volume.size());
   step.time = time;
   step.h = h_;
@@ -1182,12 +1183,14 @@ std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const
   return "";
 }
 
-GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const GasNetwork::Step& step,
+GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const Eigen::VectorXd& swept, const GasNetwork::Step& step,
                                const GasNetwork::End& end) const {
   constexpr double large_hole = 0.1;
   constexpr double level = 1e-5;
+  constexpr double rounding = 1e-10;  // of volumes: changes less than that give no mean pressure
   GasExchange exchange = exchange_;
   const Eigen::VectorXd volumes = gas_volumes(walls);
+  const Eigen::VectorXd swept_gas = gas_volumes(swept);
   exchange.volume = (exchange_.open.array() > 0).select(exchange_.volume, volumes);
   Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
   for (std::size_t l = 0; l < links_.size(); ++l) {
@@ -1213,13 +1216,21 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const GasNetwork::S
     exchange.wall_heat[chamber] += end.wall_heat[vessel];
     const double from = exchange_.volume[chamber];
     const double to = exchange.volume[chamber];
+    double work = 0;  // see GasNetwork
     if (self.law == GasLaw::isothermal) {
-      exchange.work[chamber] += heat * gas_constant * std::log(to / from);
-      continue;
+      work = (heat + end.gas[v].amount * end.temperature[vessel]) / 2 * gas_constant * std::log(to / from);
+    } else {
+      const auto colder = [&](double volume) { return std::pow(volume / self.initial_volume, 1 - self.gamma); };
+      const double middle = colder(std::sqrt(from * to));
+      const double more = energy[vessel] / (capacity * middle);
+      exchange.heat[chamber] += more;
+      work = capacity * (heat * (colder(from) - middle) + (heat + more) * (middle - colder(to)));
     }
-    const auto colder = [&](double volume) { return std::pow(volume / self.initial_volume, 1 - self.gamma); };
-    exchange.heat[chamber] += energy[vessel] / (capacity * colder(to));
-    exchange.work[chamber] += capacity * heat * (colder(from) - colder(to));
+    // Of a wall with holes, what the caps sweep is no work on the wall: it pushes away what is beyond the hole.
+    const double mean = std::abs(to - from) > rounding * from ? work / (to - from) : end.pressure[vessel];
+    const double beyond = work - mean * swept_gas[chamber];
+    exchange.work[chamber] += work - beyond;
+    exchange.leak_enthalpy[chamber] += beyond;
   }
   for (std::size_t v = 0; v < vessels_.size(); ++v) {
     const int chamber = vessels_[v];

@@ -174,6 +174,7 @@ GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const
       append(all.wall_temperature, own.wall_temperature);
     }
     append(all.volume, own.volume);
+    append(all.start_volume, own.start_volume);
     append(all.temperature, own.temperature);
     all.gas.insert(all.gas.end(), own.gas.begin(), own.gas.end());
   }
@@ -279,9 +280,9 @@ GasNetwork::End FlowingGas::own_end(std::size_t object, const GasNetwork::End& e
   return own;
 }
 
-GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const GasNetwork::Step& step,
-                                 const GasNetwork::End& end) const {
-  return chambers(object).end_step(walls[object], own_step(object, step), own_end(object, end));
+GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& swept,
+                                 const GasNetwork::Step& step, const GasNetwork::End& end) const {
+  return chambers(object).end_step(walls[object], swept[object], own_step(object, step), own_end(object, end));
 }
 
 FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Response>& responses, double time) const {

@@ -65,7 +65,6 @@ struct GasNetwork::Local {
   double temperature = 0;
   ByState pressure_by{};
   ByState temperature_by{};
-  double compression = 1;  ///< (V/V_ref)^(gamma - 1); 1 of a vessel that keeps its temperature
 };
 
 /// A flow between two ends, its temperature upstream, and their derivatives by the states of the ends.
@@ -116,12 +115,12 @@ GasNetwork::Local GasNetwork::local(int number, const Step& step, const VesselGa
     local.pressure_by = {gas_constant * local.temperature / volume, 0, -local.pressure / volume};
     return local;
   }
-  local.compression = std::pow(volume / self.reference_volume, self.gamma - 1);
-  const double share = gas_constant / (local.compression * volume);
+  const double compression = std::pow(volume / self.reference_volume, self.gamma - 1);
+  const double share = gas_constant / (compression * volume);
   local.pressure = gas.heat * share;
   local.pressure_by = {0, share, -self.gamma * local.pressure / volume};
-  local.temperature = gas.heat / (gas.amount * local.compression);
-  local.temperature_by = {-local.temperature / gas.amount, 1 / (gas.amount * local.compression),
+  local.temperature = gas.heat / (gas.amount * compression);
+  local.temperature_by = {-local.temperature / gas.amount, 1 / (gas.amount * compression),
                           -(self.gamma - 1) * local.temperature / volume};
   return local;
 }
@@ -179,12 +178,14 @@ GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<Vess
     if (vessel(of).keeps_temperature) {
       return;
     }
-    const double factor = -step.h * result.local[static_cast<std::size_t>(of)].compression / heat_capacity(of);
+    const double middle = std::sqrt(step.start_volume[of] * step.volume[of]);
+    const double compression = std::pow(middle / vessel(of).reference_volume, vessel(of).gamma - 1);
+    const double factor = -step.h * compression / heat_capacity(of);
     result.rest[2 * of + 1] += factor * energy;
     for (const auto& [other, derivatives] : by) {
       add_derivatives(2 * of + 1, factor, other, derivatives);
     }
-    add_derivatives(2 * of + 1, factor * energy, of, {0, 0, (vessel(of).gamma - 1) / step.volume[of]});
+    add_derivatives(2 * of + 1, factor * energy, of, {0, 0, (vessel(of).gamma - 1) / (2 * step.volume[of])});
   };
   const auto add_flow = [&](int from, int to, const Flow& flow, double& amount, double& enthalpy) {
     const double gamma = vessel(from != ambient ? from : to).gamma;

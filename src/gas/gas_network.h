@@ -24,12 +24,16 @@ struct VesselGas {
 ///
 /// The step is one of implicit Euler,
 ///
-///     n - n^0 = h sum_l q_l,    U - U^0 + (work of n^0 from V^0 to V) = h sum_l q_l c_p T_l + h H (T_w - T),
+///     n - n^0 = h sum_l q_l,    U - U^0 + (work from V^0 to V) = h sum_l q_l c_p T_l + h H (T_w - T),
 ///
 /// with the flows q_l, all temperatures and pressures at its end: however wide a link is, the step does not pass the
 /// equilibrium. T_l is the temperature upstream; what flows in does the work of being pushed in, and so brings c_p T.
 /// For a vessel that keeps its temperature the second equation is left out. Mass and energy that leave one vessel
 /// arrive in another to the last digit, since both come from the same flow.
+///
+/// The work is that of the gas of the step's start up to the volume sqrt(V^0 V), where energy comes in, and of the gas
+/// of its end from there on, both without heat: of second order in the change of volume and of amount, and without flow
+/// exactly isentropic.
 class GasNetwork {
  public:
   struct Vessel {
@@ -56,9 +60,10 @@ class GasNetwork {
 
   /// The data of a step before it is solved.
   struct Step {
-    std::vector<VesselGas> gas;   ///< n^0 and so on; of what is given in time, its part at the step's end
-    Eigen::VectorXd volume;       ///< at the end [m^3]
-    Eigen::VectorXd temperature;  ///< at the end, of vessels that keep it [K]
+    std::vector<VesselGas> gas;    ///< n^0 and so on; of what is given in time, its part at the step's end
+    Eigen::VectorXd volume;        ///< at the end [m^3]
+    Eigen::VectorXd start_volume;  ///< V^0 [m^3]
+    Eigen::VectorXd temperature;   ///< at the end, of vessels that keep it [K]
     std::vector<Leak> leaks;
     Eigen::VectorXd conductance;       ///< H of the walls [W/K]; empty: 0
     Eigen::VectorXd wall_temperature;  ///< T_w [K]; empty where there is no conductance

@@ -111,8 +111,8 @@ SpringBaseline::SpringBaseline(const Sheet& sheet, const SpringOptions& options)
 
 void SpringBaseline::combine(const SpringInput& input) {
   // A spring and the dashpot beside it act as one spring.
-  const double dashpot = options_.stiffness * options_.damping / input.h;
-  combined_stiffness_ = options_.stiffness + dashpot;
+  dashpot_ = options_.stiffness * options_.damping / input.h;
+  combined_stiffness_ = options_.stiffness + dashpot_;
   std::array<double, 2> length_and_count{0, 0};
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];
@@ -121,7 +121,8 @@ void SpringBaseline::combine(const SpringInput& input) {
     for (std::size_t s = 0; s < lengths.size(); ++s) {
       const auto [a, b] = set.ends[s];
       const double start_length = (input.start.vector(a) - input.start.vector(b)).norm();
-      lengths[s] = (options_.stiffness * input.target_length[colour][s] + dashpot * start_length) / combined_stiffness_;
+      lengths[s] =
+          (options_.stiffness * input.target_length[colour][s] + dashpot_ * start_length) / combined_stiffness_;
       if (s < static_cast<std::size_t>(set.owned()) && input.living.springs[colour][s]) {
         length_and_count[0] += set.initial_length[s];
         length_and_count[1] += 1;
@@ -135,8 +136,8 @@ void SpringBaseline::combine(const SpringInput& input) {
 double SpringBaseline::potential(const Field& positions, const SpringInput& input) const {
   double sum = 0;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    sum += input.mass[static_cast<std::size_t>(i)] / (input.h * input.h) *
-           (positions.vector(i) - unconstrained_.vector(i)).squaredNorm();
+    const Eigen::Vector3d away = positions.vector(i) - unconstrained_.vector(i);
+    sum += away.dot(input.inertia(i) * away);
   }
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];
@@ -167,10 +168,11 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
   check(VecGetArrayWrite(residual_, &residual_values));
   Eigen::Map<Eigen::Matrix3Xd> residual(residual_values, 3, particles.owned);
   for (PetscInt i = 0; i < particles.owned; ++i) {
-    const double inertia = input.mass[static_cast<std::size_t>(i)] / (input.h * input.h);
+    const Eigen::Matrix3d inertia = input.inertia(i);
     residual.col(i) = -inertia * (positions.vector(i) - unconstrained_.vector(i));
     // A removed particle has neither inertia nor springs: any stiffness holds it.
-    add_block(i, i, (inertia > 0 ? inertia : combined_stiffness_) * Block::Identity());
+    const bool is_removed = input.mass[static_cast<std::size_t>(i)] == 0;
+    add_block(i, i, is_removed ? Block(combined_stiffness_ * Block::Identity()) : Block(inertia));
   }
   for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
     const SpringSet& set = sheet_->springs[colour];
@@ -203,6 +205,51 @@ void SpringBaseline::assemble(const Field& positions, const SpringInput& input) 
   check(VecRestoreArrayWrite(residual_, &residual_values));
   check(MatAssemblyBegin(tangent_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(tangent_, MAT_FINAL_ASSEMBLY));
+}
+
+std::array<std::vector<double>, 4> SpringBaseline::forces(const Field& positions, const Living& living) const {
+  std::array<std::vector<double>, 4> result;
+  for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
+    const SpringSet& set = sheet_->springs[colour];
+    result[colour].resize(static_cast<std::size_t>(set.owned()));
+    for (std::size_t s = 0; s < result[colour].size(); ++s) {
+      if (living.springs[colour][s]) {
+        const double length = (positions.vector(set.ends[s][0]) - positions.vector(set.ends[s][1])).norm();
+        result[colour][s] = combined_stiffness_ * (length - combined_length_[colour][s]);
+      }
+    }
+  }
+  return result;
+}
+
+/// Over the owned living springs of all ranks. @param term of the colour, the spring and its ends
+template <class Term>
+double SpringBaseline::sum_over_springs(const Living& living, const Term& term) const {
+  double sum = 0;
+  for (std::size_t colour = 0; colour < sheet_->springs.size(); ++colour) {
+    const SpringSet& set = sheet_->springs[colour];
+    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      sum += living.springs[colour][s] ? term(colour, s, set.ends[s]) : 0;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_->comm());
+  return sum;
+}
+
+double SpringBaseline::elastic_energy(const Field& positions, const std::array<std::vector<double>, 4>& target_length,
+                                      const Living& living) const {
+  return sum_over_springs(living, [&](std::size_t colour, std::size_t s, const std::array<PetscInt, 2>& ends) {
+    const double stretch = (positions.vector(ends[0]) - positions.vector(ends[1])).norm() - target_length[colour][s];
+    return options_.stiffness / 2 * stretch * stretch;
+  });
+}
+
+double SpringBaseline::viscous_work(const Field& positions, const Field& start, const Living& living) const {
+  return sum_over_springs(living, [&](std::size_t, std::size_t, const std::array<PetscInt, 2>& ends) {
+    const double change = (positions.vector(ends[0]) - positions.vector(ends[1])).norm() -
+                          (start.vector(ends[0]) - start.vector(ends[1])).norm();
+    return -dashpot_ * change * change;
+  });
 }
 
 StageResult SpringBaseline::advance(Field& positions, const SpringInput& input) {

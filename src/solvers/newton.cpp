@@ -57,9 +57,7 @@ Newton::Newton(Mat system, const std::string& prefix, NewtonProblem problem, con
   if (problem_.search) {
     check(SNESLineSearchShellSetUserFunc(search, search_callback, this));
   }
-  if (problem_.scale) {
-    check(SNESSetConvergenceTest(snes_, convergence_callback, this, nullptr));
-  }
+  check(SNESSetConvergenceTest(snes_, convergence_callback, this, nullptr));
   run_solver(prefix, [&] { check(SNESSetFromOptions(snes_)); });
 }
 
@@ -136,18 +134,23 @@ PetscErrorCode Newton::solve_callback(PC pc, Vec residual, Vec descent) {
   });
 }
 
-/// As SNESConvergedDefault, but with the problem's scale in place of the norm at the start.
+/// As SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and its rounding.
 PetscErrorCode Newton::convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm, PetscReal step_norm,
                                             PetscReal norm, SNESConvergedReason* reason, void* context) {
   return as_petsc_callback([&] {
     check(SNESConvergedDefault(snes, iteration, position_norm, step_norm, norm, reason, nullptr));
-    if (iteration == 0 || (*reason != SNES_CONVERGED_ITERATING && *reason != SNES_CONVERGED_FNORM_RELATIVE)) {
+    const NewtonProblem& problem = static_cast<Newton*>(context)->problem_;
+    if (*reason == SNES_CONVERGED_ITERATING && problem.rounding && norm <= problem.rounding()) {
+      *reason = SNES_CONVERGED_FNORM_ABS;
+    }
+    if (!problem.scale || iteration == 0 ||
+        (*reason != SNES_CONVERGED_ITERATING && *reason != SNES_CONVERGED_FNORM_RELATIVE)) {
       return;
     }
     PetscReal rtol = 0;
     PetscReal stol = 0;
     check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
-    if (norm <= rtol * static_cast<Newton*>(context)->problem_.scale()) {
+    if (norm <= rtol * problem.scale()) {
       *reason = SNES_CONVERGED_FNORM_RELATIVE;
     } else {
       *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;

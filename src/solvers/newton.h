@@ -42,6 +42,8 @@ struct NewtonProblem {
   /// What NewtonDefaults::rtol is relative to where the residual was last asked for, a norm of the forces that are to
   /// be in balance. Empty: the norm of the residual at the start.
   std::function<double()> scale;
+  /// Norm of a residual that is rounding alone. Empty function: NewtonDefaults::atol.
+  std::function<double()> rounding;
 };
 
 /// Settings of Newton's method before the user's options are read.

@@ -10,7 +10,7 @@ inline namespace surface {
 
 /// What is left of a surface that burns or tears, without renumbering it: the springs that still hold and the drawn
 /// triangles that are still there, at least in part. A spring lives as long as one of the triangles that share it; a
-/// green one dies when the side that it crosses cracks.
+/// green one dies when the side that it crosses cracks. See SpringRule for what else kills one.
 struct Living {
   /// At first everything lives.
   explicit Living(const Surface& surface);

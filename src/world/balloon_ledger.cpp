@@ -33,6 +33,8 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
                                  {"residual", "N"},
                                  {"relative_residual", ""},
                                  {"elastic_energy", "J"}});
+  const std::vector<History::Column> of_work = work_columns(chain.options());
+  columns.insert(columns.end(), of_work.begin(), of_work.end());
   const std::vector<History::Column> of_contact = contact_columns(chain.contact_options());
   columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chain.burns()) {
@@ -62,7 +64,9 @@ double area_of(const double* positions, const std::array<PetscInt, 3>& triangle)
 }  // namespace
 
 BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed)
-    : group_(output.group("balloon")), ledger_(output, chain.burns(), columns_of_balloon(chain), resumed) {
+    : options_(chain.options()),
+      group_(output.group("balloon")),
+      ledger_(output, chain.burns(), columns_of_balloon(chain), resumed) {
   const Membrane& membrane = chain.elements().membrane();
   if (resumed != nullptr) {
     const std::vector<int> counts = resumed->read_all<int>(group_ + counts_table);
@@ -122,6 +126,8 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
               -maxima[2][1], maxima[2][0], static_cast<double>(step.inverted),
               static_cast<double>(step.newton_iterations), static_cast<double>(step.linear_iterations),
               static_cast<double>(step.concave_iterations), step.residual, step.relative_residual, sums[elastic]});
+  const std::vector<double> of_work = work_values(chain.options(), state.work);
+  own.insert(own.end(), of_work.begin(), of_work.end());
   const std::vector<double> of_contact =
       contact_values(chain.contact_options(), chain.contact(), step.touching, membrane, state,
                      state.burning ? &state.burning->living.triangles : nullptr);
@@ -140,7 +146,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
   const std::vector<double> of_bodies = body_values(chain.bodies().size(), step.loads);
   own.insert(own.end(), of_bodies.begin(), of_bodies.end());
   ledger_.add({membrane, state, chain.mass().data(), state.burning ? &*state.burning : nullptr, chain.heat_capacity(),
-               h, retries},
+               chain.loss_mass(), h, retries},
               own);
 
   steps_ = state.step;
@@ -179,6 +185,8 @@ std::vector<std::string> BalloonLedger::remarks() const {
   if (cracks_[0] > 0) {
     lines.push_back(crack_line(cracks_));
   }
+  const std::vector<std::string> of_fire = ledger_.remarks(options_);
+  lines.insert(lines.end(), of_fire.begin(), of_fire.end());
   return lines;
 }
 

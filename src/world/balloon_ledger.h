@@ -37,6 +37,7 @@ class BalloonLedger {
   std::vector<std::string> remarks() const;
 
  private:
+  const Options& options_;
   std::string group_;  ///< of the object in a checkpoint
   Ledger ledger_;
   std::array<double, 2> cracks_{};    ///< sides and length, of the last row

@@ -13,6 +13,7 @@
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
+#include "world/contact_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -48,8 +49,8 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
   return result;
 }
 
-/// Whether the forces of bodies on a sheet are brought into balance, with inertia at least.
-bool is_balanced(const Options& options) { return options.dynamics == Dynamics::elastic || options.contact.together; }
+/// phi = (1 - e^{-x})/x, 1 at 0: mean of e^{-t} between 0 and x.
+double exact_share(double x) { return x > 0 ? -std::expm1(-x) / x : 1; }
 
 /// How a sheet that is not elastic is brought into balance with its contact.
 PrismOptions settling_options(const Options& options) {
@@ -107,7 +108,8 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(state == nullptr ? Pins(sheet, options.pins) : Pins(sheet, options.pins, state->pin)),
-      bodies_(sheet, is_balanced(options) ? no_bodies : options.bodies, contact_thickness(sheet, options.contact)),
+      bodies_(sheet, bodies_are_balanced(options) ? no_bodies : options.bodies,
+              contact_thickness(sheet, options.contact)),
       chambers_(state == nullptr ? Chambers(sheet, options.gas, options.chambers)
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
@@ -117,6 +119,9 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
     throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
   }
+  pins_move_ = std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) {
+    return !pin.second.path.empty() || pin.second.velocity != Eigen::Vector3d::Zero();
+  });
   usual_stiffness_ = usual_stiffness_of(sheet, options);
   stiffness_ = options.contact.stiffness.value_or(usual_stiffness_);
   if (options.contact.self && !options.contact.together) {
@@ -125,8 +130,11 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
     contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
                      !on_any_rank(sheet.comm(), !is_free));
   }
-  if (is_balanced(options) && !options.bodies.empty()) {
+  if (bodies_are_balanced(options) && !options.bodies.empty()) {
     body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
+  }
+  if (options.force.air.density > 0) {
+    air_.emplace(sheet, options.force.air);
   }
   if (options.dynamics == Dynamics::elastic) {
     make_elastic();
@@ -156,9 +164,6 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
     end_ = Field(sheet.particles, 3);
     pushed_.emplace(chambers_, start_, end_);
   }
-  if (options.force.air.density > 0) {
-    air_.emplace(sheet, options.force.air);
-  }
   const AblationOptions& ablation = options.ablation;
   if (ablation.strength) {
     if (options.dynamics == Dynamics::spring) {
@@ -173,6 +178,11 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
 }
 
 void Burn::make_elastic() {
+  if (air_) {
+    drag_ = make_drag_potential(
+        sheet_.particles, *air_, start_, [this] { return moving_ ? 1 / moving_->h : 0; },
+        [this](PetscInt i) { return start_.vector(i); });
+  }
   const SheetMaterial& material = options_.material;
   const auto factors = [&](const char* key, const std::string& file) {
     return textures_.values(sheet_.uv, key, file, material.stiffness_range);
@@ -187,7 +197,7 @@ void Burn::make_elastic() {
                                            pins_.pinned(), pins_.clamped(), elastic, pressing());
 }
 
-/// What presses on the sheet as a potential.
+/// What acts on the sheet as a potential, in addition to its stiffness.
 std::vector<Potential*> Burn::pressing() {
   std::vector<Potential*> potentials;
   if (body_contact_ != nullptr) {
@@ -198,6 +208,9 @@ std::vector<Potential*> Burn::pressing() {
   }
   if (contact_ && options_.dynamics == Dynamics::elastic) {
     potentials.push_back(&*contact_);
+  }
+  if (drag_ != nullptr) {
+    potentials.push_back(drag_.get());
   }
   return potentials;
 }
@@ -254,11 +267,140 @@ void Burn::finish(State& state, BurnStep& step) {
   step.loads = moved_.loads;
   step.step_error = moved_.step_error;
   step.take(moved_);
+  if (step.converged && contact_) {
+    step.reason = passed_through(*contact_, {{sheet_, start_, &state.living.triangles}},
+                                 {{sheet_, state.position, &state.living.triangles}}, {""});
+    step.converged = step.reason.empty();
+  }
   if (step.converged) {
     look_at_contact(state, step);
+    step.elastic_energy = elastic_energy(state);
     step.cracked = tear(state);
     step.take(end_step(state, moving_->h));
   }
+}
+
+double Burn::elastic_energy(const State& state) {
+  if (elastic_ != nullptr && !moving_) {  // There has been no step.
+    start_.values() = state.position.values();
+    mass_.assign(state.mass.data(), state.mass.data() + sheet_.particles.local());
+    set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
+    set_stiffness_factors(state.mass);
+    elastic_->set_shape(elastic_input(state, options_.time.step));
+  }
+  if (springs_ != nullptr) {
+    return springs_->elastic_energy(state.position, state.target_length, state.living);
+  }
+  return elastic_ != nullptr ? elastic_->elastic_energy(state.position) : 0;
+}
+
+/// Collective. [J]
+double Burn::kinetic_energy(const State& state) const {
+  double sum = 0;
+  for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
+    sum += state.mass.data()[i] / 2 * state.velocity.vector(i).squaredNorm();
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
+/// Of the springs of a sheet that is not elastic, as `dynamics` has left them. Collective. [N]
+Field Burn::spring_forces(const State& state) const {
+  Field forces(sheet_.particles, 3);
+  for (const Colour colour : all_colours) {
+    const SpringSet& set = sheet_.of(colour);
+    const std::vector<double>& pull = force_[static_cast<std::size_t>(colour)];
+    for (std::size_t s = 0; s < std::min(pull.size(), static_cast<std::size_t>(set.owned())); ++s) {
+      const auto [a, b] = set.ends[s];
+      const Eigen::Vector3d on_b = pull[s] * (state.position.vector(a) - state.position.vector(b)).normalized();
+      forces.vector(a) -= on_b;
+      forces.vector(b) += on_b;
+    }
+  }
+  forces.add_ghosts();
+  return forces;
+}
+
+/// Of the step, by the forces with which it has ended. To be called before what gas does is known (end_gas).
+/// Collective.
+void Burn::add_work(State& state) {
+  const PetscInt owned = sheet_.particles.owned;
+  const double h = moving_->h;
+  const double phi = exact_share(fading_);
+  const Eigen::Matrix3Xd moved = (state.position.values() - start_.values()).leftCols(owned);
+  Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, owned);  // forces [N]
+  Eigen::VectorXd works = Eigen::VectorXd::Zero(kinds_of_work);
+  const auto add = [&](Work kind, const Eigen::Matrix3Xd& forces) {
+    of(works, kind) += forces.cwiseProduct(moved).sum();
+    all += forces;
+  };
+  const auto mass = [&](PetscInt i) { return phi * mass_[static_cast<std::size_t>(i)]; };
+  const auto is_free = [&](PetscInt i) { return !held_[static_cast<std::size_t>(i)]; };
+  const auto by_particle = [owned](const auto& force) {
+    Eigen::Matrix3Xd forces(3, owned);
+    for (PetscInt i = 0; i < owned; ++i) {
+      forces.col(i) = force(i);
+    }
+    return forces;
+  };
+  const auto of_potential = [&](const Potential& potential) {
+    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned);
+    potential.add_gradient(state.position, gradient);
+    return Eigen::Matrix3Xd(-gradient);
+  };
+  add(Work::gravity, by_particle([&](PetscInt i) -> Eigen::Vector3d { return mass(i) * options_.force.gravity; }));
+  if (fading_ > 0) {  // See move_freely.
+    add(Work::damping, by_particle([&](PetscInt i) -> Eigen::Vector3d {
+          const Eigen::Vector3d after = moved.col(i) / h;
+          const Eigen::Vector3d before = start_velocity_.vector(i);
+          const double m = is_free(i) ? mass(i) / h : 0;
+          return m * (after - before - (after - std::exp(-fading_) * before) / phi);
+        }));
+  }
+  if (air_) {
+    add(Work::air, by_particle([&](PetscInt i) -> Eigen::Vector3d {
+          return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * moved.col(i) / h)
+                             : Eigen::Vector3d::Zero();
+        }));
+  }
+  if (push_) {
+    add(Work::pressure, by_particle([&](PetscInt i) -> Eigen::Vector3d {
+          return mass_[static_cast<std::size_t>(i)] / h * push_->velocity().vector(i);
+        }));
+  } else if (filled_) {
+    add(Work::pressure, filled_->pressure_forces());
+  }
+  if (lift_.cols() > 0) {
+    add(Work::pressure, lift_);
+  }
+  if (body_contact_ != nullptr) {
+    add(Work::bodies, of_potential(*body_contact_));
+  }
+  const double viscous = elastic_ != nullptr   ? elastic_->viscous_work(state.position)
+                         : springs_ != nullptr ? springs_->viscous_work(state.position, start_, state.living)
+                                               : 0;
+  // What moves pins does the work that no other force does on the particles that they hold.
+  if (pins_move_) {
+    if (elastic_ != nullptr) {
+      for (const Potential* potential : elastic_->of_shape()) {
+        all += of_potential(*potential);
+      }
+      if (contact_) {
+        all += of_potential(*contact_);
+      }
+    } else {
+      all += spring_forces(state).values().leftCols(owned);
+    }
+    for (PetscInt i = 0; i < owned; ++i) {
+      if (pins_.pinned()[static_cast<std::size_t>(i)]) {
+        const Eigen::Vector3d inertia = mass(i) / h * (moved.col(i) / h - start_velocity_.vector(i));
+        of(works, Work::pins) += (inertia - all.col(i)).dot(moved.col(i));
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, works.data(), kinds_of_work, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  of(works, Work::damping) += viscous;
+  state.work += works;
 }
 
 /// How the sheet touches itself at the end of a step. Collective.
@@ -515,17 +657,25 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
       }
       return has_moved;
     };
-    const ProjectionInput input{
-        state.target_length,         mass_, held_, state.living, std::cref(correct), std::cref(finish),
-        tearing_ ? &force_ : nullptr};
+    const ProjectionInput input{state.target_length,
+                                mass_,
+                                held_,
+                                state.living,
+                                std::cref(correct),
+                                std::cref(finish),
+                                tearing_ || pins_move_ ? &force_ : nullptr};
     if (projection_ != nullptr) {
       static_cast<StageResult&>(result) = projection_->advance(state.position, input);
-      if (tearing_) {
+      if (input.pull != nullptr) {
         to_forces(force_, sheet_, input, contact.h);
       }
     } else {
-      static_cast<StageResult&>(result) =
-          springs_->advance(state.position, {state.target_length, mass_, held_, state.living, start_, contact.h});
+      static_cast<StageResult&>(result) = springs_->advance(
+          state.position,
+          {state.target_length, mass_, held_, state.living, start_, contact.h, air_ ? &air_->resistances() : nullptr});
+      if (pins_move_) {
+        force_ = springs_->forces(state.position, state.living);
+      }
       correct(state.position);
       finish(state.position);
     }
@@ -553,7 +703,9 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
 void Burn::leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads) {
   if (body_contact_ != nullptr) {
     loads = body_contact_->loads(state.position);
+    const double before = kinetic_energy(state);
     body_contact_->rebound(state.position, start_velocity_, mass_, state.velocity, loads);
+    of(state.work, Work::bodies) += kinetic_energy(state) - before;
   } else if (!bodies_.empty()) {
     bodies_.correct_velocities(state.velocity, state.position, contact);
     loads = bodies_.loads(state.position, contact);
@@ -587,15 +739,20 @@ ContactStep Burn::move_freely(State& state, double h) {
     if (air_) {
       air_->begin_step({state.position, state.velocity, mass_, &state.living.triangles, state.time + h});
     }
-    v.colwise() += h * options_.force.gravity;
-    v *= std::exp(-velocity_damping(options_) * h);
+    // The exact step of m dv/dt = F - c m v by a constant force F: v e^{-ch} + h F phi/m, phi = (1 - e^{-ch})/(c h).
+    // With the mass m/phi in place of m every force of the step does so; a sheet at rest bears all of its weight.
+    fading_ = velocity_damping(options_) * h;
+    const double phi = exact_share(fading_);
+    std::for_each(mass_.begin(), mass_.end(), [phi](double& mass) { mass /= phi; });
+    v *= std::exp(-fading_);
+    v.colwise() += phi * h * options_.force.gravity;
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
       if (mass_[static_cast<std::size_t>(i)] == 0) {
         held_[static_cast<std::size_t>(i)] = true;
         v.col(i).setZero();
       }
     }
-    if (air_) {
+    if (air_ && drag_ == nullptr) {
       air_->accelerate(state.velocity, mass_, h);
     }
     x += h * v;
@@ -684,6 +841,9 @@ StageResult Burn::move(State& state, bool& is_done) {
 
 /// From where the sheet is at the end of the step. Collective.
 void Burn::end_dynamics(State& state) {
+  if (moved_.converged) {
+    add_work(state);
+  }
   const std::string imbalance = end_gas(state);
   if (moved_.converged && !imbalance.empty()) {
     moved_.converged = false;
@@ -711,6 +871,7 @@ void Burn::lift(State& state, double h) {
     }
     force.update_ghosts();
   }
+  lift_ = force.values().leftCols(sheet_.particles.owned);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (!held_[static_cast<std::size_t>(i)]) {
       const Eigen::Vector3d push = h / mass_[static_cast<std::size_t>(i)] * force.vector(i);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ablation/tearing.h"
-#include "air/air_drag.h"
+#include "air/drag_potential.h"
 #include "base/stage_clock.h"
 #include "base/stage_result.h"
 #include "constraints/pins.h"
@@ -42,6 +42,7 @@ struct BurnStep {
   double constraint_error = 0;             ///< ||C|| at the end [m]
   int newton_iterations = 0;               ///< of an elastic sheet
   double force_residual = 0;               ///< likewise, see ElasticStep
+  double elastic_energy = 0;               ///< see Burn::elastic_energy
   PetscInt contacts = 0;                   ///< particles of this rank held by a body at the end
   std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names
   std::optional<ContactFigures> touching;  ///< of a sheet that touches itself
@@ -148,6 +149,8 @@ class Burn {
 
   /// Of the sheet as it is now; of an elastic one the mean is that of the springs that have stiffness. Collective.
   NetStrain net_strain(const State& state) const;
+  /// Energy of springs and bending, without viscosity; 0 of a projected sheet. Collective. [J]
+  double elastic_energy(const State& state);
 
   /// The names of the stages, for the clock.
   static const std::vector<std::string>& stage_names();
@@ -186,9 +189,12 @@ class Burn {
   void begin_bodies(const State& state, double h);
   void ask_bodies(const State& state, DynamicsResult& result) const;
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
+  Field spring_forces(const State& state) const;
   double step_error(const State& state, double h) const;
   void look_at_contact(State& state, BurnStep& step) const;
   ElasticInput elastic_input(const State& state, double h) const;
+  void add_work(State& state);
+  double kinetic_energy(const State& state) const;
   void lift(State& state, double h);
   void begin_gas(State& state, double h);
   std::string end_gas(State& state);
@@ -206,6 +212,7 @@ class Burn {
   std::unique_ptr<BodyContact> backing_;       ///< bodies into which a sheet that they correct would press itself
   std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
+  std::unique_ptr<Potential> drag_;            ///< of the air on an elastic sheet, part of its balance
   Chambers chambers_;
   std::optional<PushedGas> pushed_;  ///< if it has chambers, and is not brought into balance elsewhere
   GasHeat gas_heat_;
@@ -230,7 +237,10 @@ class Burn {
   Eigen::Matrix3Xd free_position_;        ///< likewise: positions without springs, bodies and gas
   Eigen::Matrix3Xd free_velocity_;        ///< velocities without them
   std::vector<bool> held_;                ///< those that are pinned or have left
-  std::vector<double> mass_;              ///< that moves with them [kg]
+  std::vector<double> mass_;              ///< that moves with them, as inertia: see move_freely [kg]
+  bool pins_move_ = false;                ///< some are led along paths
+  double fading_ = 0;                     ///< c h of velocities, see move_freely
+  Eigen::Matrix3Xd lift_;                 ///< forces of the weights of gas and air, and of jets, if there are any [N]
   double size_ = 0;                       ///< square root of its undeformed area, with time.tolerance [m]
   double usual_stiffness_ = 0;            ///< of contact in steps of the deck's length [Pa/m]
   double stiffness_ = 0;                  ///< of contact, in the present step [Pa/m]

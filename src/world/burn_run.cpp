@@ -160,6 +160,24 @@ void print_errors(MPI_Comm comm, const std::vector<ProjectionError>& errors) {
   }
 }
 
+/// A line where a sheet has the layers of a thin material, but not its stiffness; empty: it has not.
+std::string default_stiffness_remark(const Options& options) {
+  constexpr double thin = 1e-3;     // [m]
+  constexpr double of_paper = 3e9;  // [Pa]
+  const SheetMaterial& material = options.material;
+  if (options.dynamics != Dynamics::elastic || material.young_modulus || material.tensile_stiffness ||
+      options.sheet.thickness > thin) {
+    return "";
+  }
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "sheet.tensile_stiffness: %.4g N/m, the default, not that of a material %.3g m thick (sheet.thickness): "
+      "such paper has some %.1g N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
+      stiffness_of(material).tensile[0], options.sheet.thickness, of_paper * options.sheet.thickness);
+  return text;
+}
+
 void require_error_estimate(const Options& options) {
   if (options.time.tolerance > 0 && options.dynamics != Dynamics::elastic) {
     throw Error("time.tolerance: " + number_text(options.time.tolerance) + ": the error of steps with dynamics " +
@@ -202,12 +220,12 @@ StepResult BurnRun::advance(double h) {
 
 StepResult BurnRun::begin(double h) {
   last_ = burn_->begin(*state_, h);
-  return {last_.converged, last_.reason, last_.heat_iterations, "", {}};
+  return {last_.converged, last_.reason, last_.heat_iterations};
 }
 
 StepResult BurnRun::move(bool& is_done) {
   const StageResult moved = burn_->move(*state_, is_done);
-  return {moved.converged, moved.reason, moved.iterations, "", {}};
+  return {moved.converged, moved.reason, moved.iterations};
 }
 
 StepResult BurnRun::end(const ImplicitResult& balance) {
@@ -230,6 +248,7 @@ StepResult BurnRun::result() {
   }
   result.iterations = last_.heat_iterations + last_.dynamics_iterations;
   result.step_error = last_.step_error;
+  result.newton_iterations = last_.newton_iterations;
   char figures[40];
   std::snprintf(figures, sizeof figures, "|C| %.3e m", last_.constraint_error);
   result.figures = figures;
@@ -433,6 +452,12 @@ std::vector<std::string> BurnRun::first_remarks() const {
   if (const std::string words = burn_->solver_words(); !words.empty()) {
     lines.push_back("elastic solver: " + words);
   }
+  for (const std::string& line : front_remarks(options_, mean_side(*sheet_))) {
+    lines.push_back(line);
+  }
+  if (const std::string line = default_stiffness_remark(options_); !line.empty()) {
+    lines.push_back(line);
+  }
   constexpr double worth_a_word = 1.05;
   if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
     char times[32];
@@ -454,6 +479,9 @@ void BurnRun::record(double h, int retries) {
   }
   for (const std::string& line : newly_open(burn_->chambers(), *state_, told_open_)) {
     output_.console.tell(output_.heading() + line);
+  }
+  if (h == 0) {
+    last_.elastic_energy = burn_->elastic_energy(*state_);
   }
   ledger().add(*sheet_, *state_, *burn_, last_, h, retries);
 }

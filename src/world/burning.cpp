@@ -1,5 +1,6 @@
 #include "world/burning.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -9,6 +10,7 @@
 #include "contact/body_heat.h"
 #include "heat/heat_balance.h"
 #include "heat/heat_source.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -29,7 +31,7 @@ Burning::Burning(const Surface& surface, const Options& options, StageClock& clo
       conduction_(surface, options.heat,
                   textures.values(surface.uv, "heat.diffusivity_texture", options.heat.diffusivity_texture,
                                   options.heat.diffusivity_range)),
-      ablation_(surface),
+      ablation_(surface, options.ablation.spring_rule),
       rise_(surface.particles, 1) {
   for (const auto& [name, source] : options.heat.sources) {
     validate(name, source);
@@ -96,8 +98,15 @@ StageResult Burning::heat_ledger(const BurningFields& fields) const {
 
 void Burning::combustion(BurningFields& fields, double h) {
   const auto timer = clock_.time("combustion");
-  fields.mass_burnt +=
-      burn(fields.mass, fields.mass_change, surface_, {fields.temperature, mass_loss_factor_, h}, options_.combustion);
+  // What nothing is left of at a particle neither cools nor burns.
+  const std::vector<bool>& triangles = fields.living.triangles;
+  const bool is_whole = std::find(triangles.begin(), triangles.end(), false) == triangles.end();
+  std::vector<bool> has_surface;
+  if (on_any_rank(surface_.comm(), !is_whole)) {
+    has_surface = ablation_.particles_with_surface(fields.living);
+  }
+  const BurnInput input{fields.temperature, mass_loss_factor_, h, has_surface.empty() ? nullptr : &has_surface};
+  fields.mass_burnt += burn(fields.mass, fields.mass_change, surface_, input, options_.combustion);
   fields.heat_out -= heat_content(surface_, fields.mass_change, fields.temperature, options_.heat.capacity);
 }
 

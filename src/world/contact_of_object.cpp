@@ -1,8 +1,8 @@
 #include "world/contact_of_object.h"
 
 #include <algorithm>
+#include <cstdio>
 
-#include "contact/crossings.h"
 #include "parallel/collective.h"
 
 namespace pellicle {
@@ -44,6 +44,36 @@ std::vector<double> contact_values(const ContactOptions& options, const std::opt
                                  static_cast<double>(crossings.elements[1])});
   }
   return values;
+}
+
+std::string crossing_words(const Crossings& crossings, const std::vector<std::string>& names) {
+  const auto element = [&](std::size_t k) {
+    const std::string& object = names[static_cast<std::size_t>(crossings.surfaces[k])];
+    return (object.empty() ? "" : object + "'s ") + std::to_string(crossings.elements[k]);
+  };
+  std::string words;
+  if (crossings.pairs > 0) {
+    words = std::to_string(crossings.pairs) + " pairs of triangles pass through each other";
+  }
+  if (crossings.touching > 0) {
+    words += words.empty() ? std::to_string(crossings.touching) + " pairs of triangles touch"
+                           : " and " + std::to_string(crossings.touching) + " touch";
+  }
+  char text[200];
+  std::snprintf(text, sizeof text, ", first of elements %s and %s at (%.4g, %.4g, %.4g) m", element(0).c_str(),
+                element(1).c_str(), crossings.place[0], crossings.place[1], crossings.place[2]);
+  return words + text;
+}
+
+std::string passed_through(const SurfaceContact& contact, const std::vector<PlacedSurface>& before,
+                           const std::vector<PlacedSurface>& after, const std::vector<std::string>& names) {
+  if (!contact.anything_touched()) {
+    return "";
+  }
+  const Crossings crossings = find_new_crossings(before, after);
+  return crossings.pairs == 0 ? ""
+                              : "of what touched at its start, " + crossing_words(crossings, names) +
+                                    "; expected surfaces apart, as contact.start: untangle makes them";
 }
 
 bool can_move_alike(MPI_Comm comm, const Projectors& projectors) {

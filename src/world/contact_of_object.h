@@ -1,8 +1,10 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "contact/crossings.h"
 #include "contact/surface_contact.h"
 #include "geometry/projectors.h"
 #include "io/history.h"
@@ -23,6 +25,15 @@ std::vector<History::Column> contact_columns(const ContactOptions& options);
 std::vector<double> contact_values(const ContactOptions& options, const std::optional<SurfaceContact>& contact,
                                    const std::optional<ContactFigures>& figures, const Surface& surface,
                                    const ObjectState& state, const std::vector<bool>* living);
+
+/// "3 pairs of triangles pass through each other, first of elements 4 and 9 at (1, 0, 2) m". @param names of the
+/// objects whose surfaces were examined; empty ones are not said
+std::string crossing_words(const Crossings& crossings, const std::vector<std::string>& names);
+/// In words, what has passed through in a step because it touched, see SurfaceContact::anything_touched; empty: nothing
+/// has. Collective.
+/// @param before, after the surfaces of the step's start and end, of objects of these names
+std::string passed_through(const SurfaceContact& contact, const std::vector<PlacedSurface>& before,
+                           const std::vector<PlacedSurface>& after, const std::vector<std::string>& names);
 
 /// Whether no particle is held on any rank, so that all particles of an object may move alike. Collective.
 /// @param projectors of each local particle onto where it may go

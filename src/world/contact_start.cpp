@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "contact/surface_contact.h"
 #include "contact/untangle.h"
 #include "parallel/collective.h"
+#include "world/contact_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -41,25 +43,31 @@ void check_thickness(const StartingSurface& surface) {
   }
 }
 
+/// Distance up to which surfaces touch: contact brings nothing nearer to each other. Collective. [m]
+double touching_distance(const std::vector<StartingSurface>& surfaces) {
+  double thickness = std::numeric_limits<double>::infinity();
+  for (const StartingSurface& surface : surfaces) {
+    thickness = std::min(thickness, surface.part.thickness_or_usual());
+  }
+  return SurfaceContact::least_gap * thickness;
+}
+
 Crossings crossings_of(const std::vector<StartingSurface>& surfaces) {
   std::vector<PlacedSurface> placed;
   for (const StartingSurface& surface : surfaces) {
     placed.push_back({*surface.part.surface, surface.position, surface.living});
   }
-  return find_crossings(placed);
+  return find_crossings(placed, touching_distance(surfaces));
 }
 
+bool is_clean(const Crossings& crossings) { return crossings.pairs == 0 && crossings.touching == 0; }
+
 std::string tangle_words(const Crossings& crossings, const std::vector<StartingSurface>& surfaces) {
-  const auto element = [&](std::size_t k) {
-    const std::string& object = surfaces[static_cast<std::size_t>(crossings.surfaces[k])].object;
-    return (object.empty() ? "" : object + "'s ") + std::to_string(crossings.elements[k]);
-  };
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "%d pairs of triangles pass through each other, first of elements %s and %s at (%.4g, %.4g, %.4g) m",
-                crossings.pairs, element(0).c_str(), element(1).c_str(), crossings.place[0], crossings.place[1],
-                crossings.place[2]);
-  return text;
+  std::vector<std::string> names;
+  for (const StartingSurface& surface : surfaces) {
+    names.push_back(surface.object);
+  }
+  return crossing_words(crossings, names);
 }
 
 using Key = std::pair<std::size_t, PetscInt>;  ///< surface, and persistent id of a particle
@@ -103,9 +111,10 @@ std::vector<StartingElement> all_elements(const std::vector<StartingSurface>& su
   return all;
 }
 
-/// Moves the particles of all surfaces; every rank finds the same places. @returns how many cuts are left
-int untangle_all(const std::vector<StartingSurface>& surfaces) {
+/// Moves the particles of all surfaces; every rank finds the same places.
+void untangle_all(const std::vector<StartingSurface>& surfaces) {
   TangledMesh mesh;
+  mesh.touch = touching_distance(surfaces);
   std::map<Key, int> numbers;
   std::vector<std::pair<std::array<int, 4>, std::array<bool, 4>>> quads;
   for (const StartingElement& element : all_elements(surfaces)) {
@@ -134,7 +143,7 @@ int untangle_all(const std::vector<StartingSurface>& surfaces) {
       }
     }
   }
-  const int left = untangle(mesh);
+  untangle(mesh);
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const Surface& surface = *surfaces[s].part.surface;
     Field& position = surfaces[s].position;
@@ -146,7 +155,6 @@ int untangle_all(const std::vector<StartingSurface>& surfaces) {
     }
     position.update_ghosts();
   }
-  return left;
 }
 
 /// The lattice points of quads go with their corners, and are moved by nothing else. Collective.
@@ -212,7 +220,7 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
     check_thickness(surfaces.back());
   }
   const Crossings crossings = crossings_of(surfaces);
-  if (crossings.pairs == 0) {
+  if (is_clean(crossings)) {
     return "";
   }
   if (options.start == ContactStart::refuse) {
@@ -226,7 +234,8 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   for (const StartingSurface& surface : surfaces) {
     before.emplace_back(surface.position.values());
   }
-  if (untangle_all(surfaces) > 0) {
+  untangle_all(surfaces);
+  if (!is_clean(crossings_of(surfaces))) {
     throw Error("contact.start: untangle: of " + tangle_words(crossings, surfaces) +
                 ", some stay so, expected surfaces that come free of themselves when they are moved a little, and of "
                 "each other, one of any two without pins");

@@ -183,15 +183,9 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   if (options.force.air.density > 0) {
     air_.emplace(membrane, options.force.air);
-    // c (x - x_v).D (x - x_v) / 2 - b.(x - x^n): its gradient is D v - b with the step's velocity v = c (x - x_v).
-    drag_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
-      const StepPotential& step = implicit_->potential();
-      const Eigen::Matrix3d stiffness = step.rate() * air_->resistance(i);
-      const Eigen::Vector3d moved = x - step.still(i);
-      const Eigen::Vector3d push = air_->push(i);
-      return PointPotential{moved.dot(stiffness * moved) / 2 - push.dot(x - start_.vector(i)), stiffness * moved - push,
-                            stiffness};
-    });
+    drag_ = make_drag_potential(
+        membrane.particles, *air_, start_, [this] { return implicit_->potential().rate(); },
+        [this](PetscInt i) { return implicit_->potential().still(i); });
   }
   if (gas_pushes_unevenly(options)) {
     lift_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
@@ -330,6 +324,12 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     const auto timer = clock_.time("implicit step");
     static_cast<ImplicitResult&>(step) = balance;
     implicit_->end(state.position, state.pressure, step);
+    if (step.converged && contact_) {
+      const std::vector<bool>* living = burning_ ? &state.burning->living.triangles : nullptr;
+      step.reason =
+          passed_through(*contact_, {{membrane_, start_, living}}, {{membrane_, state.position, living}}, {""});
+      step.converged = step.reason.empty();
+    }
     if (step.converged) {
       step.reason = bodies_.fault(implicit_->potential().position());
       step.converged = step.reason.empty();
@@ -349,6 +349,7 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
       }
     }
     elements_.update_thickness(state.position, state.thickness_ratio);
+    add_work(state);
     step.reason = end_gas(state);
     step.converged = step.reason.empty();
     if (!step.converged) {
@@ -379,7 +380,9 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
   }
   if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
+    const double before = kinetic_energy(state.velocity);
     bodies_.rebound(state.position, start_velocity_, mass_, state.velocity, step.loads);
+    of(state.work, Work::bodies) += kinetic_energy(state.velocity) - before;
   }
   if (contact_) {
     step.touching = contact_->figures(state.position);
@@ -388,6 +391,32 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     state.friction_work += work.friction;
   }
   step.has_cracked = crack(state);
+}
+
+/// Of the step, by the forces with which it is in balance. Collective.
+void Inflate::add_work(BalloonState& state) {
+  StepPotential& step = implicit_->potential();
+  const StepWork work = step.work(state.position, start_velocity_);
+  std::array<double, 2> of_others{drag_ != nullptr ? step.work_of(*drag_, state.position) : 0,
+                                  lift_ != nullptr ? step.work_of(*lift_, state.position) : 0};
+  MPI_Allreduce(MPI_IN_PLACE, of_others.data(), 2, MPI_DOUBLE, MPI_SUM, membrane_.comm());
+  of(state.work, Work::gravity) += work.gravity;
+  of(state.work, Work::damping) += work.damping;
+  of(state.work, Work::pins) += work.pins;
+  of(state.work, Work::pressure) += work.pressure + of_others[1];
+  of(state.work, Work::bodies) += work.bodies;
+  of(state.work, Work::air) += of_others[0];
+  of(state.work, Work::loads) += work.loads;
+}
+
+/// Collective. [J]
+double Inflate::kinetic_energy(const Field& velocity) const {
+  double sum = 0;
+  for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
+    sum += mass_[static_cast<std::size_t>(i)] / 2 * velocity.vector(i).squaredNorm();
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, membrane_.comm());
+  return sum;
 }
 
 /// What is in the chambers, and may come in during the step. Collective.

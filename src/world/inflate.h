@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ablation/cracks.h"
-#include "air/air_drag.h"
+#include "air/drag_potential.h"
 #include "base/stage_clock.h"
 #include "contact/surface_contact.h"
 #include "equilibrium/balloon_step.h"
@@ -125,6 +125,8 @@ class Inflate {
   void make_solvers();
   StageResult burn(BalloonState& state, double h, bool& has_burnt);
   bool crack(BalloonState& state);
+  void add_work(BalloonState& state);
+  double kinetic_energy(const Field& velocity) const;
   void begin_gas(BalloonState& state);
   std::string end_gas(BalloonState& state);
   void begin_contact(const BalloonState& state);

@@ -83,7 +83,7 @@ StepResult InflateRun::advance(double h) {
 
 StepResult InflateRun::begin(double h) {
   last_ = inflate_->begin(*state_, h);
-  return {last_.converged, last_.reason, last_.heat_iterations, "", {}};
+  return {last_.converged, last_.reason, last_.heat_iterations};
 }
 
 StepResult InflateRun::end(const ImplicitResult& balance) {
@@ -112,6 +112,7 @@ StepResult InflateRun::result() {
   }
   result.iterations = last_.linear_iterations + last_.heat_iterations;
   result.step_error = last_.step_error;
+  result.newton_iterations = last_.newton_iterations;
   if (state_->pressure.size() > 0) {
     char figures[40];
     std::snprintf(figures, sizeof figures, "p %.4g Pa", state_->pressure[0]);
@@ -282,6 +283,11 @@ std::vector<std::string> InflateRun::first_remarks() const {
   std::vector<std::string> lines = start_lines_;
   if (const std::string words = inflate_->solver_words(); !words.empty()) {
     lines.push_back("linear solver: " + words);
+  }
+  if (inflate_->burns()) {
+    for (const std::string& line : front_remarks(options_, mean_side(*membrane_))) {
+      lines.push_back(line);
+    }
   }
   return lines;
 }

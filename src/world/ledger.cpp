@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdio>
 
+#include "ablation/ablation.h"
+#include "ablation/cut_surface.h"
 #include "heat/heat_balance.h"
 
 namespace pellicle {
@@ -11,27 +13,27 @@ inline namespace world {
 
 namespace {
 
+/// Table in a checkpoint, in the group of the object: FireRecord.
+const char* const fire_table = "/fire";
+
 std::vector<History::Column> burning_columns() {
   return {{"mass_left", "kg"}, {"mass_burnt", "kg"}, {"pieces", ""},     {"heat_content", "J"},
           {"heat_in", "J"},    {"heat_out", "J"},    {"heat_made", "J"}, {"temperature_max", "K"}};
 }
 
-/// Their values. Collective. @param capacity c [J/(kg K)]
-std::vector<double> burning_values(const Surface& surface, const BurningFields& fields, double capacity) {
+/// Their values. Collective. @param capacity c [J/(kg K)] @param loss_mass m^loss as a share of m^init
+std::vector<double> burning_values(const Surface& surface, const BurningFields& fields, double capacity,
+                                   double loss_mass) {
   double mass = 0;
-  double hottest = 0;
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    const double m = fields.mass.data()[i];
-    mass += m;
-    if (m > 0) {
-      hottest = std::max(hottest, fields.temperature.data()[i]);
-    }
+    mass += fields.mass.data()[i];
   }
   std::array<double, 6> sums{
       mass,           fields.mass_burnt, heat_content(surface, fields.mass, fields.temperature, capacity),
       fields.heat_in, fields.heat_out,   fields.heat_made};
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 6, MPI_DOUBLE, MPI_SUM, surface.comm());
-  MPI_Allreduce(MPI_IN_PLACE, &hottest, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
+  const double hottest =
+      largest_drawn(surface, fields.living, level_set(surface, fields.mass, loss_mass), fields.temperature.data());
   const auto pieces = static_cast<double>(fields.pieces.present.size());
   return {sums[0], sums[1], pieces, sums[2], sums[3], sums[4], sums[5], hottest};
 }
@@ -81,7 +83,11 @@ std::vector<double> body_values(std::size_t bodies, const std::vector<BodyLoad>&
 }
 
 Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed)
-    : clock_(output.clock) {
+    : clock_(output.clock), group_(output.group("fire")) {
+  if (burns && resumed != nullptr) {
+    const std::vector<double> fire = resumed->read_all<double>(group_ + fire_table);
+    fire_ = {fire.at(0), fire.at(1), fire.at(2), fire.at(3)};
+  }
   std::vector<History::Column> columns{{"time", "s"}, {"step", ""}, {"time_step", "s"}, {"retries", ""}};
   if (burns) {
     append(columns, burning_columns());
@@ -105,6 +111,8 @@ void Ledger::save(Hdf5File& checkpoint) const {
   history_->save(checkpoint);
   if (pieces_ != nullptr) {
     pieces_->save(checkpoint);
+    const std::array<double, 4> fire = fire_.numbers();
+    checkpoint.write_once<double>(group_ + fire_table, {fire.begin(), fire.end()});
   }
 }
 
@@ -112,7 +120,9 @@ void Ledger::add(const LedgerRow& row, const std::vector<double>& own) {
   std::vector<double> values{row.state.time, static_cast<double>(row.state.step), row.h,
                              static_cast<double>(row.retries)};
   if (row.burning != nullptr) {
-    append(values, burning_values(row.surface, *row.burning, row.capacity));
+    const std::vector<double> burning = burning_values(row.surface, *row.burning, row.capacity, row.loss_mass);
+    append(values, burning);
+    fire_.note(row.state.time, burning[0], burning[1], burning[7]);
   }
   for (const double value : motion(row.surface, row.mass, row.state.velocity)) {
     values.push_back(value);

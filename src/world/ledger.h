@@ -10,6 +10,7 @@
 #include "io/history.h"
 #include "surface/surface.h"
 #include "world/burning_fields.h"
+#include "world/fire_remarks.h"
 #include "world/object.h"
 
 namespace pellicle {
@@ -27,6 +28,7 @@ struct LedgerRow {
   const double* mass;            ///< of the owned particles [kg]
   const BurningFields* burning;  ///< null: nothing burns
   double capacity = 0;           ///< c of what burns [J/(kg K)]
+  double loss_mass = 0;          ///< m^loss of what burns, as a share of m^init
   double h = 0;                  ///< length of the step [s]
   int retries = 0;               ///< how often it was tried again
 };
@@ -51,11 +53,18 @@ class Ledger {
   /// Adds a row. Collective. @param own of its own columns
   void add(const LedgerRow& row, const std::vector<double>& own);
 
+  /// Lines about a fire, if anything burns.
+  std::vector<std::string> remarks(const Options& options) const {
+    return pieces_ != nullptr ? fire_remarks(options, fire_) : std::vector<std::string>();
+  }
+
   /// Adds a row to pieces.csv for each piece. Collective. @param masses of the present pieces [kg]
   void add_pieces(double time, int step, const Pieces& pieces, const std::vector<double>& masses);
 
  private:
   const StageClock& clock_;
+  std::string group_;  ///< of the object in a checkpoint
+  FireRecord fire_;
   std::unique_ptr<History> history_;
   std::unique_ptr<History> pieces_;  ///< if it burns
 };

@@ -2,6 +2,7 @@
 
 #include "gas/chambers.h"
 #include "state/field_registry.h"
+#include "world/work.h"
 
 namespace pellicle {
 inline namespace world {
@@ -44,7 +45,9 @@ struct ObjectState : FieldRegistry {
   Field& velocity = add<Field>({"velocity", "m/s", Item::particle, Drawn::yes}, 3);
   double& contact_work = add<double>({"contact_work", "J", Item::object});    ///< see ContactWork, up to now
   double& friction_work = add<double>({"friction_work", "J", Item::object});  ///< likewise
-  GasExchange* gas = nullptr;                                                 ///< see add_gas
+  /// Done on it since time 0, see Work.
+  Eigen::VectorXd& work = add<Eigen::VectorXd>({"work", "J", Item::object}, kinds_of_work);
+  GasExchange* gas = nullptr;  ///< see add_gas
 };
 
 }  // namespace world

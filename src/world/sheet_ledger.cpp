@@ -57,6 +57,11 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers, const Op
     columns.push_back({"cracked_sides", ""});
     columns.push_back({"crack_length", "m"});
   }
+  if (options.dynamics != Dynamics::projection) {
+    columns.push_back({"elastic_energy", "J"});
+  }
+  const std::vector<History::Column> of_work = work_columns(options);
+  columns.insert(columns.end(), of_work.begin(), of_work.end());
   const std::vector<History::Column> of_contact = contact_columns(options.contact);
   columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chambers.count() > 0) {
@@ -125,6 +130,11 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
     MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
+  if (options_.dynamics != Dynamics::projection) {
+    own.push_back(step.elastic_energy);
+  }
+  const std::vector<double> of_work = work_values(options_, state.work);
+  own.insert(own.end(), of_work.begin(), of_work.end());
   const std::vector<double> of_contact =
       contact_values(options_.contact, burn.contact(), step.touching, sheet, state, &state.living.triangles);
   own.insert(own.end(), of_contact.begin(), of_contact.end());
@@ -134,7 +144,8 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
   }
   const std::vector<double> of_bodies = body_values(options_.bodies.size(), step.loads);
   own.insert(own.end(), of_bodies.begin(), of_bodies.end());
-  ledger_.add({sheet, state, state.mass.data(), &state, options_.heat.capacity, h, retries}, own);
+  ledger_.add(
+      {sheet, state, state.mass.data(), &state, options_.heat.capacity, options_.ablation.loss_mass, h, retries}, own);
 }
 
 std::vector<std::string> SheetLedger::remarks() const {
@@ -146,6 +157,8 @@ std::vector<std::string> SheetLedger::remarks() const {
   if (cracks_[0] > 0) {
     lines.push_back(crack_line(cracks_));
   }
+  const std::vector<std::string> of_fire = ledger_.remarks(options_);
+  lines.insert(lines.end(), of_fire.begin(), of_fire.end());
   return lines;
 }
 

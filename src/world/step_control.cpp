@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 
 #include "base/error.h"
@@ -18,6 +19,13 @@ double without_drift(double time, double step) {
   return std::abs(time - whole) < 1e-9 * step ? whole : time;
 }
 
+/// Length of a step on the way to a time: what is left before it is shared by the last two steps, so that no step is a
+/// sliver. @param rest before that time [s] @param length of the step if nothing shortens it [s] @param rounding of
+/// times [s]
+double length_towards(double rest, double length, double rounding) {
+  return rest <= length + rounding ? rest : rest < 2 * length - rounding ? rest / 2 : length;
+}
+
 /// Length of the next step [s].
 /// @param h length of the last step @param length the length that it would have had if no frame or end had shortened it
 double next_length(double h, double length, const StepResult& step, const TimeOptions& options) {
@@ -29,6 +37,51 @@ double next_length(double h, double length, const StepResult& step, const TimeOp
   const double wanted = 0.9 * std::pow(options.tolerance / step.step_error.value(), 1 / power) * h;
   return std::clamp(std::clamp(wanted, 0.5 * h, std::max(2 * h, length)), options.shortest_step(),
                     options.longest_step());
+}
+
+/// How steps have gone since a run began or went on.
+struct StepCounts {
+  int steps = 0;
+  int tried_again = 0;  ///< steps
+  int retries = 0;      ///< of all of them
+  long newton_iterations = 0;
+  double length = 0;  ///< of all of them [s]
+
+  void note(double h, int retries_of_step, int newton) {
+    ++steps;
+    tried_again += retries_of_step > 0 ? 1 : 0;
+    retries += retries_of_step;
+    newton_iterations += newton;
+    length += h;
+  }
+};
+
+/// Lines about steps that were hard, with what to try.
+std::vector<std::string> remarks_of(const StepCounts& counts, const TimeOptions& options) {
+  std::vector<std::string> lines;
+  if (counts.steps == 0) {
+    return lines;
+  }
+  char text[300];
+  if (counts.retries > 0) {
+    std::snprintf(
+        text, sizeof text,
+        "steps: %d of %d were tried again, %d times in all with half the length; they were %s long in the mean: "
+        "try time.step %.2g",
+        counts.tried_again, counts.steps, counts.retries, time_text(counts.length / counts.steps).c_str(),
+        std::min(options.step / 2, counts.length / counts.steps));
+    lines.emplace_back(text);
+  }
+  constexpr double many = 10;
+  if (const double mean = static_cast<double>(counts.newton_iterations) / counts.steps; mean > many) {
+    std::snprintf(
+        text, sizeof text,
+        "Newton's method: %.1f iterations a step in the mean: try a time.step of %.2g, from whose start the end "
+        "is nearer, or a softer material, gas or contact",
+        mean, options.step / 2);
+    lines.emplace_back(text);
+  }
+  return lines;
 }
 
 /// Writes the row of a step, and its frame if one is due. If one of them fails the other is written nevertheless.
@@ -66,12 +119,16 @@ std::string draw_failed(Chain& chain, double h) {
 }  // namespace
 
 void run_steps(Chain& chain, const TimeOptions& options, Console& console, Checkpoints* checkpoints) {
+  StepCounts counts;
   const auto is_last = [&] {
     return !chain.ended().empty() || chain.time() >= options.end - 1e-9 * options.step ||
            (options.max_steps > 0 && chain.step() >= options.max_steps);
   };
   const auto tell_remarks = [&] {
     for (const std::string& line : chain.remarks()) {
+      console.tell(line);
+    }
+    for (const std::string& line : remarks_of(counts, options)) {
       console.tell(line);
     }
   };
@@ -88,11 +145,12 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
   while (!is_last()) {
     chain.keep();
     double length = chain.length();  // before it is shortened to end at a frame or at the end of the run
-    double h = std::min(length, options.end - chain.time());
+    const double rounding = 1e-9 * options.step;
+    double h = length_towards(options.end - chain.time(), length, rounding);
     if (options.tolerance > 0) {
       const std::optional<double> frame = chain.next_frame_time();
-      if (frame && *frame - chain.time() > 1e-9 * options.step) {
-        h = std::min(h, *frame - chain.time());
+      if (frame && *frame - chain.time() > rounding) {
+        h = std::min(h, length_towards(*frame - chain.time(), length, rounding));
       }
     }
     int retries = 0;
@@ -129,6 +187,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
       }
       throw Error(failure + kept + failed_state);
     }
+    counts.note(h, retries, step.newton_iterations);
     chain.accept(without_drift(chain.time(), options.step));
     const bool with_frame = is_last() || chain.frame_due() || signal != 0;
     write_step(chain, with_frame, h, retries);

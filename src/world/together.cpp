@@ -256,16 +256,17 @@ void Together::share_gas() {
   });
 }
 
+const std::string& Together::name_of(const Object* object) const {
+  return options_
+      .names[static_cast<std::size_t>(std::find(objects_.begin(), objects_.end(), object) - objects_.begin())];
+}
+
 StepResult Together::advance(double h) {
   StepResult all;
   const std::vector<TouchingObject*> objects = present();
   if (objects.empty()) {
     return all;
   }
-  const auto name_of = [&](const Object* object) {
-    return options_
-        .names[static_cast<std::size_t>(std::find(objects_.begin(), objects_.end(), object) - objects_.begin())];
-  };
   const auto add = [&](const Object* object, const StepResult& result) {
     all.converged = result.converged;
     all.reason = result.converged ? "" : heading_of(name_of(object)) + result.reason;
@@ -311,6 +312,12 @@ StepResult Together::advance(double h) {
       are_done = are_done && is_done;
     }
   }
+  if (const std::string fault = crossed(); !fault.empty()) {
+    all.converged = false;
+    all.reason = "what " + what() + ": " + fault;
+    return all;
+  }
+  all.newton_iterations = last_.newton_iterations;
   count_contact();
   for (TouchingObject* object : objects) {
     const StepResult ended = object->end(last_);
@@ -359,6 +366,25 @@ StepResult Together::balance(double h) {
   last_.newton_iterations += before.newton_iterations;
   last_.linear_iterations += before.linear_iterations;
   return result;
+}
+
+/// In words, what of the objects has passed through something in the balance because it touched; empty: nothing has.
+std::string Together::crossed() {
+  Step* step = common();
+  if (step == nullptr || step->contact == nullptr) {
+    return "";
+  }
+  std::vector<PlacedSurface> before;
+  std::vector<PlacedSurface> after;
+  std::vector<std::string> names;
+  for (TouchingObject* object : with_parts()) {
+    if (touches(object)) {
+      before.push_back({object->surface(), object->part()->start(), object->living()});
+      after.push_back({object->surface(), object->part()->position(), object->living()});
+      names.push_back(name_of(object));
+    }
+  }
+  return before.empty() ? "" : passed_through(*step->contact, before, after, names);
 }
 
 /// How what touches does so in the balance, and the work of it.

@@ -96,6 +96,8 @@ class Together {
   Step* common();
   void share_gas();
   StepResult balance(double h);
+  const std::string& name_of(const Object* object) const;
+  std::string crossed();
   void count_contact();
   std::string what() const { return options_.any_touches() ? "touches" : "is linked"; }
   void make_history(const Hdf5File* resumed);

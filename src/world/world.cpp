@@ -75,6 +75,7 @@ StepResult World::advance(double h) {
   StepResult all;
   const auto add = [&all](const std::string& name, const StepResult& result) {
     all.iterations += result.iterations;
+    all.newton_iterations += result.newton_iterations;
     all.converged = result.converged;
     all.reason = result.converged ? "" : heading_of(name) + result.reason;
     all.figures += (all.figures.empty() ? "" : ", ") + (name.empty() ? "" : name + " ") + result.figures;

@@ -78,10 +78,22 @@ struct Grid {
   Dead dead(const std::set<PetscInt>& triangles) const {
     Dead dead;
     dead.triangles = triangles;
+    std::set<PetscInt> held;  // particles that a triangle holds
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        const std::array<PetscInt, 4> c = corners(i, j);
+        for (std::size_t k = 0; k < 4; ++k) {
+          if (triangles.count(4 * cell(i, j) + static_cast<PetscInt>(k)) == 0) {
+            held.insert({c[k], c[(k + 1) % 4], lattice(i, j)});
+          }
+        }
+      }
+    }
     const auto sharing = springs();
     for (std::size_t colour = 0; colour < 4; ++colour) {
       for (const auto& [ids, around] : sharing[colour]) {
-        if (std::includes(triangles.begin(), triangles.end(), around.begin(), around.end())) {
+        if (std::includes(triangles.begin(), triangles.end(), around.begin(), around.end()) ||
+            held.count(ids.first) == 0 || held.count(ids.second) == 0) {
           dead.springs[colour].insert(ids);
         }
       }
@@ -128,7 +140,7 @@ TEST(Ablation, LevelIsTheShareOfTheMassAboveTheLossMass) {
   }
 }
 
-TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThem) {
+TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThemOrHoldsAnEnd) {
   const Grid grid{6, 6};
   const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
   Living living(sheet);
@@ -149,7 +161,10 @@ TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThem) {
   for (const PetscInt corner : grid.corners(5, 0)) {
     red.insert({corner, grid.lattice(5, 0)});
   }
-  green = {{grid.lattice(2, 2), grid.lattice(2, 3)}};
+  // Nothing is left of the surface at the lattice point of cell (5, 0), though beside it there is.
+  green = {{grid.lattice(2, 2), grid.lattice(2, 3)},
+           {grid.lattice(4, 0), grid.lattice(5, 0)},
+           {grid.lattice(5, 0), grid.lattice(5, 1)}};
   blue = {{grid.vertex(2, 3), grid.vertex(3, 3)},
           {grid.vertex(5, 0), grid.vertex(6, 0)},
           {grid.vertex(6, 0), grid.vertex(6, 1)}};
@@ -157,18 +172,18 @@ TEST(Ablation, SpringsDieWithTheLastTriangleThatSharesThem) {
   expect_dead(sheet, living, dead);
 
   EXPECT_FALSE(ablation.burn_away(living, burnt_at(sheet, burnt))) << "nothing more has burnt";
-  // The corner of the sheet is held by nothing, the lattice point of its cell by two green springs.
+  // The corner of the sheet and the lattice point of its cell are held by nothing.
   Field mass = initial_masses(sheet);
   const std::vector<PetscInt> bare = ablation.bare_particles(living, mass);
-  EXPECT_EQ(ids_of(sheet, bare), std::vector<PetscInt>{grid.vertex(6, 0)});
+  EXPECT_EQ(ids_of(sheet, bare), (std::vector<PetscInt>{grid.vertex(6, 0), grid.lattice(5, 0)}));
   for (const PetscInt i : bare) {
     mass.data()[i] = 0;
   }
   EXPECT_EQ(ids_of(sheet, ablation.bare_particles(living, mass)), std::vector<PetscInt>{});
-  EXPECT_EQ(empty_ids(sheet, living), std::vector<PetscInt>{});
+  EXPECT_EQ(empty_ids(sheet, living), std::vector<PetscInt>{grid.lattice(5, 0)});
 }
 
-TEST(Ablation, CellsAreEmptyWhenTheirNeighboursHoldThemNoMore) {
+TEST(Ablation, CellsAreEmptyWhenTheirTrianglesHaveDied) {
   const Grid grid{6, 6};
   const Sheet sheet = shell_of(grid_mesh(6, 6, 1));
   Living living(sheet);
@@ -183,9 +198,15 @@ TEST(Ablation, CellsAreEmptyWhenTheirNeighboursHoldThemNoMore) {
     }
   }
   EXPECT_TRUE(ablation.burn_away(living, burnt_at(sheet, burnt)));
-  EXPECT_EQ(empty_ids(sheet, living), std::vector<PetscInt>{grid.lattice(2, 2)});
-  const std::vector<PetscInt> bare{grid.vertex(2, 2), grid.vertex(3, 2), grid.vertex(2, 3), grid.vertex(3, 3),
-                                   grid.lattice(2, 2)};
+  std::vector<PetscInt> empty;
+  for (int j = 1; j <= 3; ++j) {
+    for (int i = 1; i <= 3; ++i) {
+      empty.push_back(grid.lattice(i, j));
+    }
+  }
+  EXPECT_EQ(empty_ids(sheet, living), empty);
+  std::vector<PetscInt> bare{grid.vertex(2, 2), grid.vertex(3, 2), grid.vertex(2, 3), grid.vertex(3, 3)};
+  bare.insert(bare.end(), empty.begin(), empty.end());
   EXPECT_EQ(ids_of(sheet, ablation.bare_particles(living, initial_masses(sheet))), bare);
 }
 

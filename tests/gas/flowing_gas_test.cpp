@@ -65,7 +65,7 @@ struct BallInBall {
     flow.begin_step();
     const FlowingGas::Walls walls{chambers.volumes(position)};
     const GasNetwork::Step begun = flow.network_step(walls, 0);
-    exchange = flow.end_step(0, walls, begun, flow.solve(begun));
+    exchange = flow.end_step(0, walls, {Eigen::VectorXd::Zero(chambers.count())}, begun, flow.solve(begun));
     chambers.begin_step(exchange, 0);
     return chambers.imbalance(walls[0], 0);
   }

@@ -35,6 +35,7 @@ GasNetwork::Step step_of(std::vector<VesselGas> gas, double h) {
   const auto count = static_cast<Eigen::Index>(gas.size());
   step.gas = std::move(gas);
   step.volume = Eigen::VectorXd::Constant(count, volume);
+  step.start_volume = step.volume;
   step.temperature = Eigen::VectorXd::Constant(count, ambient_temperature);
   step.h = h;
   return step;
@@ -197,6 +198,45 @@ TEST(GasNetwork, heat_of_the_wall_comes_to_the_gas) {
   EXPECT_NEAR(capacity * (ended.temperature[0] - 300), ended.wall_heat[0], 1e-9);
 }
 
+/// Relative error of the pressure in a vessel that grows evenly by a half while gas is pumped in evenly.
+double error_of_pumped_vessel(int steps) {
+  GasOptions options;
+  GasNetwork::Link pump = hole(0);
+  pump.from = GasNetwork::ambient;
+  pump.to = 0;
+  pump.options = LinkOptions();
+  pump.options.flow = {{0, 0.05}, {1, 0.05}};
+  pump.options.temperature = 350;
+  const GasNetwork network({vessel("v", false)}, {pump}, options);
+  std::vector<VesselGas> gas{gas_at(1e5, 300)};
+  double pressure = 0;
+  for (int n = 0; n < steps; ++n) {
+    GasNetwork::Step step = step_of(gas, 1.0 / steps);
+    step.start_volume[0] = volume * (1 + 0.5 * n / steps);
+    step.volume[0] = volume * (1 + 0.5 * (n + 1) / steps);
+    step.time = static_cast<double>(n + 1) / steps;
+    const GasNetwork::End ended = network.solve(step);
+    EXPECT_TRUE(ended.converged);
+    gas = ended.gas;
+    pressure = ended.pressure[0];
+  }
+  // d(p V)/(g - 1) = -p dV + H dt, so that d(p V^g) = (g - 1) H V^(g - 1) dt with dV = a dt.
+  const double power = 0.05 * gas_constant * g / (g - 1) * 350;
+  const double growth = volume / 2;
+  const double last = 1.5 * volume;
+  const double exact =
+      (1e5 * std::pow(volume, g) + (g - 1) * power * (std::pow(last, g) - std::pow(volume, g)) / (g * growth)) /
+      std::pow(last, g);
+  return pressure / exact - 1;
+}
+
+TEST(GasNetwork, work_of_gas_that_comes_in_while_its_vessel_grows_is_of_second_order) {
+  const double coarse = error_of_pumped_vessel(10);
+  const double fine = error_of_pumped_vessel(20);
+  EXPECT_LT(std::abs(coarse), 1e-3);
+  EXPECT_NEAR(coarse / fine, 4, 0.3);
+}
+
 TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
   const GasOptions options;
   GasNetwork::Link tube = hole(2e-5);
@@ -209,6 +249,7 @@ TEST(GasNetwork, slopes_are_derivatives_of_the_pressures_by_the_volumes) {
   const GasNetwork network({vessel("a", false), vessel("b", true), vessel("c", false)}, {tube, vent, other}, options);
   GasNetwork::Step step = step_of({gas_at(1.3e5, 320), gas_at(1.1e5, ambient_temperature), gas_at(2.5e5, 280)}, 5e-3);
   step.volume = Eigen::Vector3d(0.9, 1.1, 1.05) * volume;
+  step.start_volume = Eigen::Vector3d(1, 0.95, 1.2) * volume;
   step.conductance = Eigen::Vector3d(1, 0, 3);
   step.wall_temperature = Eigen::Vector3d(400, 300, 350);
   step.leaks = {{0, 1e-6, 0}, {2, 2e-6, 500}};

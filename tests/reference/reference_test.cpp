@@ -272,8 +272,11 @@ Options options_of(const YAML::Node& params) {
   Options options;
   options.dynamics = Dynamics::projection;
   options.project = direct_solves();
-  options.force.gravity = vector_of(params["gravity"]);
+  // The reference damps what gravity adds in a step, too: v e^{-ch} + h g e^{-ch}, here v e^{-ch} + h g (1 -
+  // e^{-ch})/(ch).
   options.force.damping = params["damping"].as<double>();
+  const double fading = *options.force.damping * params["h"].as<double>();
+  options.force.gravity = std::exp(-fading) * fading / -std::expm1(-fading) * vector_of(params["gravity"]);
   options.heat.operator_name = "umbrella";
   options.heat.ksp_rtol = 1e-14;
   options.heat.diffusivity = params["alpha"].as<double>();
@@ -291,6 +294,7 @@ Options options_of(const YAML::Node& params) {
   options.combustion.ignition_temperature = params["T_ignition"].as<double>();
   options.combustion.mass_loss_rate = params["mu"].as<double>();
   options.combustion.min_mass = params["m_min"].as<double>();
+  options.ablation.spring_rule = "triangles";
   if (const YAML::Node loss_mass = params["m_loss"]) {
     options.ablation.loss_mass = loss_mass.as<double>();
   }

@@ -25,7 +25,7 @@ MAY_INCLUDE = {
     "prism": FLOOR | {"solvers"},
     "elastic": FLOOR | {"solvers"},
     "gas": FLOOR,
-    "air": FLOOR,
+    "air": FLOOR | {"solvers"},
     "contact": FLOOR | {"meshing", "solvers"},
     "constraints": FLOOR | {"solvers"},
     "equilibrium": FLOOR | {"solvers", "prism", "gas", "constraints", "contact"},

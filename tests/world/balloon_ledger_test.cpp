@@ -195,6 +195,9 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
                  {"linear_iterations", step.linear_iterations},
                  {"concave_iterations", step.concave_iterations},
                  {"elastic_energy", elastic},
+                 {"gravity_work", gravity_work_},
+                 {"damping_work", damping_work_},
+                 {"pressure_work", pressure_work_},
                  {"kinetic_energy", mass_.dot(v.colwise().squaredNorm()) / 2},
                  {"momentum_x", mass_.dot(v.row(0))},
                  {"momentum_y", mass_.dot(v.row(1))},
@@ -235,6 +238,21 @@ class BalloonTable : public ::testing::TestWithParam<std::string> {
     return {std::sqrt(squares[0]), std::sqrt(squares[0] / squares.tail<5>().maxCoeff())};
   }
 
+  /// Adds the works of a step, by the forces at its end. @param before positions at its start
+  void add_work(const Eigen::Matrix3Xd& before) {
+    const Eigen::Matrix3Xd x = by_point(membrane_, state_.position.values(), mesh_.points.size());
+    const Eigen::Matrix3Xd moved = x - before;
+    gravity_work_ += mass_.dot(options_.force.gravity.transpose() * moved);
+    damping_work_ -= damping / h * mass_.dot(moved.colwise().squaredNorm());
+    for (const auto& face : mesh_.faces) {
+      const Eigen::Vector3d sum = moved.col(face[0]) + moved.col(face[1]) + moved.col(face[2]);
+      pressure_work_ += state_.pressure[is_small(face) ? 1 : 0] * area(x, face).dot(sum) / 3;
+    }
+  }
+
+  double gravity_work_ = 0;
+  double damping_work_ = 0;
+  double pressure_work_ = 0;
   SurfaceMesh mesh_;
   Options options_;
   Membrane membrane_;
@@ -271,7 +289,9 @@ TEST_P(BalloonTable, HasWhatTheStateSays) {
     start = state_;
     const InflateStep step = chain_.advance(state_, h);
     ASSERT_TRUE(step.converged) << step.reason;
-    history.push_back(row(state_, by_point(membrane_, start.position.values(), mesh_.points.size()), step, clock));
+    const Eigen::Matrix3Xd before = by_point(membrane_, start.position.values(), mesh_.points.size());
+    add_work(before);
+    history.push_back(row(state_, before, step, clock));
     std::tie(history.back()["residual"], history.back()["relative_residual"]) = residual(start);
     EXPECT_GT(history.back()["residual"], 1e-6) << "too small to be told from rounding";
   }

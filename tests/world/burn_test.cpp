@@ -164,8 +164,8 @@ TEST(Burn, free_sheet_falls_like_a_stone) {
   chain.advance(steps);
   double speed = 0;  // eq. 8 and 9
   double depth = 0;
-  for (int step = 0; step < steps; ++step) {
-    speed = (speed + step_length) * std::exp(-3 * step_length);
+  for (int step = 0; step < steps; ++step) {  // dv/dt = g - 3 v
+    speed = 1.0 / 3 + (speed - 1.0 / 3) * std::exp(-3 * step_length);
     depth += step_length * speed;
   }
   const Eigen::MatrixXd moved = chain.state.position.values() - chain.sheet.rest;

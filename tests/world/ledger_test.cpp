@@ -90,11 +90,14 @@ class Tables : public ::testing::Test {
                  {"heat_in", heat_in_},
                  {"heat_out", heat_out_},
                  {"heat_made", 1340 * now.mass.dot(now.temperature) - initial_heat_ - heat_in_ + heat_out_},
-                 {"temperature_max", (now.mass.array() > 0).select(now.temperature, 0).maxCoeff()},
+                 {"temperature_max", hottest(now)},
                  {"kinetic_energy", now.mass.dot(now.v.colwise().squaredNorm()) / 2},
                  {"momentum_x", now.mass.dot(now.v.row(0))},
                  {"momentum_y", now.mass.dot(now.v.row(1))},
                  {"momentum_z", now.mass.dot(now.v.row(2))},
+                 {"gravity_work", gravity_work_},
+                 {"damping_work", damping_work_},
+                 {"pin_work", 0},
                  {"constraint_error", state_.step == 0 ? 0 : now.error(now.x)},
                  {"contacts", state_.step == 0 ? 0 : on_floor(now)},
                  {"heat_iterations", step.heat_iterations},
@@ -162,6 +165,42 @@ class Tables : public ::testing::Test {
     return static_cast<double>(((now.x.row(2).array() - floor).abs() < 1e-12).count());
   }
 
+  /// Of what is drawn: of what has not burnt, and of where sides of triangles are cut between it and what has.
+  double hottest(const Whole& now) const {
+    double highest = 0;
+    const auto level = [&](int i) { return now.mass[i] / initial_mass_[i] - options_.ablation.loss_mass; };
+    for (const Whole::Cell& cell : now.cells) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::array<int, 3> corners{cell.corners[k], cell.corners[(k + 1) % 4], cell.lattice};
+        for (std::size_t l = 0; l < 3 && cell.triangles[k]; ++l) {
+          for (const auto& [from, to] :
+               {std::pair(corners[l], corners[(l + 1) % 3]), std::pair(corners[(l + 1) % 3], corners[l])}) {
+            if (level(from) >= 0) {
+              const double t = level(to) < 0 ? level(from) / (level(from) - level(to)) : 0;
+              highest =
+                  std::max({highest, now.temperature[from], (1 - t) * now.temperature[from] + t * now.temperature[to]});
+            }
+          }
+        }
+      }
+    }
+    return highest;
+  }
+
+  /// Adds the works of a step: of the weights, and of the damping that is left of the change of velocity.
+  void add_work(const Whole& before, const Whole& after) {
+    const Eigen::Vector3d gravity(0.3, 0, -2);
+    const double kept = std::exp(-3 * h);
+    const double share = (1 - kept) / (3 * h);
+    for (Eigen::Index i = 1; i < after.mass.size(); ++i) {  // The first one is pinned.
+      const Eigen::Vector3d moved = after.x.col(i) - before.x.col(i);
+      const Eigen::Vector3d change = moved / h - before.v.col(i);
+      const Eigen::Vector3d undamped = (moved / h - kept * before.v.col(i)) / share;
+      gravity_work_ += after.mass[i] * gravity.dot(moved);
+      damping_work_ += after.mass[i] / h * (change - undamped).dot(moved);
+    }
+  }
+
   /// Adds the heat of a step: eq. 1, convection from both sides, and what leaves with the mass.
   void add_heat(const Whole& before, const Whole& after, double time) {
     const HeatSource& ball = options_.heat.sources.at("ball");
@@ -195,6 +234,8 @@ class Tables : public ::testing::Test {
   double heat_in_ = 0;
   double heat_out_ = 0;
   double initial_heat_ = 0;
+  double gravity_work_ = 0;
+  double damping_work_ = 0;
 };
 
 TEST_F(Tables, AreOfStatesWhoseGhostsAreUpToDate) {
@@ -253,6 +294,7 @@ TEST_F(Tables, HaveWhatTheStateSays) {
 
     const Whole after(sheet_, state_);
     add_heat(before, after, time);
+    add_work(before, after);
     history.push_back(row(after, step, clock));
     contacts += on_floor(after);
     if (after.pieces().size() > 1) {
@@ -265,7 +307,8 @@ TEST_F(Tables, HaveWhatTheStateSays) {
     Eigen::MatrixXd moved = before.x;
     for (Eigen::Index i = 0; i < moved.cols(); ++i) {
       if (i != 0 && after.mass[i] > 0) {
-        moved.col(i) += h * std::exp(-3 * h) * (before.v.col(i) + h * Eigen::Vector3d(0.3, 0, -2));
+        moved.col(i) +=
+            h * (std::exp(-3 * h) * before.v.col(i) + (1 - std::exp(-3 * h)) / 3 * Eigen::Vector3d(0.3, 0, -2));
       }
     }
     for (int sweep = 0; sweep <= 3; ++sweep) {
@@ -289,7 +332,7 @@ TEST_F(Tables, HaveWhatTheStateSays) {
     }
   }
   EXPECT_EQ(history.back().at("pieces"), 2) << "the strip does not part";
-  EXPECT_EQ(history[2].at("pieces"), 1);
+  EXPECT_EQ(history[1].at("pieces"), 1);
   EXPECT_EQ(history[1].at("contacts"), 0);
   EXPECT_GT(contacts, 0);
   EXPECT_GT(heat_out_, 0.01 * heat_in_);

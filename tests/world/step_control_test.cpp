@@ -148,11 +148,11 @@ void expect_near(const std::vector<double>& values, const std::vector<double>& e
   }
 }
 
-TEST(StepControl, EndsAtItsTimeWithAShorterLastStep) {
+TEST(StepControl, EndsAtItsTimeWithTwoShorterSteps) {
   FakeChain chain;
   const std::string told = run(chain, options_for(0.3, 1), 1);
-  expect_near(lengths(chain), {0.3, 0.3, 0.3, 0.1});
-  expect_near(chain.drawn, {0.3, 0.6, 0.9, 1});
+  expect_near(lengths(chain), {0.3, 0.3, 0.2, 0.2});
+  expect_near(chain.drawn, {0.3, 0.6, 0.8, 1});
   EXPECT_DOUBLE_EQ(chain.sum(), 1);
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
@@ -160,6 +160,21 @@ TEST(StepControl, EndsAtItsTimeWithAShorterLastStep) {
     EXPECT_NE(told.find("time 1          s 100.0 %"), std::string::npos) << told;
     EXPECT_NE(told.find("iterations     7  fine"), std::string::npos) << told;
   }
+}
+
+TEST(StepControl, NoStepIsASliver) {
+  for (const double more : {1e-3, 1e-6, 1e-8, 0.5, 0.999}) {
+    FakeChain chain;
+    run(chain, options_for(0.1, 0.1 * (4 + more)));
+    EXPECT_DOUBLE_EQ(chain.time(), 0.1 * (4 + more));
+    EXPECT_EQ(chain.step(), 5) << more;
+    for (const double h : lengths(chain)) {
+      EXPECT_GE(h, 0.05);
+    }
+  }
+  FakeChain by_rounding;
+  run(by_rounding, options_for(0.1, 0.4 + 1e-12));
+  EXPECT_EQ(by_rounding.step(), 4);
 }
 
 TEST(StepControl, EndsAfterItsSteps) {
@@ -249,10 +264,13 @@ TEST(StepControl, TellsEveryStepThatIsHalvedAndWhy) {
   const std::string told = run(chain, options_for(1, 4));
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  EXPECT_EQ(told, rank > 0 ? ""
-                           : "step 2 at time 1 s failed: the step is too long; tried again with 0.5 s\n"
-                             "step 2 at time 1 s failed: the step is too long; tried again with 0.25 s\n"
-                             "step 3 at time 1.25 s failed: the step is too long; tried again with 0.25 s\n");
+  EXPECT_EQ(told, rank > 0
+                      ? ""
+                      : "step 2 at time 1 s failed: the step is too long; tried again with 0.5 s\n"
+                        "step 2 at time 1 s failed: the step is too long; tried again with 0.25 s\n"
+                        "step 3 at time 1.25 s failed: the step is too long; tried again with 0.25 s\n"
+                        "steps: 2 of 6 were tried again, 3 times in all with half the length; they were 0.666667 s "
+                        "long in the mean: try time.step 0.5\n");
 }
 
 TEST(StepControl, ASignalToAnyRankEndsTheRunAfterItsStep) {
@@ -391,7 +409,7 @@ TEST(StepControl, AdaptiveStepsEndAtFrames) {
   run(chain, options);
   expect_near(chain.drawn, {0.5, 1, 1.5, 2});
   // A step that a frame cut short does not shorten the one after it.
-  expect_near(lengths(chain), {0.1, 0.2, 0.2, 0.36, 0.14, 0.36, 0.14, 0.36, 0.14});
+  expect_near(lengths(chain), {0.1, 0.2, 0.2, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25});
 }
 
 TEST(StepControl, AFailureShortensAdaptiveStepsToo) {
@@ -400,7 +418,7 @@ TEST(StepControl, AFailureShortensAdaptiveStepsToo) {
   chain.fails_from = 0.05;
   chain.fails_until = 0.2;
   chain.fails_above = 0.1;
-  TimeOptions options = options_for(0.1, 1);
+  TimeOptions options = options_for(0.1, 2);
   options.tolerance = 0.16;
   options.max_step = 5;
   run(chain, options);

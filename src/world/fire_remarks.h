@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "world/options.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// What is known of a fire from step to step, for a remark at the end of a run.
+struct FireRecord {
+  double burnt = 0;         ///< share of the initial mass
+  double last_time = -1;    ///< of the last step in which mass was lost [s]; -1: there has been none
+  double present_time = 0;  ///< [s]
+  double hottest = 0;       ///< so far [K]
+
+  /// @param left, burnt_mass of all ranks [kg] @param temperature_max [K]
+  void note(double time, double left, double burnt_mass, double temperature_max);
+  std::array<double, 4> numbers() const { return {burnt, last_time, present_time, hottest}; }
+};
+
+/// A line about how fast a front of fire would go and how many cells it is wide, if anything can light one and it goes
+/// on by itself; with what to do where it is narrower than two cells. @param mean_side of the mesh [m]
+std::vector<std::string> front_remarks(const Options& options, double mean_side);
+/// A line where fire has gone out before the end of a run, or nothing has caught fire.
+std::vector<std::string> fire_remarks(const Options& options, const FireRecord& record);
+
+}  // namespace world
+}  // namespace pellicle

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "io/history.h"
+#include "world/options.h"
+
+namespace pellicle {
+inline namespace world {
+
+/// What does work on an object, besides contact (ContactWork): entries of ObjectState::work. The work of a step is that
+/// of the forces with which the step is in balance over its displacements. With steps of implicit Euler kinetic and
+/// elastic energy change by the sum of all works less what the steps damp, which falls with their length.
+enum class Work {
+  gravity,
+  damping,   ///< `force.damping` and viscosity; of a balloon C (PrismOptions)
+  pins,      ///< that move
+  pressure,  ///< across walls, with weights and jets of gas
+  bodies,
+  air,
+  loads  ///< attachments and forces
+};
+constexpr int kinds_of_work = 7;
+
+/// An entry of a vector of works [J].
+inline double& of(Eigen::VectorXd& works, Work kind) { return works[static_cast<Eigen::Index>(kind)]; }
+
+/// Columns of the works that an object with these options can have, such as gravity_work.
+std::vector<History::Column> work_columns(const Options& options);
+/// Their values. @param works of the object since time 0
+std::vector<double> work_values(const Options& options, const Eigen::VectorXd& works);
+
+/// Whether the forces of bodies on an object are brought into balance, with inertia at least (BodyContact), so that
+/// their work is known.
+bool bodies_are_balanced(const Options& options);
+
+}  // namespace world
+}  // namespace pellicle
