@@ -186,6 +186,14 @@ Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
       }
     }
   }
+  // A point counts on the rank that owns its particle, also where other ranks own all springs at it.
+  const std::vector<bool> has_springs = particles_with_springs(sheet, living);
+  for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
+    if (has_springs[static_cast<std::size_t>(i)] &&
+        (sheet.layers == 2 || !sheet.is_lattice[static_cast<std::size_t>(i)])) {
+      number(i);
+    }
+  }
   drawing.points = number.points();
   drawing.skeleton->SetLines(lines);
   add_identity(sheet.comm(), drawing.points, colour_of_line, drawing.skeleton);

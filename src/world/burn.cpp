@@ -693,7 +693,7 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
       }
     }
   }
-  if (projection_ == nullptr) {
+  if (projection_ == nullptr || !bodies_.empty() || settling_ != nullptr) {  // They have moved what was projected.
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   }
   return result;

@@ -233,6 +233,131 @@ TEST_F(AblationTest, FramesHoldTheMassAndTheHeat) {
   }
 }
 
+/// Initial mass of a particle of the scene, of 1 kg, by its id [kg].
+double initial_mass(long id) {
+  const auto [u, v] = uv_of(id);
+  constexpr double of_cell = 1.0 / (cells * cells);
+  if (id >= (cells + 1) * (cells + 1)) {
+    return of_cell / 2;
+  }
+  const auto sides = [](double place) { return place == 0 || place == 1 ? 1 : 2; };
+  return of_cell / 8 * sides(u) * sides(v);
+}
+
+/// Columns of the history, as the frames' fields have them.
+class FramedRow {
+ public:
+  FramedRow(const std::filesystem::path& surface, const std::filesystem::path& springs) {
+    const DrawnFrame drawn = read_frame(0, surface);
+    values["mass_left"] = drawn.integrals.at("areal_density");
+    values["mass_burnt"] = 1 - values["mass_left"];
+    values["heat_content"] = drawn.integrals.at("heat_density");
+    values["temperature_max"] = range_of(drawn.points.at("temperature")).second;
+    std::set<double> pieces;
+    for (const auto& [cell, ids] : drawn.cell_values.at("piece")) {
+      pieces.insert(ids.begin(), ids.end());
+    }
+    values["pieces"] = static_cast<double>(pieces.size());
+    const vtkSmartPointer<vtkPolyData> lines = read_pvtp(springs);
+    add_motion(lines);
+    add_strains(lines);
+  }
+
+  std::map<std::string, double> values;
+
+ private:
+  void add_motion(vtkPolyData* lines) {
+    vtkPointData* ends = lines->GetPointData();
+    for (vtkIdType end = 0; end < lines->GetNumberOfPoints(); ++end) {
+      if (ends->GetArray(vtkDataSetAttributes::GhostArrayName())->GetTuple1(end) != 0) {
+        continue;
+      }
+      const double mass = initial_mass(std::lround(ends->GetArray("vertex_id")->GetTuple1(end))) *
+                          ends->GetArray("mass_ratio")->GetTuple1(end);
+      for (int k = 0; k < 3; ++k) {
+        const double velocity = ends->GetArray("velocity")->GetComponent(end, k);
+        values["kinetic_energy"] += mass / 2 * velocity * velocity;
+        values[std::string("momentum_") + "xyz"[k]] += mass * velocity;
+      }
+    }
+  }
+
+  void add_strains(vtkPolyData* lines) {
+    const std::array<std::string, 4> colours{"red", "green", "blue", "yellow"};
+    std::array<double, 4> squares{};
+    std::array<double, 4> counts{};
+    double sum = 0;
+    double constraints = 0;
+    values["largest_strain"] = -1;
+    const auto of_cell = [&](const char* field, vtkIdType cell) {
+      return lines->GetCellData()->GetArray(field)->GetTuple1(cell);
+    };
+    for (vtkIdType cell = 0; cell < lines->GetNumberOfCells(); ++cell) {
+      const auto colour = static_cast<std::size_t>(of_cell("colour", cell));
+      const double strain = of_cell("strain", cell);
+      double& largest = values["strain_max_" + colours[colour]];
+      largest = std::max(largest, std::abs(strain));
+      squares[colour] += strain * strain;
+      ++counts[colour];
+      sum += std::abs(strain);
+      constraints += std::pow(of_cell("target_length", cell) * (std::pow(1 + strain, 2) - 1), 2);
+      if ((colour == 1 || colour == 2) && std::abs(strain) > values["largest_strain"]) {
+        values["largest_strain"] = std::abs(strain);
+        vtkIdType count = 0;
+        const vtkIdType* ends = nullptr;
+        lines->GetCellPoints(cell, count, ends);
+        for (int k = 0; k < 3; ++k) {
+          values[std::string("largest_strain_") + "xyz"[k]] =
+              (lines->GetPoint(ends[0])[k] + lines->GetPoint(ends[1])[k]) / 2;
+        }
+        const auto id = [&](int end) { return lines->GetPointData()->GetArray("vertex_id")->GetTuple1(ends[end]); };
+        values["largest_strain_id_1"] = std::min(id(0), id(1));
+        values["largest_strain_id_2"] = std::max(id(0), id(1));
+      }
+    }
+    for (std::size_t colour = 0; colour < 4; ++colour) {
+      values["strain_rms_" + colours[colour]] = std::sqrt(squares[colour] / std::max(1.0, counts[colour]));
+    }
+    values["mean_strain"] = sum / std::accumulate(counts.begin(), counts.end(), 0.0);
+    values["constraint_error"] = std::sqrt(constraints);
+  }
+};
+
+TEST_F(AblationTest, HistoryIsWhatFramesShow) {
+  const std::string elastic_scene =
+      burning_scene.substr(0, burning_scene.find(tight_projection)) + "output: {directory: out, name: scene}\n";
+  const Arguments each_step{"-output_interval_steps", "1", "-output_springs"};
+  for (const auto& [dynamics, ranks] : {std::pair("elastic", 1), std::pair("projection", 2)}) {
+    const bool is_elastic = std::string(dynamics) == "elastic";
+    const Arguments options = fire + each_step;
+    run(ranks, is_elastic ? elastic_scene : burning_scene,
+        is_elastic
+            ? Arguments(options.begin(), std::find(options.begin(), options.end(), "-project_max_steps")) + each_step
+            : options);
+    const auto table = history();
+    const auto surfaces = frames();
+    const auto springs = read_pvd(folder() / "out/scene_springs.pvd");
+    ASSERT_EQ(surfaces.size(), table.at("step").size());
+    ASSERT_EQ(springs.size(), surfaces.size());
+    ASSERT_LT(table.at("mass_left").back(), 0.8) << "it burns";
+    ASSERT_LT(read_pvtp(springs.back().second)->GetNumberOfCells(),
+              read_pvtp(springs.front().second)->GetNumberOfCells())
+        << "springs are cut";
+    for (std::size_t row = 0; row < surfaces.size(); ++row) {
+      const FramedRow framed(surfaces[row].second, springs[row].second);
+      EXPECT_NEAR(table.at("time")[row], surfaces[row].first, 1e-12);
+      for (const auto& [column, value] : framed.values) {
+        const bool differs = is_elastic && column == "mean_strain";  // of what has stiffness
+        const bool is_of_step = column == "constraint_error" && row == 0;
+        if (!differs && !is_of_step) {
+          EXPECT_NEAR(table.at(column)[row], value, 1e-9 * std::max(1.0, std::abs(value)))
+              << dynamics << " " << column << " in row " << row;
+        }
+      }
+    }
+  }
+}
+
 TEST_F(AblationTest, MassRatioIsThatOfBothLayers) {
   // Of one layer half of the mass is lost, of the other none.
   run(2, R"(
