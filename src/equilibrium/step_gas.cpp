@@ -277,6 +277,20 @@ Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chamber
   return swept;
 }
 
+/// What the caps of holes sweep, straight from x^n to `end` [m^3]. @param walls W there. Collective.
+Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls) {
+  Eigen::VectorXd caps = Eigen::VectorXd::Zero(own.chambers->count());
+  if (own.chambers->rims().empty()) {
+    return caps;
+  }
+  const Eigen::VectorXd changes = walls - own.chambers->volumes(*own.start);
+  const Eigen::VectorXd rest = swept_by_rest(own, end, &Chambers::vents);
+  for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
+    caps[chamber] = own.chambers->vents(chamber) ? changes[chamber] - rest[chamber] : 0;
+  }
+  return caps;
+}
+
 /// Work of joined gas of all parts from where the tangent was last taken: along a straight line from all W to all
 /// others, or where walls have holes, on whose caps no pressure acts, from all positions to all others. Collective.
 void StepGas::find_work() {
@@ -373,7 +387,7 @@ double StepGas::value(std::size_t part) {
 GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, double h) {
   if (ended_.empty()) {  // Of all at once: from then on the chambers know of the next step.
     FlowingGas::Walls walls;
-    FlowingGas::Walls swept;
+    FlowingGas::Walls caps;
     for (std::size_t other = 0; other < parts_.size(); ++other) {
       Own& own = parts_[other];
       Field there(own.chambers->surface().particles, 3);
@@ -382,19 +396,13 @@ GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, d
         own.write_end(there);
       }
       walls.push_back(own.chambers->volumes(there));
-      swept.push_back(walls.back() - own.chambers->volumes(*own.start));
-      const Eigen::VectorXd by_rest = swept_by_rest(own, there, &Chambers::vents);
-      for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
-        if (own.chambers->vents(chamber)) {
-          swept.back()[chamber] = by_rest[chamber];
-        }
-      }
+      caps.push_back(swept_by_caps(own, there, walls.back()));
     }
     GasNetwork::Step step = flow_.network_step(walls, time);
     step.h = h;  // The chambers know how long it is until forces are in balance.
     const GasNetwork::End all = flow_.solve(step);
     for (std::size_t other = 0; other < parts_.size(); ++other) {
-      ended_.push_back(flow_.end_step(other, walls, swept, step, all));
+      ended_.push_back(flow_.end_step(other, walls, caps, step, all));
     }
   }
   return ended_[part];

@@ -108,6 +108,7 @@ class StepGas {
   void evaluate();
   void find_work();
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
+  Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
   double bordering_stiffness(const Own& own, int chamber) const;
   bool is_joined(const Own& own) const { return own.chambers->has_network(); }
 

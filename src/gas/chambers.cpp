@@ -1183,14 +1183,19 @@ std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const
   return "";
 }
 
-GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const Eigen::VectorXd& swept, const GasNetwork::Step& step,
+/// Absolute, beyond the wall of a joined chamber at the end of a step [Pa].
+double Chambers::pressure_round(int chamber, const GasNetwork::End& end) const {
+  const int round = outside(chamber);
+  return round < 0 ? gas_.ambient_pressure : end.pressure[vessel_of(round)];
+}
+
+GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, const GasNetwork::Step& step,
                                const GasNetwork::End& end) const {
   constexpr double large_hole = 0.1;
   constexpr double level = 1e-5;
   constexpr double rounding = 1e-10;  // of volumes: changes less than that give no mean pressure
   GasExchange exchange = exchange_;
   const Eigen::VectorXd volumes = gas_volumes(walls);
-  const Eigen::VectorXd swept_gas = gas_volumes(swept);
   exchange.volume = (exchange_.open.array() > 0).select(exchange_.volume, volumes);
   Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
   for (std::size_t l = 0; l < links_.size(); ++l) {
@@ -1226,16 +1231,16 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const Eigen::Vector
       exchange.heat[chamber] += more;
       work = capacity * (heat * (colder(from) - middle) + (heat + more) * (middle - colder(to)));
     }
-    // Of a wall with holes, what the caps sweep is no work on the wall: it pushes away what is beyond the hole.
+    // What caps sweep pushes away, by more than the pressure beyond them, what is beyond: no work on the wall.
     const double mean = std::abs(to - from) > rounding * from ? work / (to - from) : end.pressure[vessel];
-    const double beyond = work - mean * swept_gas[chamber];
+    const double beyond = (mean - pressure_round(chamber, end)) * caps[chamber];
     exchange.work[chamber] += work - beyond;
     exchange.leak_enthalpy[chamber] += beyond;
   }
   for (std::size_t v = 0; v < vessels_.size(); ++v) {
     const int chamber = vessels_[v];
     const int round = outside(chamber);
-    const double there = round < 0 ? gas_.ambient_pressure : end.pressure[vessel_of(round)];
+    const double there = pressure_round(chamber, end);
     const bool is_level = std::abs(end.pressure[static_cast<Eigen::Index>(v)] - there) <= level * gas_.ambient_pressure;
     if (!vents(chamber) || !(walls_.hole_area[chamber] > (is_level ? large_hole : 1) * walls_.area[chamber])) {
       continue;

@@ -55,7 +55,7 @@ struct GasExchange {
   Eigen::VectorXd heat;           ///< likewise, see VesselGas [mol K]
   Eigen::VectorXd open;           ///< 1: permanently, its pressure is that outside; 0: not
   Eigen::VectorXd leak_amount;    ///< out through each wall, or in through walls that it lies round [mol]
-  Eigen::VectorXd leak_enthalpy;  ///< that it carried, and work of the caps of holes on what is beyond them [J]
+  Eigen::VectorXd leak_enthalpy;  ///< that it carried, and what moving caps of holes pushed away beyond them [J]
   Eigen::VectorXd wall_heat;      ///< that walls have given to each gas [J]
   Eigen::VectorXd work;           ///< on walls, of the gas of each chamber that links or heat join to anything [J]
   Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
@@ -241,9 +241,9 @@ class Chambers {
   /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
   /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
   /// larger than it. One inside another then becomes a part of it instead.
-  /// @param walls W then [m^3] @param swept of it what each wall itself has swept in the step, without the caps of its
-  /// holes [m^3] @param step see network_step @param end how it ends, with the flows of `links`
-  GasExchange end_step(const Eigen::VectorXd& walls, const Eigen::VectorXd& swept, const GasNetwork::Step& step,
+  /// @param walls W then [m^3] @param caps of its change, what the caps of holes have swept [m^3]
+  /// @param step see network_step @param end how it ends, with the flows of `links`
+  GasExchange end_step(const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, const GasNetwork::Step& step,
                        const GasNetwork::End& end) const;
 
   /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty if all close.
@@ -296,6 +296,7 @@ class Chambers {
   void join();
   void find_vessels();
   void become_part(GasExchange& exchange, int chamber, double time) const;
+  double pressure_round(int chamber, const GasNetwork::End& end) const;
   int number_of(const std::string& name, const std::string& key, const std::string& others) const;
   /// A pressure that changes with the place, beside the mean on a chamber's wall.
   struct UnevenPressure {

@@ -280,9 +280,9 @@ GasNetwork::End FlowingGas::own_end(std::size_t object, const GasNetwork::End& e
   return own;
 }
 
-GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& swept,
+GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& caps,
                                  const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  return chambers(object).end_step(walls[object], swept[object], own_step(object, step), own_end(object, end));
+  return chambers(object).end_step(walls[object], caps[object], own_step(object, step), own_end(object, end));
 }
 
 FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Response>& responses, double time) const {

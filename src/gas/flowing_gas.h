@@ -44,7 +44,7 @@ class FlowingGas {
   /// object [Pa/m^3].
   Eigen::MatrixXd slopes(const GasNetwork::Step& step, const GasNetwork::End& end) const;
   /// What has come into an object's chambers at the end of the step (Chambers::end_step).
-  GasExchange end_step(std::size_t object, const Walls& walls, const Walls& swept, const GasNetwork::Step& step,
+  GasExchange end_step(std::size_t object, const Walls& walls, const Walls& caps, const GasNetwork::Step& step,
                        const GasNetwork::End& end) const;
 
   /// How the pressures q across the walls of an object move them in a step: W is `walls` + `compliance` q.

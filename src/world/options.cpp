@@ -61,7 +61,8 @@ void describe(OptionTable& table, ForceOptions& options) {
       .at_least(0)
       .help(
           "rate c at which velocities of a sheet fade, whatever moves with it: v exp(-c h), also of a free fall and of "
-          "a sheet as a whole. Unless given 0 with dynamics elastic, where sheet.damping damps what deforms, and 2/s "
+          "a sheet as a whole; what is at rest bears all of its weight. Unless given 0 with dynamics elastic, where "
+          "sheet.damping damps what deforms, and 2/s "
           "otherwise; of a balloon: prism.mass_damping; by the air: force.air_density")
       .source("docs/theory.md: parameters");
   describe(table, options.air);
