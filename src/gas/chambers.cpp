@@ -786,6 +786,11 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     gas.amount -= moved.amount;
     gas.heat -= moved.heat;
     pass_out(result, contents, chamber, moved, heat_capacity(chamber));
+    if (outside(chamber) < 0) {  // The air comes where the gas was, or goes from there, as in end_step.
+      const double by_air = gas_.ambient_pressure * more[chamber];
+      result.work[chamber] += by_air;
+      result.leak_enthalpy[chamber] -= by_air;
+    }
     is_changed[static_cast<std::size_t>(chamber)] = true;
     if (outside(chamber) >= 0) {
       is_changed[static_cast<std::size_t>(outside(chamber))] = true;
