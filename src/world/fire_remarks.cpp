@@ -11,15 +11,20 @@ inline namespace world {
 
 namespace {
 
-/// Whether something of a sheet or balloon that does not burn from the start can ignite.
-bool is_lit(const Options& options) {
-  const double ignition = options.combustion.ignition_temperature;
-  const bool by_source = std::any_of(options.heat.sources.begin(), options.heat.sources.end(),
-                                     [ignition](const auto& source) { return source.second.temperature > ignition; });
-  const bool by_body = std::any_of(options.bodies.begin(), options.bodies.end(), [ignition](const auto& body) {
-    return body.second.temperature.value_or(0) > ignition;
+/// Whether a source or a body hotter than `temperature` heats something that does not burn from the start.
+bool is_heated_beyond(double temperature, const Options& options) {
+  const bool by_source =
+      std::any_of(options.heat.sources.begin(), options.heat.sources.end(),
+                  [temperature](const auto& source) { return source.second.temperature > temperature; });
+  const bool by_body = std::any_of(options.bodies.begin(), options.bodies.end(), [temperature](const auto& body) {
+    return body.second.temperature.value_or(0) > temperature;
   });
-  return options.heat.initial_temperature <= ignition && (by_source || by_body);
+  return options.heat.initial_temperature <= options.combustion.ignition_temperature && (by_source || by_body);
+}
+
+FrontInput front_input(const Options& options) {
+  return {options.heat.diffusivity, options.heat.burning_heat, options.heat.initial_temperature,
+          options.ablation.loss_mass};
 }
 
 }  // namespace
@@ -35,10 +40,11 @@ void FireRecord::note(double time, double left, double burnt_mass, double temper
 }
 
 std::vector<std::string> front_remarks(const Options& options, double mean_side) {
-  const std::optional<FireFront> front = fire_front({options.heat.diffusivity, options.heat.burning_heat,
-                                                     options.heat.initial_temperature, options.ablation.loss_mass},
-                                                    options.combustion);
-  if (!is_lit(options) || !front) {
+  constexpr double least_heat = 1.3;  // over that of ignition: with less fronts have died (docs/fire.md)
+  const FrontInput input = front_input(options);
+  const std::optional<FireFront> front = fire_front(input, options.combustion);
+  if (!is_heated_beyond(options.combustion.ignition_temperature, options) || !front ||
+      heat_over_ignition(input, options.combustion) < least_heat) {
     return {};
   }
   constexpr double least_cells = 2;
@@ -61,7 +67,8 @@ std::vector<std::string> front_remarks(const Options& options, double mean_side)
 
 std::vector<std::string> fire_remarks(const Options& options, const FireRecord& record) {
   char text[200];
-  if (record.last_time < 0 && is_lit(options)) {
+  if (record.last_time < 0 && options.combustion.mass_loss_rate > 0 &&
+      is_heated_beyond(options.heat.initial_temperature, options)) {
     std::snprintf(text, sizeof text,
                   "fire: nothing has caught fire; the hottest was %.4g K, combustion.ignition_temperature is %.4g K",
                   record.hottest, options.combustion.ignition_temperature);
