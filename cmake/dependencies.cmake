@@ -4,7 +4,7 @@ find_dependency(MPI COMPONENTS C CXX)
 find_dependency(PkgConfig)
 find_dependency(Eigen3 3.4 NO_MODULE)
 find_dependency(yaml-cpp)
-find_dependency(VTK 9.1 COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc FiltersCore IOXML IOParallelXML
+find_dependency(VTK 9.1 COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc FiltersCore IOXML
                 IOGeometry IOPLY IOLegacy IOImage ParallelCore ParallelMPI FiltersVerdict)
 find_dependency(PNG)
 find_dependency(ZLIB)

@@ -23,34 +23,46 @@ using namespace pellicle;
 
 namespace {
 
-/// The words of the command line. Where they name a run to go on with and no deck, its own options are the deck, and
-/// its folder is where it goes on: `pellicle -restart output/hot_ball`.
-std::vector<std::string> with_kept_deck(int argc, char** argv) {
-  std::vector<std::string> words(argv, argv + argc);
-  std::filesystem::path run;
-  for (std::size_t i = 1; i < words.size(); ++i) {
-    if (is_deck(words[i])) {
-      return words;
+/// The words of the command line.
+struct CommandLine {
+  std::vector<std::string> words;
+  bool has_kept_options = false;  ///< the deck is the options that a run has kept
+};
+
+/// Where the command line names a run to go on with and no deck, its own options are the deck, and its folder is where
+/// it goes on: `pellicle -restart output/hot_ball`.
+CommandLine with_kept_options(int argc, char** argv) {
+  namespace fs = std::filesystem;
+  CommandLine line{{argv, argv + argc}};
+  fs::path run;
+  for (std::size_t i = 1; i < line.words.size(); ++i) {
+    const std::string& word = line.words[i];
+    if (is_deck(word)) {
+      return line;
     }
-    if ((words[i] == "-restart" || words[i] == "--restart") && i + 1 < words.size()) {
-      run = words[i + 1];
+    if ((word == "-restart" || word == "--restart") && i + 1 < line.words.size() && !is_option(line.words[i + 1])) {
+      run = line.words[i + 1];
     }
   }
   if (!run.empty()) {
-    const std::filesystem::path folder = run.extension() == ".h5" ? run.parent_path() : run;
-    words.insert(words.begin() + 1,
-                 {(folder / "options.yaml").string(), "-output_directory", folder.empty() ? "." : folder.string()});
+    std::error_code none;
+    const bool is_file = fs::is_regular_file(run, none) || (run.extension() == ".h5" && !fs::is_directory(run, none));
+    fs::path folder = is_file || !run.has_filename() ? run.parent_path() : run;
+    folder = folder.empty() ? "." : folder;
+    line.words.insert(line.words.begin() + 1,
+                      {(folder / "options.yaml").string(), "-output_directory", folder.string()});
+    line.has_kept_options = true;
   }
-  return words;
+  return line;
 }
 
 /// Reads the options and runs what they ask for. @returns the exit code. Collective.
 int run_program(int argc, char** argv, bool is_root) {
   std::deque<ObjectOptions> objects;
   OptionTable& table = objects.emplace_back("").table;
-  const std::vector<std::string> words = with_kept_deck(argc, argv);
+  const CommandLine line = with_kept_options(argc, argv);
   std::vector<const char*> pointers;
-  for (const std::string& word : words) {
+  for (const std::string& word : line.words) {
     pointers.push_back(word.c_str());
   }
   const ProgramArguments arguments =
@@ -78,13 +90,14 @@ int run_program(int argc, char** argv, bool is_root) {
   record.program = program;
   record.revision = git_revision();
   record.arguments.assign(argv, argv + argc);
-  record.decks = arguments.decks;
+  record.decks = line.has_kept_options ? std::vector<Deck>() : arguments.decks;
   for (const ObjectTable& object : arguments.tables) {
     if (!object.name.empty()) {
       record.objects.push_back(object.name);
     }
   }
   record.options = written_deck(arguments.tables, arguments.petsc);
+  record.inputs = input_files(MPI_COMM_WORLD, arguments.tables);
   if (is_root && !arguments.unused.empty()) {
     std::cout << arguments.unused << '\n';
   }

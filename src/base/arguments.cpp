@@ -24,6 +24,12 @@ bool is_deck(const std::string& argument) {
   return extension == ".yaml" || extension == ".yml";
 }
 
+bool is_option(const std::string& argument) {
+  const std::size_t letter = argument.compare(0, 2, "--") == 0 ? 2 : 1;
+  return argument.size() > letter && argument[0] == '-' && argument != "-inf" && argument != "-nan" &&
+         std::isalpha(static_cast<unsigned char>(argument[letter])) != 0;
+}
+
 namespace {
 
 struct TypedOption {
@@ -38,13 +44,6 @@ struct Word {
 };
 
 const char* const command_line = "command line";
-
-/// Negative numbers are values, as are PETSc's -inf and -nan.
-bool is_option(const std::string& argument) {
-  const std::size_t letter = argument.compare(0, 2, "--") == 0 ? 2 : 1;
-  return argument.size() > letter && argument[0] == '-' && argument != "-inf" && argument != "-nan" &&
-         std::isalpha(static_cast<unsigned char>(argument[letter])) != 0;
-}
 
 [[noreturn]] void fail(const Origin& origin, const std::string& problem) {
   throw Error(origin.text() + ": " + problem);
@@ -192,7 +191,8 @@ void set_option(const TypedOption& typed, const std::string& object, const std::
       petsc.push_back({name, typed.value, typed.origin, object});
       continue;
     }
-    if (!typed.value && !option->is_flag()) {
+    const bool is_blank = !typed.value || (typed.value->empty() && option->needs_value());
+    if (is_blank && !option->is_flag()) {
       fail(typed.origin, "no value; expected " + option->expected());
     }
     if (!object.empty() && option->is_of_run()) {
@@ -346,7 +346,9 @@ ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv
   }
   arguments.tables = tables_of(arguments.decks, table, make_table);
   for (const Deck& deck : arguments.decks) {
-    read_deck(deck, arguments.tables, arguments.petsc);
+    if (!read_deck(deck, arguments.tables, arguments.petsc) && !deck.is_laid_over) {
+      throw Error(deck.path + ": sets no option; expected a scene, such as mesh: {shape: rectangle, cells: [40, 40]}");
+    }
     note_acting(arguments.tables, arguments.petsc);
   }
   set_options(options, arguments.tables, arguments.petsc);

@@ -29,6 +29,9 @@ struct ProgramArguments {
 /// Whether a word of the command line that is not the value of an option names a deck: it ends in .yaml or .yml.
 bool is_deck(const std::string& argument);
 
+/// Whether a word of the command line names an option. Negative numbers are values, as are PETSc's -inf and -nan.
+bool is_option(const std::string& argument);
+
 /// Reads the command line and the decks that it names, and sets the options: decks in their order; then what PETSc
 /// reads besides the command line, in PETSc's order: the files ~/.petscrc, .petscrc and petscrc, and the environment
 /// variable PETSC_OPTIONS; then the options of the command line, wherever they stand, with those of `-options_file
@@ -38,7 +41,7 @@ bool is_deck(const std::string& argument);
 /// @param make_table makes the table of an object that a deck names, which must outlive what is returned
 /// @throws Error, the same on every rank: a file that cannot be read or is wrong (see read_deck); an option of the
 /// program that is misspelt, lacks its value, or has a wrong one; an option that has no effect (see
-/// settle_idle_options); an argument that is none of these.
+/// settle_idle_options); a deck that sets nothing and is not laid over another; an argument that is none of these.
 ProgramArguments read_arguments(MPI_Comm comm, int argc, const char* const* argv, OptionTable& table,
                                 const std::function<OptionTable&(const std::string& object)>& make_table);
 

@@ -106,10 +106,11 @@ class DeckReader {
         given_to_(tables.of("")),
         petsc_(petsc) {}
 
-  /// The whole deck.
-  void read(const YAML::Node& root) {
+  /// The whole deck. @returns whether it sets an option or names an object
+  bool read(const YAML::Node& root) {
     read_map(root, "");
     read_objects_of_run(root);
+    return sets_something_;
   }
 
  private:
@@ -149,6 +150,7 @@ class DeckReader {
     if (root[objects_key]) {
       for_each_entry(root[objects_key], [this](const std::string& name, const YAML::Node& map) {
         object_ = name;
+        sets_something_ = true;
         given_to_ = tables_.of(name);
         if (!map.IsMap() && !map.IsNull()) {
           fail("", described(map) + "; expected a map of options");
@@ -214,6 +216,7 @@ class DeckReader {
     const OptionTable& table = *given_to_.front().table;
     if (const Option* declared = given_to_.front().table->find_key(key)) {
       refuse_in_object(key, declared->is_of_run());
+      sets_something_ = true;
       for (const ObjectTable& object : given_to_) {
         Option& option = *object.table->find_key(key);
         try {
@@ -266,6 +269,7 @@ class DeckReader {
         continue;
       }
       const std::string object = entry.first.IsScalar() ? entry.first.Scalar() : "";
+      sets_something_ = true;
       for (const ObjectTable& one : given_to_) {
         try {
           one.table->create_object(section, object, origin(section + "." + object));
@@ -286,6 +290,7 @@ class DeckReader {
     if (const auto meant = table.meant_name(rest)) {
       fail(key, "not an option of PETSc's; nearest option: -" + object_prefix(object) + *meant);
     }
+    sets_something_ = true;
     PetscOption option{rest, std::nullopt, origin(key), object};
     if (node.IsSequence()) {
       std::string list;
@@ -359,6 +364,7 @@ class DeckReader {
   std::string object_;                 ///< that is being read; empty: what is meant for all
   std::vector<ObjectTable> given_to_;  ///< to which the options are given
   std::vector<PetscOption>& petsc_;
+  bool sets_something_ = false;
   int line_ = 1;
 };
 
@@ -516,16 +522,14 @@ ObjectTables tables_of(const std::vector<Deck>& decks, OptionTable& one,
   return tables.empty() ? ObjectTables(one) : ObjectTables(std::move(tables));
 }
 
-void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc) {
+bool read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc) {
   const YAML::Node root = parse(deck.path, deck.text);
-  if (root.IsNull()) {
-    return;
-  }
-  if (!root.IsMap()) {
+  if (!root.IsMap() && !root.IsNull()) {
     throw Error(deck.path + ":1: not a map; expected options such as heat: {diffusivity: 2e-3}");
   }
-  DeckReader(deck, tables, petsc).read(root);
+  const bool sets_something = root.IsMap() && DeckReader(deck, tables, petsc).read(root);
   keep_last(petsc);
+  return sets_something;
 }
 
 namespace {

@@ -35,10 +35,11 @@ ObjectTables tables_of(const std::vector<Deck>& decks, OptionTable& one,
 /// Sets the options that a deck gives; PETSc's own are put into `petsc`. Options at the top of the deck are given to
 /// all objects of the run, then those in one of `objects` to that object. Named objects, such as bodies, are created.
 /// Keys that an earlier deck has set are set anew. A map may take over the entries of others by `<<: *map`.
+/// @returns whether the deck sets an option or names an object
 /// @throws Error, one line with file, line, key, value and what was expected: YAML that cannot be parsed, a key that is
 /// unknown (with the nearest valid one) or there twice, aliases that contain themselves or multiply, a wrong type,
 /// unit, length of a list, or a value out of range.
-void read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc);
+bool read_deck(const Deck& deck, const ObjectTables& tables, std::vector<PetscOption>& petsc);
 
 /// A deck that sets every option that acts to its present value in SI, with its unit as a comment, and PETSc's own.
 std::string written_deck(const ObjectTables& tables, const std::vector<PetscOption>& petsc);

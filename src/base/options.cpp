@@ -176,6 +176,16 @@ Option& Option::file() {
   return *this;
 }
 
+Option& Option::not_read_again() {
+  is_read_again_ = false;
+  return *this;
+}
+
+Option& Option::needs_value(std::string expected) {
+  expected_text_ = std::move(expected);
+  return *this;
+}
+
 Option& Option::help(std::string text) {
   help_ = std::move(text);
   return *this;
@@ -207,7 +217,7 @@ std::string Option::range_text() const {
 }
 
 std::string Option::expected() const {
-  std::string element = "text";
+  std::string element = needs_value() ? expected_text_ : "text";
   const bool flag = is_flag();
   const bool integers = std::holds_alternative<int*>(variable_) || std::holds_alternative<std::vector<int>*>(variable_);
   const bool texts =

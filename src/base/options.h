@@ -80,6 +80,11 @@ class Option {
   /// The value names a file: a relative path in a deck starts at the deck's folder, on the command line at the present
   /// one; the variable gets an absolute path.
   Option& file();
+  /// Of a file that a run which goes on from a checkpoint does not read again: its content may be another then.
+  Option& not_read_again();
+  /// An empty value on the command line is refused. In a deck, such as one that a run has written, it means that
+  /// nothing is given. @param expected what the value is, in words
+  Option& needs_value(std::string expected);
   Option& help(std::string text);
   /// The option has no effect unless this holds when all options have been read. If there are several conditions, all
   /// must hold.
@@ -106,6 +111,9 @@ class Option {
   bool is_flag() const { return std::holds_alternative<bool*>(variable_); }
   bool is_solver_setting() const { return is_solver_setting_; }
   bool is_of_run() const { return is_of_run_; }
+  /// Whether the value names a file that a run which goes on from a checkpoint reads again.
+  bool is_read_again() const { return is_file_ && is_read_again_; }
+  bool needs_value() const { return !expected_text_.empty(); }
   const std::vector<Condition>& conditions() const { return conditions_; }
   /// The first of its conditions that does not hold; null: it acts.
   const Condition* idle_because() const;
@@ -156,6 +164,8 @@ class Option {
   std::vector<std::string> choices_;
   std::optional<std::size_t> length_;
   bool is_file_ = false;
+  bool is_read_again_ = true;
+  std::string expected_text_;  ///< see needs_value
   bool is_solver_setting_ = false;
   bool is_of_run_ = false;
   bool has_acted_ = false;

@@ -1,12 +1,12 @@
 #include "io/frame_series.h"
 
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
 #include <vtkErrorCode.h>
-#include <vtkMPI.h>
-#include <vtkMPICommunicator.h>
-#include <vtkMPIController.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkXMLPPolyDataWriter.h>
 #include <vtkXMLPolyDataWriter.h>
 
 #include <algorithm>
@@ -17,11 +17,14 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace io {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Group of the frames' tables in a checkpoint.
 std::string tables_of(const std::string& series) { return "output/frames/" + series + "/"; }
@@ -29,7 +32,7 @@ std::string tables_of(const std::string& series) { return "output/frames/" + ser
 /// Blanks the encoding of a piece's appended data, base64, which readers assume if none is given. With expat 2.6 (or
 /// Debian's 2.5.0-1+deb12u2), which holds back an incomplete element until its buffer has doubled, ParaView 5.11 does
 /// not find appended data behind an element that has attributes.
-void leave_encoding_unsaid(const std::filesystem::path& path) {
+void leave_encoding_unsaid(const fs::path& path) {
   const std::string said = "<AppendedData encoding=\"base64\">";
   std::string unsaid = "<AppendedData>";
   unsaid.resize(said.size(), ' ');
@@ -47,66 +50,96 @@ void leave_encoding_unsaid(const std::filesystem::path& path) {
   }
 }
 
-/// The file of a rank's piece, as VTK names it.
+/// The file of a rank's piece of a frame.
 std::string piece_name(const std::string& frame, int rank) {
   return frame + "/" + frame + "_" + std::to_string(rank) + ".vtp";
 }
 
 void make_folder(const std::string& path) {
   std::error_code error;
-  std::filesystem::create_directory(path, error);
+  fs::create_directory(path, error);
   if (error) {
     throw Error(path + ": cannot be made: " + error.message());
   }
 }
 
-void set_format(vtkXMLWriter* writer) {
+/// The element that declares an array to the reader of a frame.
+std::string array_element(vtkDataArray* array) {
+  const int type = array->GetDataType();
+  const bool is_real = type == VTK_FLOAT || type == VTK_DOUBLE;
+  const std::string kind = is_real ? "Float" : array->GetDataTypeMin() < 0 ? "Int" : "UInt";
+  return "      <PDataArray type=\"" + kind + std::to_string(8 * array->GetDataTypeSize()) + "\" Name=\"" +
+         array->GetName() + "\" NumberOfComponents=\"" + std::to_string(array->GetNumberOfComponents()) + "\"/>\n";
+}
+
+std::string fields_element(const std::string& name, vtkDataSetAttributes* fields) {
+  vtkDataArray* uv = fields->GetTCoords();
+  std::string text = "    <" + name + (uv == nullptr ? "" : std::string(" TCoords=\"") + uv->GetName() + "\"") + ">\n";
+  for (int i = 0; i < fields->GetNumberOfArrays(); ++i) {
+    text += array_element(fields->GetArray(i));
+  }
+  return text + "    </" + name + ">\n";
+}
+
+/// The text of the .pvtp of a frame. VTK's writer of such files cuts their names, and those of the pieces, at the first
+/// dot, and leaves out pieces that have no file.
+/// @param piece of any rank: all have the same arrays @param sources files of the pieces, at least one: of a frame
+/// without pieces VTK's reader returns no fields
+std::string frame_text(vtkPolyData* piece, const std::vector<std::string>& sources) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PPolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\" compressor=\"vtkLZ4DataCompressor\">\n  <PPolyData GhostLevel=\"0\">\n" +
+      fields_element("PPointData", piece->GetPointData()) + fields_element("PCellData", piece->GetCellData()) +
+      "    <PPoints>\n" + array_element(piece->GetPoints()->GetData()) + "    </PPoints>\n";
+  for (const std::string& source : sources) {
+    text += "    <Piece Source=\"" + source + "\"/>\n";
+  }
+  return text + "  </PPolyData>\n</VTKFile>\n";
+}
+
+/// @param name of the file that the error names
+void write_piece(vtkPolyData* piece, const std::string& path, const std::string& name) {
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetFileName(path.c_str());
+  writer->SetInputData(piece);
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOn();
   writer->SetCompressorTypeToLZ4();
   writer->SetHeaderTypeToUInt64();
-}
-
-/// VTK's writer leaves pieces without points out of a frame, and of a frame without pieces its reader returns no
-/// fields. Adds the piece to such a frame nonetheless.
-void add_empty_piece(vtkPolyData* piece, const std::filesystem::path& frame) {
-  const std::string stem = frame.stem().string();
-  const std::string source = stem + "/" + stem + "_0.vtp";
-  std::filesystem::create_directories(frame.parent_path() / stem);
-  vtkNew<vtkXMLPolyDataWriter> writer;
-  writer->SetFileName((frame.parent_path() / source).c_str());
-  writer->SetInputData(piece);
-  set_format(writer);
-  if (writer->Write() != 1) {
-    throw Error((frame.parent_path() / source).string() + ": cannot be written");
+  // VTK would print its errors on every rank; they become one Error below.
+  const int warnings = vtkObject::GetGlobalWarningDisplay();
+  vtkObject::GlobalWarningDisplayOff();
+  const bool written = writer->Write() == 1;
+  vtkObject::SetGlobalWarningDisplay(warnings);
+  if (!written || writer->GetErrorCode() != vtkErrorCode::NoError) {
+    throw Error(name + ": cannot be written: " + vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode()));
   }
-  std::ifstream file(frame);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  text.insert(text.find("  </PPolyData>"), "    <Piece Source=\"" + source + "\"/>\n");
-  std::ofstream(frame) << text;
+  leave_encoding_unsaid(path);
 }
 
 }  // namespace
 
-FrameSeries::FrameSeries(OutputFolder& folder, std::string name, std::vector<std::string> parts)
+FrameSeries::FrameSeries(OutputFolder& folder, std::string name, std::vector<FramePart> parts)
     : folder_(folder), comm_(folder.comm()), name_(std::move(name)), parts_(std::move(parts)) {
   MPI_Comm_rank(comm_, &rank_);
-  MPI_Comm_size(comm_, &ranks_);
-  vtkMPICommunicatorOpaqueComm opaque(&comm_);
-  vtkNew<vtkMPICommunicator> communicator;
-  communicator->InitializeExternal(&opaque);
-  const auto controller = vtkSmartPointer<vtkMPIController>::New();
-  controller->SetCommunicator(communicator);
-  controller_ = controller;
 }
 
-FrameSeries::~FrameSeries() = default;
-
 std::string FrameSeries::stem(const Entry& entry) const {
-  const std::string& part = parts_[static_cast<std::size_t>(entry.part)];
+  const std::string& part = parts_[static_cast<std::size_t>(entry.part)].name;
   char digits[32];
   std::snprintf(digits, sizeof digits, "_%06d", entry.number);
   return name_ + (part.empty() ? "" : "_" + part) + digits;
+}
+
+void FrameSeries::reserve() const {
+  folder_.reserve(name_ + ".pvd", "");
+  int ranks = 1;
+  MPI_Comm_size(comm_, &ranks);
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    const std::string first = stem({0, 0, static_cast<int>(part)});  // The numbers of frames do not make names collide.
+    folder_.reserve(first + ".pvtp", parts_[part].owner);
+    folder_.reserve(fs::path(piece_name(first, ranks - 1)).filename().string(), parts_[part].owner);
+  }
 }
 
 void FrameSeries::save(Hdf5File& checkpoint) const {
@@ -129,7 +162,7 @@ void FrameSeries::resume(const Hdf5File& checkpoint) {
     stems.insert(stem(frames_.back()));
   }
   folder_.keep([stems, list = name_ + ".pvd"](const std::string& file) {
-    return file == list || stems.count(std::filesystem::path(file).replace_extension().begin()->string()) > 0;
+    return file == list || stems.count(fs::path(file).replace_extension().begin()->string()) > 0;
   });
 }
 
@@ -137,23 +170,32 @@ void FrameSeries::write(std::size_t part, vtkPolyData* piece, double time) {
   const Entry entry{time, next_number_, static_cast<int>(part)};
   const std::string stem = this->stem(entry);
   const std::string file = stem + ".pvtp";
+  const std::string own = piece_name(stem, rank_);
+  const bool has_points = piece->GetNumberOfPoints() > 0;
+  const bool has_piece = on_any_rank(comm_, has_points) ? has_points : rank_ == 0;
+  std::vector<std::string> sources;
+  for (const int rank : of_all_ranks(comm_, has_piece ? std::vector{rank_} : std::vector<int>())) {
+    sources.push_back(piece_name(stem, rank));
+  }
   on_root(comm_, [&] {
     std::vector<std::string> files{name_ + ".pvd", file};
-    for (int rank = 0; rank < ranks_; ++rank) {
-      files.push_back(piece_name(stem, rank));
-    }
+    files.insert(files.end(), sources.begin(), sources.end());
     folder_.list(files);
     make_folder(folder_.path(stem));
+    make_folder(folder_.path_of_part(stem));
   });
   try {
-    write_pieces(piece, file);
     together(comm_, [&] {
-      std::error_code ignored;
-      if (std::filesystem::exists(folder_.path_of_part(piece_name(stem, rank_)), ignored)) {
-        folder_.put_in_place(piece_name(stem, rank_));  // VTK writes no file for a piece without points.
+      if (has_piece) {
+        write_piece(piece, folder_.path_of_part(own), folder_.path(file));
       }
     });
-    on_root(comm_, [&] { folder_.put_in_place(file); });
+    together(comm_, [&] {
+      if (has_piece) {
+        folder_.put_in_place(own);
+      }
+    });
+    on_root(comm_, [&] { folder_.write(file, frame_text(piece, sources)); });
   } catch (const Error&) {
     if (rank_ == 0) {
       folder_.remove_parts();
@@ -168,7 +210,7 @@ void FrameSeries::write(std::size_t part, vtkPolyData* piece, double time) {
   frames_.push_back(entry);
   on_root(comm_, [&] {
     std::error_code ignored;
-    std::filesystem::remove(folder_.path_of_part(stem), ignored);  // empty now
+    fs::remove(folder_.path_of_part(stem), ignored);  // empty now
   });
 }
 
@@ -181,49 +223,16 @@ void FrameSeries::write_list() {
         "  <Collection>\n";
     for (const Entry& entry : frames_) {
       const std::string file = stem(entry) + ".pvtp";
-      if (!std::filesystem::exists(folder_.path(file), ignored)) {
+      if (!fs::exists(folder_.path(file), ignored)) {
         continue;  // removed by hand since
       }
       char number[32];
       std::snprintf(number, sizeof number, "%.17g", entry.time);
-      const std::string& part = parts_[static_cast<std::size_t>(entry.part)];
+      const std::string& part = parts_[static_cast<std::size_t>(entry.part)].name;
       text += "    <DataSet timestep=\"" + std::string(number) + "\" part=\"" + std::to_string(entry.part) + "\"" +
               (part.empty() ? "" : " name=\"" + part + "\"") + " file=\"" + file + "\"/>\n";
     }
     folder_.write(name_ + ".pvd", text + "  </Collection>\n</VTKFile>\n");
-  });
-}
-
-void FrameSeries::write_pieces(vtkPolyData* piece, const std::string& file) {
-  const std::filesystem::path path = folder_.path_of_part(file);
-  vtkNew<vtkXMLPPolyDataWriter> writer;
-  writer->SetController(controller_);
-  writer->SetFileName(path.c_str());
-  writer->SetInputData(piece);
-  writer->SetNumberOfPieces(ranks_);
-  writer->SetStartPiece(rank_);
-  writer->SetEndPiece(rank_);
-  writer->SetUseSubdirectory(true);
-  set_format(writer);
-  // VTK would print its errors on every rank; they become one Error below.
-  const int warnings = vtkObject::GetGlobalWarningDisplay();
-  vtkObject::GlobalWarningDisplayOff();
-  const bool written = writer->Write() == 1;
-  vtkObject::SetGlobalWarningDisplay(warnings);
-  const unsigned long code = writer->GetErrorCode();
-  long long points = piece->GetNumberOfPoints();
-  MPI_Allreduce(MPI_IN_PLACE, &points, 1, MPI_LONG_LONG, MPI_SUM, comm_);
-  together(comm_, [&] {
-    if (!written || code != vtkErrorCode::NoError) {
-      throw Error(folder_.path(file) + ": cannot be written: " + vtkErrorCode::GetStringFromErrorCode(code));
-    }
-    if (points == 0 && rank_ == 0) {
-      add_empty_piece(piece, path);
-    }
-    const std::string own = folder_.path_of_part(piece_name(path.stem().string(), rank_));
-    if (std::filesystem::exists(own)) {
-      leave_encoding_unsaid(own);
-    }
   });
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vtkSmartPointer.h>
+#include <mpi.h>
 
 #include <string>
 #include <vector>
@@ -8,11 +8,16 @@
 #include "io/output_folder.h"
 #include "state/hdf5_file.h"
 
-class vtkMultiProcessController;
 class vtkPolyData;
 
 namespace pellicle {
 inline namespace io {
+
+/// A part of the frames of a series: an object, or a body.
+struct FramePart {
+  std::string name;   ///< may be empty in a series of one part
+  std::string owner;  ///< key of the option that gives the name, "bodies.ball"
+};
 
 /// Frames of one name for ParaView: NAME.pvd in the run's folder names one .pvtp a frame and part, which names one .vtp
 /// a rank (VTK XML, appended LZ4 data). The .pvd is complete after every frame, so that it can be opened during the
@@ -21,11 +26,12 @@ inline namespace io {
 class FrameSeries {
  public:
   /// Touches no file. Collective.
-  /// @param parts their names; that of a series of one part may be empty
-  FrameSeries(OutputFolder& folder, std::string name, std::vector<std::string> parts);
-  ~FrameSeries();
+  FrameSeries(OutputFolder& folder, std::string name, std::vector<FramePart> parts);
   FrameSeries(const FrameSeries&) = delete;
   FrameSeries& operator=(const FrameSeries&) = delete;
+
+  /// See OutputFolder::reserve: of the .pvd, and of a frame of each part.
+  void reserve() const;
 
   bool empty() const { return frames_.empty(); }
   const std::string& name() const { return name_; }
@@ -54,15 +60,12 @@ class FrameSeries {
   };
 
   std::string stem(const Entry& entry) const;
-  void write_pieces(vtkPolyData* piece, const std::string& file);
 
   OutputFolder& folder_;
-  MPI_Comm comm_;  ///< VTK keeps a pointer to it
+  MPI_Comm comm_;
   int rank_ = 0;
-  int ranks_ = 1;
   std::string name_;
-  vtkSmartPointer<vtkMultiProcessController> controller_;
-  std::vector<std::string> parts_;
+  std::vector<FramePart> parts_;
   std::vector<Entry> frames_;  ///< in the order of their times
   int next_number_ = 0;        ///< of the frame that is being written, or the next
 };

@@ -37,19 +37,31 @@ std::vector<std::string> field_names(const Frame& frame) {
   return names;
 }
 
-FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects,
-                         std::vector<std::string> bodies)
+FrameWriter::FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<FramePart> objects,
+                         std::vector<FramePart> bodies)
     : folder_(folder),
       options_(std::move(options)),
-      surface_series_(folder, options_.name, objects),
-      spring_series_(folder, options_.name + "_springs", objects),
+      objects_(std::move(objects)),
+      surface_series_(folder, options_.name, objects_),
+      spring_series_(folder, options_.name + "_springs", objects_),
       body_series_(folder, options_.name + "_bodies", bodies),
       has_bodies_(!bodies.empty()) {}
 
-FrameWriter FrameWriter::of_failed_state(std::vector<std::string> objects) const {
+void FrameWriter::reserve_names() const {
+  const FrameWriter failed = of_failed_state();
+  for (const FrameSeries* series : {&surface_series_, &failed.surface_series_, &body_series_}) {
+    series->reserve();
+  }
+  if (options_.springs) {
+    spring_series_.reserve();
+    failed.spring_series_.reserve();
+  }
+}
+
+FrameWriter FrameWriter::of_failed_state() const {
   OutputOptions options = options_;
   options.name += "_failed";
-  return FrameWriter(folder_, std::move(options), std::move(objects));
+  return FrameWriter(folder_, std::move(options), objects_);
 }
 
 bool FrameWriter::due(double time, int step) const {

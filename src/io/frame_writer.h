@@ -41,12 +41,15 @@ std::vector<std::string> field_names(const Frame& frame);
 class FrameWriter {
  public:
   /// Touches no file. The folder must outlive it. Collective.
-  /// @param objects their names; of a run of one object it may be empty @param bodies likewise
-  FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<std::string> objects = {""},
-              std::vector<std::string> bodies = {});
+  FrameWriter(OutputFolder& folder, OutputOptions options, std::vector<FramePart> objects = {FramePart{}},
+              std::vector<FramePart> bodies = {});
+
+  /// Reserves the names of all files that it may write, those of a failed state among them, see OutputFolder::reserve.
+  /// Collective. @throws Error, the same on all ranks, if objects or bodies would write the same file
+  void reserve_names() const;
 
   /// Writes the state in which a step failed, NAME_failed.pvd beside the others. Collective.
-  FrameWriter of_failed_state(std::vector<std::string> objects) const;
+  FrameWriter of_failed_state() const;
 
   /// The .pvd of the surfaces.
   std::string file() const { return folder_.path(surface_series_.name() + ".pvd"); }
@@ -85,6 +88,7 @@ class FrameWriter {
 
   OutputFolder& folder_;
   OutputOptions options_;
+  std::vector<FramePart> objects_;
   FrameSeries surface_series_;
   FrameSeries spring_series_;
   FrameSeries body_series_;

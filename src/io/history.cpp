@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "base/error.h"
+#include "io/distinct_names.h"
 
 namespace pellicle {
 inline namespace io {
@@ -42,31 +42,46 @@ void keep_tables(OutputFolder& folder, const Hdf5File& checkpoint) {
   folder.keep([names](const std::string& file) { return std::find(names.begin(), names.end(), file) != names.end(); });
 }
 
-History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const Hdf5File* resumed)
+History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const std::string& owner)
     : folder_(folder), name_(std::move(name)), columns_(columns.size()) {
-  std::string names;
+  folder_.reserve(name_, owner);
+  DistinctNames distinct("column", " of " + name_);
   for (const Column& column : columns) {
-    names += (names.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
+    distinct.add(column.name, column.owner);
+    names_ += (names_.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
   }
-  names += "\n";
-  std::optional<long long> kept;  // bytes
-  if (resumed != nullptr && resumed->has(table_of(name_))) {
-    kept = static_cast<long long>(resumed->read_all<double>(table_of(name_)).front());
+  names_ += "\n";
+}
+
+void History::start() {
+  if (is_started_) {
+    return;
   }
   folder_.start();
   on_root(folder_.comm(), [&] {
     folder_.list({name_});
-    if (!kept) {
-      file_ = OpenFile(folder_.path(name_), new_file);
-      file_.append(names);
-      return;
-    }
+    file_ = OpenFile(folder_.path(name_), new_file);
+    file_.append(names_);
+  });
+  is_started_ = true;
+}
+
+void History::resume(const Hdf5File& checkpoint) {
+  if (!checkpoint.has(table_of(name_))) {
+    start();
+    return;
+  }
+  const auto kept = static_cast<long long>(checkpoint.read_all<double>(table_of(name_)).front());  // bytes
+  folder_.start();
+  on_root(folder_.comm(), [&] {
+    folder_.list({name_});
     file_ = OpenFile(folder_.path(name_), O_RDWR);
-    if (!file_.is_open() || file_.text().compare(0, names.size(), names) != 0) {
+    if (!file_.is_open() || file_.text().compare(0, names_.size(), names_) != 0) {
       refuse(file_.path());
     }
-    file_.truncate(*kept);
+    file_.truncate(kept);
   });
+  is_started_ = true;
 }
 
 void History::save(Hdf5File& checkpoint) const {
@@ -80,6 +95,7 @@ void History::add(const std::vector<double>& values) {
     throw std::logic_error(name_ + ": a row of " + std::to_string(values.size()) + " values for " +
                            std::to_string(columns_) + " columns");
   }
+  start();
   on_root(folder_.comm(), [&] {
     std::string line;
     for (const double value : values) {

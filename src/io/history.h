@@ -19,15 +19,20 @@ class History {
  public:
   struct Column {
     std::string name;
-    std::string unit;  ///< SI, as in "kg"; empty for a pure number
+    std::string unit;        ///< SI, as in "kg"; empty for a pure number
+    std::string owner = {};  ///< key of the option that gives the name, "bodies.ball"; empty: the program
   };
 
-  /// Makes the file in a folder that has been started, and writes the line of names: `time [s],step,mass_left [kg]`.
-  /// Collective. @throws Error, on all ranks, if that fails.
-  /// @param resumed checkpoint from which the run goes on in its folder, see keep_tables: rows that were added after it
-  /// are cut off
-  History(OutputFolder& folder, std::string name, const std::vector<Column>& columns,
-          const Hdf5File* resumed = nullptr);
+  /// Touches no file. @param owner of the table's name, see OutputFolder::reserve
+  /// @throws Error, the same on all ranks, if two columns, or two files of the run, have the same name
+  History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const std::string& owner = "");
+
+  /// Makes the file, in a folder that it starts, and writes the line of names: `time [s],step,mass_left [kg]`. Does
+  /// nothing where that has been done; `add` does it, too. Collective. @throws Error, on all ranks, if that fails.
+  void start();
+  /// Goes on with the file of the run that has written a checkpoint, in its folder, see keep_tables: rows that were
+  /// added after it are cut off. If it had no such file, this one is made. Collective. @throws Error, on all ranks
+  void resume(const Hdf5File& checkpoint);
 
   /// Notes in a checkpoint how far the table is. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;
@@ -44,6 +49,8 @@ class History {
   OutputFolder& folder_;
   std::string name_;
   std::size_t columns_;
+  std::string names_;  ///< the first line
+  bool is_started_ = false;
   OpenFile file_;  ///< open on rank 0 only
 };
 

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 #include <utility>
 
 #include "base/error.h"
@@ -103,6 +105,12 @@ void OpenFile::write(const std::string& text, long long position) {
 
 void OpenFile::fail() const {
   throw Error(path_ + ": cannot be written: " + std::strerror(is_open() ? errno : error_));
+}
+
+std::string checksum_of(const std::string& text) {
+  std::ostringstream sum;
+  sum << std::hex << crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size());
+  return sum.str();
 }
 
 }  // namespace io

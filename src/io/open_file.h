@@ -44,5 +44,8 @@ class OpenFile {
   int error_ = 0;
 };
 
+/// CRC-32 of a text, in hexadecimal digits.
+std::string checksum_of(const std::string& text);
+
 }  // namespace io
 }  // namespace pellicle

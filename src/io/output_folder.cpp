@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -27,12 +26,6 @@ namespace fs = std::filesystem;
 
 const char* const list_name = "run_files.txt";
 const char* const parts_name = "run.part";
-
-std::string checksum(const std::string& text) {
-  std::ostringstream sum;
-  sum << std::hex << crc32(0, reinterpret_cast<const unsigned char*>(text.data()), static_cast<uInt>(text.size()));
-  return sum.str();
-}
 
 /// Empty if the file cannot be read.
 std::string text_of_file(const std::string& path) {
@@ -92,8 +85,9 @@ OutputFolder::OutputFolder(MPI_Comm comm, const OutputOptions& options, const Ru
     of_object += (of_object.empty() ? "(_" : "|_") + object;
   }
   of_object += of_object.empty() ? "" : ")";
-  tables_ = "checkpoint_[0-9]{6,}\\.h5|(history|pieces|projection)" + of_object + "\\.csv";
-  frames_ = "(_failed)?(_springs)?(\\.pvd|" + of_object + "_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp))";
+  tables_ = "checkpoint_[0-9]{6,}\\.h5|contacts\\.csv|(history|pieces|projection)" + of_object + "\\.csv";
+  frames_ = "((_failed)?(_springs)?|_bodies)\\.pvd|((_failed)?(_springs)?" + of_object +
+            "|_bodies_[A-Za-z0-9_]+)_[0-9]{6,}(\\.pvtp|/.*_[0-9]{6,}_[0-9]+\\.vtp)";
   using_folder([this] {
     open_list(Missing::leave);
     check_conflicts();
@@ -260,7 +254,7 @@ void OutputFolder::check_conflicts() const {
     const std::string text = text_of_file(path(name));
     const auto written = record.find(name);
     const bool stays = written != record.end() && written->second == text;
-    if (!stays && std::find(sums.begin(), sums.end(), checksum(text)) == sums.end()) {
+    if (!stays && std::find(sums.begin(), sums.end(), checksum_of(text)) == sums.end()) {
       throw Error("output.directory: " + path(name) +
                   " has been changed since a run wrote it; expected another folder, or that you move it");
     }
@@ -271,7 +265,7 @@ void OutputFolder::write_record() {
   const std::map<std::string, std::string> record = record_files(record_, ranks_);
   Files texts;
   for (const auto& [name, text] : record) {
-    texts[name] = {checksum(text)};
+    texts[name] = {checksum_of(text)};
   }
   list_.append(listed(texts, list_.text().empty()));
   files_.insert(texts.begin(), texts.end());
@@ -279,6 +273,15 @@ void OutputFolder::write_record() {
   for (const auto& [name, text] : record) {
     write(name, text);
   }
+}
+
+void OutputFolder::reserve(const std::string& name, const std::string& owner) {
+  constexpr std::size_t longest = 255;
+  if (name.size() > longest) {
+    throw Error(owner + ": the file " + name + " would have a name of " + std::to_string(name.size()) +
+                " bytes; expected " + std::to_string(longest) + " at most");
+  }
+  names_.add(name, owner);
 }
 
 void OutputFolder::list(const std::vector<std::string>& names) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/distinct_names.h"
 #include "io/open_file.h"
 #include "io/output_options.h"
 #include "io/run_record.h"
@@ -40,6 +41,11 @@ class OutputFolder {
   /// start() leaves those files of the run before for which this holds: the run goes on with them. To be called before
   /// the folder is started.
   void keep(std::function<bool(const std::string& name)> stays) { stays_.push_back(std::move(stays)); }
+
+  /// Reserves the name of a file for those who will write it. Not collective: the same on all ranks.
+  /// @param owner see DistinctNames @throws Error if another file has the name, or if it is longer than file systems
+  /// take
+  void reserve(const std::string& name, const std::string& owner);
 
   MPI_Comm comm() const { return comm_; }
   const std::string& directory() const { return directory_; }
@@ -81,6 +87,7 @@ class OutputFolder {
   std::string name_;  ///< of the run
   const RunRecord& record_;
   std::regex tables_;  ///< names of tables and checkpoints of a run
+  DistinctNames names_{"file"};
   std::regex frames_;  ///< what follows the run's name in those of frames
   bool is_root_ = false;
   int ranks_ = 1;

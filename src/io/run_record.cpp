@@ -1,5 +1,6 @@
 #include "io/run_record.h"
 
+#include <fcntl.h>
 #include <petscsys.h>
 #include <vtkVersion.h>
 #include <yaml-cpp/yaml.h>
@@ -12,6 +13,8 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "io/open_file.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace io {
@@ -82,6 +85,31 @@ std::string facts(const RunRecord& record, int ranks) {
 }
 
 }  // namespace
+
+std::vector<InputFile> input_files(MPI_Comm comm, const ObjectTables& tables) {
+  std::vector<InputFile> files;
+  for (const ObjectTable& object : tables) {
+    for (const Option& option : object.table->options()) {
+      const bool is_first = object.table == tables.front().table;
+      if (option.is_read_again() && !option.is_blank() && option.idle_because() == nullptr &&
+          (is_first || !option.is_of_run())) {
+        const bool is_named = !object.name.empty() && !option.is_of_run();
+        files.push_back(
+            {(is_named ? "objects." + object.name + "." : "") + option.key(), option.value().rows.front().front(), ""});
+      }
+    }
+  }
+  for (InputFile& file : files) {
+    on_root(comm, [&] {
+      const OpenFile opened(file.path, O_RDONLY);
+      if (opened.is_open() && std::filesystem::is_regular_file(file.path)) {
+        file.checksum = checksum_of(opened.text());
+      }
+    });
+    broadcast(comm, file.checksum);
+  }
+  return files;
+}
 
 std::map<std::string, std::string> record_files(const RunRecord& record, int ranks) {
   std::map<std::string, std::string> files{{"run.yaml", facts(record, ranks)}, {"options.yaml", record.options}};

@@ -30,6 +30,7 @@ void describe(OptionTable& table, MeshOptions& options) {
           "quarter of an airbag; a file, when mesh.file names one, takes its place");
   table.add("mesh.file", options.file)
       .file()
+      .not_read_again()
       .help(
           "mesh to read, whatever mesh.shape says: obj, off, ply, stl, vtp, vtu, vtk or msh; or mesh.h5, which "
           "-mesh_only "

@@ -63,28 +63,29 @@ double area_of(const double* positions, const std::array<PetscInt, 3>& triangle)
 
 }  // namespace
 
-BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed)
+BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain)
     : options_(chain.options()),
       group_(output.group("balloon")),
-      ledger_(output, chain.burns(), columns_of_balloon(chain), resumed) {
+      ledger_(output, chain.burns(), columns_of_balloon(chain)) {
   const Membrane& membrane = chain.elements().membrane();
-  if (resumed != nullptr) {
-    const std::vector<int> counts = resumed->read_all<int>(group_ + counts_table);
-    const std::vector<double> residuals = resumed->read_all<double>(group_ + residuals_table);
-    steps_ = counts.at(0);
-    steps_above_tolerance_ = counts.at(1);
-    worst_step_ = counts.at(2);
-    concave_steps_ = counts.at(3);
-    first_concave_step_ = counts.at(4);
-    worst_residual_ = residuals.at(0);
-    last_residual_ = residuals.at(1);
-  }
-
   const Wall& wall = chain.elements().wall();
   for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
     initial_rubber_volume_ += wall.rest[e].volume;
   }
   MPI_Allreduce(MPI_IN_PLACE, &initial_rubber_volume_, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+}
+
+void BalloonLedger::resume(const Hdf5File& checkpoint) {
+  const std::vector<int> counts = checkpoint.read_all<int>(group_ + counts_table);
+  const std::vector<double> residuals = checkpoint.read_all<double>(group_ + residuals_table);
+  steps_ = counts.at(0);
+  steps_above_tolerance_ = counts.at(1);
+  worst_step_ = counts.at(2);
+  concave_steps_ = counts.at(3);
+  first_concave_step_ = counts.at(4);
+  worst_residual_ = residuals.at(0);
+  last_residual_ = residuals.at(1);
+  ledger_.resume(checkpoint);
 }
 
 void BalloonLedger::save(Hdf5File& checkpoint) const {

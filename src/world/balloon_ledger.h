@@ -13,10 +13,10 @@ inline namespace world {
 /// The history of a balloon: that of every object, with its gas, its wall and how its steps ended.
 class BalloonLedger {
  public:
-  /// Makes the file in a folder that has been started. Collective.
-  /// @throws Error when it cannot be written
-  /// @param resumed checkpoint from which the run goes on in its folder
-  BalloonLedger(const ObjectOutput& output, const Inflate& chain, const Hdf5File* resumed = nullptr);
+  /// Touches no file. Collective. @throws Error, on all ranks, if two columns have the same name
+  BalloonLedger(const ObjectOutput& output, const Inflate& chain);
+  /// Goes on with the tables of the run that has written a checkpoint, in its folder. Collective. @throws Error
+  void resume(const Hdf5File& checkpoint);
 
   /// Notes in a checkpoint how long the table is, and what is known of the steps so far. Collective.
   /// @throws Error, on all ranks

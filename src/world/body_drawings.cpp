@@ -6,7 +6,7 @@ inline namespace world {
 std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<const ObjectOptions*>& objects) {
   std::vector<BodyDrawing> drawings;
   for (const Body& body : make_bodies(comm, objects.front()->options.bodies)) {
-    drawings.push_back({body.name, body.shape, body.motion});
+    drawings.push_back({{body.name, "bodies." + body.name}, body.shape, body.motion});
   }
   for (const ObjectOptions* object : objects) {
     for (const auto& [name, source] : object->options.heat.sources) {
@@ -17,8 +17,12 @@ std::vector<BodyDrawing> drawings_of_bodies(MPI_Comm comm, const std::vector<con
       motion.start.place = source.centre;
       motion.velocity = source.velocity;
       motion.path = source.path;
-      drawings.push_back({"heat_" + (object->name.empty() ? "" : object->name + "_") + name, Sphere{source.radius},
-                          motion, source.start_time,
+      const bool is_named = !object->name.empty();
+      drawings.push_back({{"heat_" + (is_named ? object->name + "_" : "") + name,
+                           (is_named ? "objects." + object->name + "." : "") + "heat.sources." + name},
+                          Sphere{source.radius},
+                          motion,
+                          source.start_time,
                           source.end_time.value_or(std::numeric_limits<double>::infinity())});
     }
   }

@@ -3,10 +3,10 @@
 #include <mpi.h>
 
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "geometry/solids.h"
+#include "io/frame_series.h"
 #include "world/options.h"
 
 namespace pellicle {
@@ -14,7 +14,7 @@ inline namespace world {
 
 /// A body or a ball of heat as frames show it.
 struct BodyDrawing {
-  std::string name;  ///< "ball", "heat_flame", of an object "heat_paper_flame"
+  FramePart part;  ///< "ball", "heat_flame", of an object "heat_paper_flame"
   Shape shape;
   RigidMotion motion;
   double from = 0;                                      ///< time at which it appears [s]

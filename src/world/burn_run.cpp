@@ -192,7 +192,8 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
       output_(output),
       sheet_(std::make_unique<Sheet>(std::move(sheet))),
       burn_(std::make_unique<Burn>(*sheet_, options, output.clock)),
-      state_(std::make_unique<State>(burn_->initial_state())) {
+      state_(std::make_unique<State>(burn_->initial_state())),
+      ledger_(std::make_unique<SheetLedger>(output_, options_, burn_->chambers())) {
   require_error_estimate(options);
   start_lines_ = settle_start(options.contact, *this, burn_->bodies());
 }
@@ -210,6 +211,7 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
   require_error_estimate(options);
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, *state_);
   burn_->follow(*state_);
+  ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers());
   find_end();
 }
 
@@ -417,7 +419,7 @@ void BurnRun::draw(const FrameSink& write) {
                            {"state", 1, spring_fields.state.data()}};
   }
   if (write(frame)) {
-    ledger().add(state_->time, state_->step, state_->pieces, masses);
+    ledger_->add(state_->time, state_->step, state_->pieces, masses);
   }
 }
 
@@ -436,16 +438,7 @@ void BurnRun::forget() {
   note_replaced();
 }
 
-void BurnRun::resume_output(const Hdf5File& checkpoint) {
-  ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers(), &checkpoint);
-}
-
-SheetLedger& BurnRun::ledger() {
-  if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers());
-  }
-  return *ledger_;
-}
+void BurnRun::resume_output(const Hdf5File& checkpoint) { ledger_->resume(checkpoint); }
 
 std::vector<std::string> BurnRun::first_remarks() const {
   std::vector<std::string> lines = start_lines_;
@@ -468,14 +461,12 @@ std::vector<std::string> BurnRun::first_remarks() const {
   return lines;
 }
 
-std::vector<std::string> BurnRun::remarks() const {
-  return ledger_ == nullptr ? std::vector<std::string>() : ledger_->remarks();
-}
+std::vector<std::string> BurnRun::remarks() const { return ledger_->remarks(); }
 
 void BurnRun::record(double h, int retries) {
   if (options_.project.monitor && state_->step > 0) {
     print_errors(sheet_->comm(), burn_->projection_errors());
-    ledger().add(state_->time, state_->step, burn_->projection_errors());
+    ledger_->add(state_->time, state_->step, burn_->projection_errors());
   }
   for (const std::string& line : newly_open(burn_->chambers(), *state_, told_open_)) {
     output_.console.tell(output_.heading() + line);
@@ -483,7 +474,7 @@ void BurnRun::record(double h, int retries) {
   if (h == 0) {
     last_.elastic_energy = burn_->elastic_energy(*state_);
   }
-  ledger().add(*sheet_, *state_, *burn_, last_, h, retries);
+  ledger_->add(*sheet_, *state_, *burn_, last_, h, retries);
 }
 
 }  // namespace world

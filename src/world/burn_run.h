@@ -61,7 +61,6 @@ class BurnRun : public TouchingObject {
   void divide();
   void take_over(LoadedSheet loaded);
   void find_end();
-  SheetLedger& ledger();
 
   const Options& options_;
   ObjectOutput output_;
@@ -75,7 +74,7 @@ class BurnRun : public TouchingObject {
   std::vector<std::string> start_lines_;  ///< see settle_start
   BurnStep last_;                         ///< results of the last step
   std::unique_ptr<State> kept_;           ///< of the present sheet, to be restored
-  std::unique_ptr<SheetLedger> ledger_;   ///< made when the first frame has made the folder
+  std::unique_ptr<SheetLedger> ledger_;
 };
 
 }  // namespace world

@@ -26,7 +26,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int format = 2;
+constexpr int format = 3;
+
+/// Of a deck of the run, counted from 0. @param what "text" or "source", where it comes from
+std::string deck_table(std::size_t deck, const std::string& what) {
+  return "decks/" + std::to_string(deck + 1) + "/" + what;
+}
 
 /// The last line of a checkpoint. @param bytes before it
 std::string last_line(unsigned long sum, long long bytes) {
@@ -145,8 +150,15 @@ void Checkpoints::write(const Chain& chain) {
     file.write_text("program", record_.program + " " + record_.revision);
     file.write_text("options", record_.options);
     for (std::size_t k = 0; k < record_.decks.size(); ++k) {
-      file.write_text("decks/" + std::to_string(k + 1), record_.decks[k].text);
+      file.write_text(deck_table(k, "text"), record_.decks[k].text);
+      file.write_text(deck_table(k, "source"), fs::absolute(record_.decks[k].source()).string());
     }
+    std::vector<std::string> inputs;
+    for (const InputFile& input : record_.inputs) {
+      inputs.push_back(input.checksum + " " + input.key);
+    }
+    file.write_lines("inputs", inputs);
+    file.write_lines("object_names", record_.objects);
     file.write_lines("mesh", record_.mesh);
     chain.save(file);
     file.close();
@@ -243,30 +255,58 @@ bool may_change(const OptionTable& table, const std::string& key) {
 
 }  // namespace
 
-void require_same_options(const OptionTable& table, const std::string& before, const std::string& now) {
+std::vector<Deck> decks_of(const Hdf5File& checkpoint) {
+  std::vector<Deck> decks;
+  while (checkpoint.has(deck_table(decks.size(), "text"))) {
+    const std::size_t k = decks.size();
+    decks.push_back({checkpoint.read_text(deck_table(k, "source")), checkpoint.read_text(deck_table(k, "text"))});
+  }
+  return decks;
+}
+
+void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, const RunRecord& now) {
+  const std::vector<std::string> inputs = checkpoint.read_lines("inputs");
   std::string faults;
+  std::set<std::string> same_files;  // keys of files whose content is the same, wherever they are
+  for (const InputFile& file : now.inputs) {
+    if (std::find(inputs.begin(), inputs.end(), file.checksum + " " + file.key) != inputs.end()) {
+      same_files.insert(file.key);
+    }
+  }
   std::set<std::string> named;  // objects of which only one of the runs has any option
-  for (const ChangedOption& changed : changed_options(before, now)) {
-    const std::string object = object_of(changed.key);
+  const std::vector<ChangedOption> changed = changed_options(checkpoint.read_text("options"), now.options);
+  for (const ChangedOption& option : changed) {
+    const std::string object = object_of(option.key);
     const bool is_of_one =
-        !object.empty() && changed.key == object + ".chain" && (changed.before.empty() || changed.now.empty());
+        !object.empty() && option.key == object + ".chain" && (option.before.empty() || option.now.empty());
     if (is_of_one) {
       faults += (faults.empty() ? "" : "; ") + object + ": " +
-                (changed.now.empty() ? "not given, was an object" : "was no object");
+                (option.now.empty() ? "not given, was an object" : "was no object");
       named.insert(object);
     }
   }
-  for (const ChangedOption& changed : changed_options(before, now)) {
-    const std::string object = object_of(changed.key);
-    if (named.count(object) == 0 &&
-        !may_change(table, object.empty() ? changed.key : changed.key.substr(object.size() + 1))) {
+  for (const ChangedOption& option : changed) {
+    const std::string object = object_of(option.key);
+    if (named.count(object) == 0 && same_files.count(option.key) == 0 &&
+        !may_change(table, object.empty() ? option.key : option.key.substr(object.size() + 1))) {
       const auto said = [](const std::string& value) { return value.empty() ? "not given" : value; };
-      faults += (faults.empty() ? "" : "; ") + changed.key + ": " + said(changed.now) + ", was " + said(changed.before);
+      faults += (faults.empty() ? "" : "; ") + option.key + ": " + said(option.now) + ", was " + said(option.before);
     }
+  }
+  if (named.empty() && checkpoint.read_lines("object_names") != now.objects) {  // Frames number the objects.
+    faults += std::string(faults.empty() ? "" : "; ") + "objects: in another order than they were";
   }
   if (!faults.empty()) {
     throw Error("restart: " + faults +
                 "; expected the options of the run that goes on, but for its solvers, time, output and checkpoints");
+  }
+  for (const InputFile& file : now.inputs) {
+    const bool is_other_option = std::any_of(changed.begin(), changed.end(),
+                                             [&file](const ChangedOption& option) { return option.key == file.key; });
+    if (!file.checksum.empty() && same_files.count(file.key) == 0 && !is_other_option) {
+      throw Error("restart: " + file.key + ": " + file.path +
+                  " has been changed since the run began; expected the file as it was, or a new run");
+    }
   }
 }
 

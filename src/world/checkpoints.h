@@ -49,10 +49,13 @@ class Checkpoints {
 /// @throws Error, on all ranks, when there is none
 std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path, Console& console);
 
-/// Refuses options that may not change when a run goes on. Not collective.
-/// @param before, now written decks
-/// @throws Error that names them
-void require_same_options(const OptionTable& table, const std::string& before, const std::string& now);
+/// Refuses options that may not change when a run goes on, and files with another content than they had: a file may
+/// have been moved. Collective. @throws Error, on all ranks, that names them
+/// @param now what goes on
+void require_same_run(const OptionTable& table, const Hdf5File& checkpoint, const RunRecord& now);
+
+/// The decks of the run that wrote a checkpoint. Collective. @throws Error, on all ranks
+std::vector<Deck> decks_of(const Hdf5File& checkpoint);
 
 }  // namespace world
 }  // namespace pellicle

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "world/object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -50,6 +51,10 @@ void share_links(std::deque<ObjectOptions>& objects) {
   std::vector<Links> of_objects(objects.size());
   for (std::size_t giver = 0; giver < objects.size(); ++giver) {
     const ObjectOptions& self = objects[giver];
+    if (!self.options.gas.links.empty() && self.options.chambers.count("ambient") > 0) {
+      throw Error(heading_of(self.name) +
+                  "chambers.ambient: links name the air outside by this word, expected another name of the chamber");
+    }
     for (const auto& [name, given] : self.options.gas.links) {
       const std::string key = "gas_network.links." + name;
       LinkOptions link = given;

@@ -33,10 +33,12 @@ std::vector<History::Column> gas_columns(const Chambers& chambers) {
                                        {"gas_amount", "mol"},  {"gas_temperature", "K"}};
   const int several = chambers_at_first(chambers);
   for (int chamber = 0; chamber < (several > 1 ? several : 0); ++chamber) {
-    columns.push_back({"gas_volume_" + chambers.name(chamber), "m^3"});
-    columns.push_back({"gas_pressure_" + chambers.name(chamber), "Pa"});
-    columns.push_back({"gas_amount_" + chambers.name(chamber), "mol"});
-    columns.push_back({"gas_temperature_" + chambers.name(chamber), "K"});
+    const std::string& name = chambers.name(chamber);
+    const std::string owner = "chambers." + name;
+    columns.push_back({"gas_volume_" + name, "m^3", owner});
+    columns.push_back({"gas_pressure_" + name, "Pa", owner});
+    columns.push_back({"gas_amount_" + name, "mol", owner});
+    columns.push_back({"gas_temperature_" + name, "K", owner});
   }
   if (chambers.has_network()) {
     columns.insert(columns.end(), {{"gas_energy", "J"},
@@ -46,8 +48,8 @@ std::vector<History::Column> gas_columns(const Chambers& chambers) {
                                    {"gas_leak_enthalpy", "J"}});
   }
   for (const Chambers::Link& link : chambers.links()) {
-    columns.push_back({"through_" + link.name, "mol"});
-    columns.push_back({"enthalpy_" + link.name, "J"});
+    columns.push_back({"through_" + link.name, "mol", "gas_network.links." + link.name});
+    columns.push_back({"enthalpy_" + link.name, "J", "gas_network.links." + link.name});
   }
   return columns;
 }

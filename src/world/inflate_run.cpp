@@ -59,7 +59,8 @@ InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOu
       membrane_(burnable(std::move(membrane), options)),
       inflate_(std::make_unique<Inflate>(*membrane_, options, output.clock)),
       state_(std::make_unique<BalloonState>(inflate_->initial_state())),
-      surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {
+      surface_(drawing_of(*membrane_, whole_surface(*membrane_))),
+      ledger_(std::make_unique<BalloonLedger>(output_, *inflate_)) {
   start_lines_ = settle_start(options.contact, *this, inflate_->bodies());
 }
 
@@ -73,6 +74,7 @@ InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const
       surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {
   inflate_ = std::make_unique<Inflate>(*membrane_, options, output.clock, *state_);
   inflate_->follow(*state_);
+  ledger_ = std::make_unique<BalloonLedger>(output_, *inflate_);
   find_end();
 }
 
@@ -243,7 +245,7 @@ void InflateRun::draw_burnt(Frame& frame, const FrameSink& write) {
   const std::vector<DrawnField> of_pieces = pieces.drawn();
   frame.cell_fields.insert(frame.cell_fields.end(), of_pieces.begin(), of_pieces.end());
   if (write(frame)) {
-    ledger().add(state_->time, state_->step, fields.pieces, masses);
+    ledger_->add(state_->time, state_->step, fields.pieces, masses);
   }
 }
 
@@ -257,16 +259,7 @@ void InflateRun::save(Hdf5File& checkpoint) const {
   ledger_->save(checkpoint);
 }
 
-void InflateRun::resume_output(const Hdf5File& checkpoint) {
-  ledger_ = std::make_unique<BalloonLedger>(output_, *inflate_, &checkpoint);
-}
-
-BalloonLedger& InflateRun::ledger() {
-  if (ledger_ == nullptr) {
-    ledger_ = std::make_unique<BalloonLedger>(output_, *inflate_);
-  }
-  return *ledger_;
-}
+void InflateRun::resume_output(const Hdf5File& checkpoint) { ledger_->resume(checkpoint); }
 
 void InflateRun::record(double h, int retries) {
   if (last_.is_factorised && ++factorised_steps_ == 1) {
@@ -276,7 +269,7 @@ void InflateRun::record(double h, int retries) {
   for (const std::string& line : newly_open(inflate_->chambers(), *state_, told_open_)) {
     output_.console.tell(output_.heading() + line);
   }
-  ledger().add(*inflate_, *state_, last_, h, retries);
+  ledger_->add(*inflate_, *state_, last_, h, retries);
 }
 
 std::vector<std::string> InflateRun::first_remarks() const {

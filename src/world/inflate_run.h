@@ -56,7 +56,6 @@ class InflateRun : public TouchingObject {
   void divide();
   void draw_burnt(Frame& frame, const FrameSink& write);
   void find_end();
-  BalloonLedger& ledger();
 
   const Options& options_;
   ObjectOutput output_;
@@ -64,15 +63,15 @@ class InflateRun : public TouchingObject {
   std::unique_ptr<Membrane> membrane_;
   std::unique_ptr<Inflate> inflate_;
   std::unique_ptr<BalloonState> state_;
-  std::unique_ptr<BalloonState> kept_;     ///< of the present wall, to be restored
-  Drawing surface_;                        ///< of the last frame; where nothing burns, of all frames
-  Eigen::VectorXd told_open_;              ///< see newly_open
-  std::string ended_;                      ///< see Object::ended
-  std::vector<Lip> lips_;                  ///< see TouchingObject::fresh_lips
-  std::vector<std::string> start_lines_;   ///< see settle_start
-  InflateStep last_;                       ///< results of the last step
-  int factorised_steps_ = 0;               ///< of this process
-  std::unique_ptr<BalloonLedger> ledger_;  ///< made with the first row, when the first frame has made the folder
+  std::unique_ptr<BalloonState> kept_;    ///< of the present wall, to be restored
+  Drawing surface_;                       ///< of the last frame; where nothing burns, of all frames
+  Eigen::VectorXd told_open_;             ///< see newly_open
+  std::string ended_;                     ///< see Object::ended
+  std::vector<Lip> lips_;                 ///< see TouchingObject::fresh_lips
+  std::vector<std::string> start_lines_;  ///< see settle_start
+  InflateStep last_;                      ///< results of the last step
+  int factorised_steps_ = 0;              ///< of this process
+  std::unique_ptr<BalloonLedger> ledger_;
 };
 
 }  // namespace world

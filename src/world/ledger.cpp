@@ -67,9 +67,9 @@ std::vector<History::Column> body_columns(const std::vector<std::string>& names)
   std::vector<History::Column> columns;
   for (const std::string& name : names) {
     for (const char* axis : {"_x", "_y", "_z"}) {
-      columns.push_back({"force_" + name + axis, "N"});
+      columns.push_back({"force_" + name + axis, "N", "bodies." + name});
     }
-    columns.push_back({"gap_" + name, "m"});
+    columns.push_back({"gap_" + name, "m", "bodies." + name});
   }
   return columns;
 }
@@ -82,19 +82,15 @@ std::vector<double> body_values(std::size_t bodies, const std::vector<BodyLoad>&
   return values;
 }
 
-Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed)
+Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own)
     : clock_(output.clock), group_(output.group("fire")) {
-  if (burns && resumed != nullptr) {
-    const std::vector<double> fire = resumed->read_all<double>(group_ + fire_table);
-    fire_ = {fire.at(0), fire.at(1), fire.at(2), fire.at(3)};
-  }
   std::vector<History::Column> columns{{"time", "s"}, {"step", ""}, {"time_step", "s"}, {"retries", ""}};
   if (burns) {
     append(columns, burning_columns());
     pieces_ = std::make_unique<History>(
         output.folder, output.table("pieces"),
         std::vector<History::Column>{{"time", "s"}, {"step", ""}, {"piece", ""}, {"birth_time", "s"}, {"mass", "kg"}},
-        resumed);
+        key_of(output.object));
   }
   append(columns,
          {{"kinetic_energy", "J"}, {"momentum_x", "kg m/s"}, {"momentum_y", "kg m/s"}, {"momentum_z", "kg m/s"}});
@@ -104,7 +100,16 @@ Ledger::Ledger(const ObjectOutput& output, bool burns, const std::vector<History
     std::replace(name.begin(), name.end(), ' ', '_');
     columns.push_back({name, "s"});
   }
-  history_ = std::make_unique<History>(output.folder, output.table("history"), columns, resumed);
+  history_ = std::make_unique<History>(output.folder, output.table("history"), columns, key_of(output.object));
+}
+
+void Ledger::resume(const Hdf5File& checkpoint) {
+  history_->resume(checkpoint);
+  if (pieces_ != nullptr) {
+    pieces_->resume(checkpoint);
+    const std::vector<double> fire = checkpoint.read_all<double>(group_ + fire_table);
+    fire_ = {fire.at(0), fire.at(1), fire.at(2), fire.at(3)};
+  }
 }
 
 void Ledger::save(Hdf5File& checkpoint) const {
@@ -128,6 +133,9 @@ void Ledger::add(const LedgerRow& row, const std::vector<double>& own) {
     values.push_back(value);
   }
   append(values, own);
+  if (pieces_ != nullptr) {
+    pieces_->start();  // It is there, too, when nothing is left.
+  }
   for (const StageTime& stage : clock_.stages()) {
     values.push_back(stage.lap_seconds);
   }

@@ -42,10 +42,11 @@ std::string crack_line(const std::array<double, 2>& cracks);
 /// momentum; then the columns of its kind, and the seconds of its stages.
 class Ledger {
  public:
-  /// Makes the files in a folder that has been started. Collective. @throws Error when they cannot be written
+  /// Touches no file. @throws Error, the same on all ranks, if two columns have the same name
   /// @param own the columns that only objects of this kind have
-  /// @param resumed checkpoint from which the run goes on in its folder, or null
-  Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own, const Hdf5File* resumed);
+  Ledger(const ObjectOutput& output, bool burns, const std::vector<History::Column>& own);
+  /// Goes on with the tables of the run that has written a checkpoint, in its folder. Collective. @throws Error
+  void resume(const Hdf5File& checkpoint);
 
   /// Notes in a checkpoint how long the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;

@@ -136,11 +136,11 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
   Console console(comm, 1);
   OutputFolder folder(comm, output, record);
   std::vector<MeshOfObject> meshes;
-  std::vector<std::string> names;
+  std::vector<FramePart> parts;
   for (const ObjectOptions& object : objects) {
     const std::string heading = heading_of(object.name);
     meshes.push_back({object.name, heading, about_object(heading, [&] { return load_mesh(comm, object.options); })});
-    names.push_back(object.name);
+    parts.push_back({object.name, key_of(object.name)});
     for (const std::string& line : meshes.back().loaded.lines) {
       record.mesh.push_back(heading + line);
     }
@@ -148,7 +148,8 @@ void mesh_only(MPI_Comm comm, const std::deque<ObjectOptions>& objects, RunRecor
   for (const std::string& line : record.mesh) {
     console.tell(line);
   }
-  FrameWriter writer(folder, output, names);
+  FrameWriter writer(folder, output, parts);
+  writer.reserve_names();
   std::vector<MeshRows> rows;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const std::string& heading = meshes[i].heading;

@@ -34,6 +34,9 @@ struct StepResult {
 /// The name of an object as the beginning of a line: "cloth: "; "" of one without a name.
 inline std::string heading_of(const std::string& object) { return object.empty() ? "" : object + ": "; }
 
+/// The key of an object in a deck: "objects.cloth"; "" of one without a name.
+inline std::string key_of(const std::string& object) { return object.empty() ? "" : "objects." + object; }
+
 /// Where an object's output goes. All must outlive the object.
 struct ObjectOutput {
   OutputFolder& folder;

@@ -252,12 +252,16 @@ void describe(OptionTable& table, Options& options) {
     describe(table, options.checkpoint);
     table.add("replay", options.replay)
         .file()
+        .not_read_again()
+        .needs_value("a file that -heat_save_system or another option of this kind has written")
         .help(
             "in place of a run, solves the linear system of this file, which -heat_save_system FILE (or -project_red_, "
             "-elastic_, -prism_, ...) has written, by the solver of -replay_ksp_type, -replay_pc_type and so on");
     table.add_solver_prefix("replay_");
     table.add("restart", options.restart)
         .file()
+        .not_read_again()
+        .needs_value("the folder of a run, or a checkpoint of it")
         .help("goes on from the newest sound checkpoint of this folder of a run, or from this file");
     table.add("verify_restart", options.verify_restart)
         .at_least(0)

@@ -1,5 +1,6 @@
 #include "world/run.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -61,7 +62,9 @@ class Run {
         options_(objects.front().options),
         record_(record),
         console_(console),
-        folder_(comm, options_.output, record) {}
+        folder_(comm, options_.output, record) {
+    keep_what_is_read();
+  }
 
   /// The whole run. Collective.
   void run() {
@@ -83,6 +86,23 @@ class Run {
     for (const std::string& line : lines) {
       figures_.push_back(output.heading() + line);
     }
+  }
+
+  /// Files that the run reads stay, though an earlier run has written them: the mesh of -mesh_only.
+  void keep_what_is_read() {
+    std::vector<std::string> files;
+    for (const ObjectOptions& object : objects_) {
+      files.push_back(object.options.mesh.file);
+    }
+    for (const InputFile& input : record_.inputs) {
+      files.push_back(input.path);
+    }
+    folder_.keep([this, files](const std::string& name) {
+      return std::any_of(files.begin(), files.end(), [&](const std::string& file) {
+        std::error_code none;
+        return std::filesystem::equivalent(folder_.path(name), file, none);
+      });
+    });
   }
 
   std::unique_ptr<Object> object_from_mesh(const Options& options, const ObjectOutput& output) {
@@ -138,7 +158,10 @@ class Run {
   void open_checkpoint() {
     if (!options_.restart.empty()) {
       checkpoint_ = pellicle::open_checkpoint(comm_, options_.restart, console_);
-      require_same_options(objects_.front().table, checkpoint_->read_text("options"), record_.options);
+      require_same_run(objects_.front().table, *checkpoint_, record_);
+      if (record_.decks.empty()) {  // It goes on with the options that the run has kept.
+        record_.decks = decks_of(*checkpoint_);
+      }
       record_.mesh = checkpoint_->read_lines("mesh");
     }
   }
@@ -206,6 +229,11 @@ class Run {
     const int middle = world.step();
     time.max_steps = middle + options_.verify_restart;
     run_steps(world, time, console_);
+    if (world.step() == middle) {
+      throw Error("verify_restart: nothing is compared, since the run ends with step " + std::to_string(middle) +
+                  " at " + time_text(world.time()) +
+                  ", where it would go on from a checkpoint; expected a later end, such as by time.end");
+    }
 
     OutputOptions output = options_.output;
     output.directory += "/verify_restart";
@@ -231,7 +259,8 @@ class Run {
       }
     }
     const std::string what = "verify_restart: steps " + std::to_string(middle + 1) + " to " +
-                             std::to_string(world.step()) + " straight and from " + checkpoints.newest();
+                             std::to_string(world.step()) + (world.step() < time.max_steps ? ", the last," : "") +
+                             " straight and from " + checkpoints.newest();
     if (!faults.empty()) {
       throw Error(what + " differ: " + faults);
     }
@@ -267,24 +296,11 @@ class Run {
   std::unique_ptr<Hdf5File> checkpoint_;  ///< from which the run goes on
 };
 
-/// Names that frames of an object would share with other files of the run.
-void refuse_reserved_names(const std::deque<ObjectOptions>& objects) {
-  for (const ObjectOptions& object : objects) {
-    for (const std::string reserved : {"springs", "failed"}) {
-      if (object.name == reserved || object.name.compare(0, reserved.size() + 1, reserved + "_") == 0) {
-        throw Error("objects." + object.name + ": no name of an object, the run's files of " + reserved +
-                    " have it; expected another");
-      }
-    }
-  }
-}
-
 }  // namespace
 
 void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
   share_links(objects);
   const std::optional<TogetherOptions> together = find_together(objects);
-  refuse_reserved_names(objects);
   const OutputOptions& output = objects.front().options.output;
   Console console(comm, output.monitor);
   console.say(record.program + " " + record.revision);

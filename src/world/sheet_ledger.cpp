@@ -75,15 +75,8 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers, const Op
 
 }  // namespace
 
-SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers,
-                         const Hdf5File* resumed)
-    : options_(options),
-      group_(output.group("sheet")),
-      ledger_(output, true, columns_of_sheet(chambers, options), resumed) {
-  if (resumed != nullptr) {
-    const std::vector<double> record = resumed->read_all<double>(group_ + record_table);
-    record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
-  }
+SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers)
+    : options_(options), group_(output.group("sheet")), ledger_(output, true, columns_of_sheet(chambers, options)) {
   if (options.project.monitor) {
     projection_ = std::make_unique<History>(output.folder, output.table("projection"),
                                             std::vector<History::Column>{{"time", "s"},
@@ -95,7 +88,16 @@ SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, con
                                                                          {"error_blue", "m"},
                                                                          {"error_yellow", "m"},
                                                                          {"error_total", "m"}},
-                                            resumed);
+                                            key_of(output.object));
+  }
+}
+
+void SheetLedger::resume(const Hdf5File& checkpoint) {
+  const std::vector<double> record = checkpoint.read_all<double>(group_ + record_table);
+  record_ = {record.at(0), {record.at(1), record.at(2), record.at(3)}, record.at(4)};
+  ledger_.resume(checkpoint);
+  if (projection_ != nullptr) {
+    projection_->resume(checkpoint);
   }
 }
 
@@ -110,6 +112,9 @@ void SheetLedger::save(Hdf5File& checkpoint) const {
 
 void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, const BurnStep& step, double h,
                       int retries) {
+  if (projection_ != nullptr) {
+    projection_->start();
+  }
   PetscInt contacts = step.contacts;
   MPI_Allreduce(MPI_IN_PLACE, &contacts, 1, MPIU_INT, MPI_SUM, sheet.comm());
   const NetStrain net = burn.net_strain(state);

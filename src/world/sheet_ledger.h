@@ -16,11 +16,10 @@ inline namespace world {
 /// The history of a sheet: that of every object, and with `project.monitor` the curves of Fig. 8 in projection.csv.
 class SheetLedger {
  public:
-  /// Makes the files in a folder that has been started; options must outlive it. Collective.
-  /// @throws Error when they cannot be written
-  /// @param resumed checkpoint from which the run goes on in its folder
-  SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers,
-              const Hdf5File* resumed = nullptr);
+  /// Touches no file; options must outlive it. @throws Error, the same on all ranks, if two columns have the same name
+  SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers);
+  /// Goes on with the tables of the run that has written a checkpoint, in its folder. Collective. @throws Error
+  void resume(const Hdf5File& checkpoint);
 
   /// Notes in a checkpoint how long the tables are. Collective. @throws Error, on all ranks
   void save(Hdf5File& checkpoint) const;

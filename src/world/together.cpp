@@ -61,6 +61,30 @@ void require_same_moment(const ObjectOptions& first, const ObjectOptions& other)
   }
 }
 
+/// The columns of contacts.csv.
+std::vector<History::Column> contacts_columns(const ContactOptions& options) {
+  std::vector<History::Column> columns{{"time", "s"},
+                                       {"step", ""},
+                                       {"contacts", ""},
+                                       {"smallest_gap", "m"},
+                                       {"contact_energy", "J"},
+                                       {"contact_searches", ""},
+                                       {"room_used", ""},
+                                       {"contact_work", "J"},
+                                       {"friction_work", "J"},
+                                       {"newton_iterations", ""},
+                                       {"linear_iterations", ""},
+                                       {"residual_over_tolerance", ""}};
+  if (options.check) {
+    columns.insert(columns.end(), {{"crossings", ""},
+                                   {"crossing_object_1", ""},
+                                   {"crossing_element_1", ""},
+                                   {"crossing_object_2", ""},
+                                   {"crossing_element_2", ""}});
+  }
+  return columns;
+}
+
 }  // namespace
 
 std::optional<TogetherOptions> find_together(std::deque<ObjectOptions>& objects) {
@@ -139,7 +163,10 @@ Together::Step::Step(const std::vector<StepPart*>& parts, std::unique_ptr<Surfac
       solver(objective, options.step) {}
 
 Together::Together(TogetherOptions options, const std::vector<Object*>& objects, OutputFolder& folder)
-    : options_(std::move(options)), folder_(folder), clock_({"implicit step"}) {
+    : options_(std::move(options)), clock_({"implicit step"}) {
+  if (options_.any_touches()) {
+    history_ = std::make_unique<History>(folder, "contacts.csv", contacts_columns(options_.contact));
+  }
   for (const std::size_t i : options_.objects) {
     objects_.push_back(objects[i]->touching());
   }
@@ -402,35 +429,9 @@ void Together::count_contact() {
   }
 }
 
-void Together::make_history(const Hdf5File* resumed) {
-  std::vector<History::Column> columns{{"time", "s"},
-                                       {"step", ""},
-                                       {"contacts", ""},
-                                       {"smallest_gap", "m"},
-                                       {"contact_energy", "J"},
-                                       {"contact_searches", ""},
-                                       {"room_used", ""},
-                                       {"contact_work", "J"},
-                                       {"friction_work", "J"},
-                                       {"newton_iterations", ""},
-                                       {"linear_iterations", ""},
-                                       {"residual_over_tolerance", ""}};
-  if (options_.contact.check) {
-    columns.insert(columns.end(), {{"crossings", ""},
-                                   {"crossing_object_1", ""},
-                                   {"crossing_element_1", ""},
-                                   {"crossing_object_2", ""},
-                                   {"crossing_element_2", ""}});
-  }
-  history_ = std::make_unique<History>(folder_, "contacts.csv", columns, resumed);
-}
-
 void Together::record(double time, int step) {
-  if (!options_.any_touches()) {
-    return;
-  }
   if (history_ == nullptr) {
-    make_history(nullptr);
+    return;
   }
   const std::vector<TouchingObject*> objects = present();
   ContactFigures figures;

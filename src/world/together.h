@@ -66,8 +66,8 @@ class Together {
     }
   }
   void resume_output(const Hdf5File& checkpoint) {
-    if (options_.any_touches()) {
-      make_history(&checkpoint);
+    if (history_ != nullptr) {
+      history_->resume(checkpoint);
     }
   }
 
@@ -100,18 +100,16 @@ class Together {
   std::string crossed();
   void count_contact();
   std::string what() const { return options_.any_touches() ? "touches" : "is linked"; }
-  void make_history(const Hdf5File* resumed);
 
   TogetherOptions options_;
   std::vector<TouchingObject*> objects_;
-  OutputFolder& folder_;
   StageClock clock_;
   std::string start_line_;
   std::vector<std::pair<const TouchingObject*, int>> numbering_;  ///< what is not gone, and TouchingObject::replaced
   std::unique_ptr<Step> step_;                                    ///< of these; null: none of them has a part
   ImplicitResult last_;
   std::optional<ContactFigures> figures_;  ///< at the end of the last step
-  std::unique_ptr<History> history_;       ///< made with the first row, when the first frame has made the folder
+  std::unique_ptr<History> history_;       ///< null: nothing touches
 };
 
 }  // namespace world

@@ -8,22 +8,22 @@
 namespace pellicle {
 inline namespace world {
 
-std::vector<std::string> names_of(const std::vector<World::Member>& members) {
-  std::vector<std::string> names;
-  for (const World::Member& member : members) {
-    names.push_back(member.name);
-  }
-  return names;
-}
-
 namespace {
 
-std::vector<std::string> names_of(const std::vector<BodyDrawing>& bodies) {
-  std::vector<std::string> names;
-  for (const BodyDrawing& body : bodies) {
-    names.push_back(body.name);
+std::vector<FramePart> parts_of(const std::vector<World::Member>& members) {
+  std::vector<FramePart> parts;
+  for (const World::Member& member : members) {
+    parts.push_back({member.name, key_of(member.name)});
   }
-  return names;
+  return parts;
+}
+
+std::vector<FramePart> parts_of(const std::vector<BodyDrawing>& bodies) {
+  std::vector<FramePart> parts;
+  for (const BodyDrawing& body : bodies) {
+    parts.push_back(body.part);
+  }
+  return parts;
 }
 
 }  // namespace
@@ -33,8 +33,9 @@ World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Mem
     : comm_(folder.comm()),
       members_(std::move(members)),
       bodies_(std::move(bodies)),
-      writer_(folder, options, pellicle::names_of(members_), names_of(bodies_)),
+      writer_(folder, options, parts_of(members_), parts_of(bodies_)),
       fields_are_to_be_checked_(!options.fields.empty()) {
+  writer_.reserve_names();
   if (together) {
     std::vector<Object*> objects;
     for (const Member& member : members_) {
@@ -208,7 +209,7 @@ void World::draw_bodies(double time) {
 }
 
 std::string World::draw_failed(double h) {
-  FrameWriter writer = writer_.of_failed_state(names_of(members_));
+  FrameWriter writer = writer_.of_failed_state();
   double start = time();  // Objects before the one that failed are already at the end of the step.
   for (const Member& member : members_) {
     start = member.object->is_gone() ? start : std::min(start, member.object->state().time);

@@ -25,7 +25,8 @@ class World : public Chain {
     std::unique_ptr<Object> object;
   };
 
-  /// The folder must outlive it. Collective. @param members at least one
+  /// The folder must outlive it. Collective. @throws Error if two objects or bodies would write the same file
+  /// @param members at least one
   /// @param bodies that frames show beside them @param together which of the members touch each other, if any
   World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
         std::vector<BodyDrawing> bodies = {}, const std::optional<TogetherOptions>& together = {});
@@ -70,9 +71,6 @@ class World : public Chain {
   FrameWriter writer_;
   bool fields_are_to_be_checked_;
 };
-
-/// The names of the members.
-std::vector<std::string> names_of(const std::vector<World::Member>& members);
 
 }  // namespace world
 }  // namespace pellicle

@@ -484,6 +484,39 @@ TEST(FrameWriter, NothingLeftIsAFrameToo) {
       << "a reader still finds the names of the fields";
 }
 
+TEST(FrameWriter, NamesMayHaveDotsBlanksAndPercentSigns) {
+  const TestFolder folder;
+  const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);
+  const Scene scene(sheet);
+  const auto points_of = [&folder](const std::string& name, const std::string& frame) {
+    return read_frame(folder / (name + "/" + name + frame + ".pvtp"))->GetNumberOfPoints();
+  };
+  for (const std::string& name : {std::string("plain"), std::string("h0.25"), std::string("a..b.c."),
+                                  std::string("50 %d of gr\xC3\xB6\xC3\x9F"
+                                              "e.pvtp")}) {
+    OutputOptions options = options_for(folder / name);
+    options.name = name;
+    RunFolder run(options);
+    FrameWriter writer(run.output, options, {{"cloth", "objects.cloth"}}, {{"ball", "bodies.ball"}});
+    Frame frame = scene.frame(0, 0);
+    frame.springs = &scene.springs;
+    writer.write(0, frame);
+    writer.write_body(0, {Sphere{1}, {}}, 0);
+    writer.complete(0, 0);
+    FrameWriter failed = writer.of_failed_state();
+    failed.write(0, frame);
+    failed.complete(0, 0);
+    if (folder.rank() == 0) {
+      for (const char* of : {"_cloth_000000", "_springs_cloth_000000", "_bodies_ball_000000", "_failed_cloth_000000",
+                             "_failed_springs_cloth_000000"}) {
+        EXPECT_GT(points_of(name, of), 0) << name << of;
+        EXPECT_EQ(points_of(name, of), points_of("plain", of)) << name << of;
+      }
+      EXPECT_TRUE(std::filesystem::is_empty(folder / (name + "/run.part"))) << name;
+    }
+  }
+}
+
 TEST(FrameWriter, ReplacesTheFramesOfAnOlderRunAndNothingElse) {
   const TestFolder folder;
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count);

@@ -49,6 +49,26 @@ TEST_F(HistoryTest, WritesNamesUnitsAndAllDigits) {
   EXPECT_THROW(history.add({1}), std::logic_error);
 }
 
+TEST_F(HistoryTest, RefusesColumnsAndTablesOfOneName) {
+  EXPECT_EQ(
+      error_text([&] {
+        History(output(), "a.csv", {{"time", "s"}, {"gap_b", "m", "bodies.b"}, {"gap_b", ""}});
+      }),
+      "bodies.b and the program itself both name the column gap_b of a.csv; expected another name of one of them");
+  EXPECT_EQ(
+      error_text([&] {
+        History(output(), "b.csv", {{"gap_b", "m", "bodies.b"}, {"gap_B", "m", "bodies.B"}});
+      }),
+      "bodies.b and bodies.B both name the column gap_B (or gap_b, which differs by upper and lower case alone) of "
+      "b.csv; expected another name of one of them");
+  EXPECT_EQ(
+      error_text([&] {
+        History(output(), "A.csv", {{"time", "s"}}, "objects.A");
+      }),
+      "the program itself and objects.A both name the file A.csv (or a.csv, which differs by upper and lower case "
+      "alone); expected another name of one of them");
+}
+
 TEST_F(HistoryTest, OnAFullDiskItKeepsWholeRows) {
   History history(output(), "history.csv", {{"step", ""}});
   history.add({1});

@@ -94,7 +94,8 @@ TEST_F(OutputFolderTest, ANewRunRemovesWhatAKilledOneHadBegun) {
 
 TEST_F(OutputFolderTest, RefusesToReplaceWhatNoRunHasListed) {
   for (const char* name : {"history.csv", "run.yaml", "deck_1_hot.yaml", "hot.pvd", "hot_000003.pvtp",
-                           "hot_springs_000003/hot_springs_000003_1.vtp", "run.part/mine"}) {
+                           "hot_springs_000003/hot_springs_000003_1.vtp", "hot_bodies.pvd",
+                           "hot_bodies_ball_000003.pvtp", "contacts.csv", "run.part/mine"}) {
     write(name, "mine");
     const std::string message = told();
     EXPECT_EQ(message.find("output.directory: " + (folder() / "out/")), 0U) << message;

@@ -69,6 +69,9 @@ TEST_F(BadInputTest, DecksThatAreNone) {
   expect_refused({"absent.yaml"}, {"absent.yaml"});
   expect_deck_refused("time: {step: 1 ms\n", {"bad.yaml"});
   expect_deck_refused("- a\n- b\n", {"bad.yaml"});
+  for (const char* nothing : {"", "# mesh: {cells: [4, 4]}\n", "---\n", "{}\n", "~\n", "heat:\n", "bodies: {}\n"}) {
+    expect_deck_refused(nothing, {"bad.yaml: sets no option; expected a scene"}, one_rank);
+  }
 }
 
 TEST_F(BadInputTest, CommandLine) {

@@ -130,6 +130,15 @@ TEST_F(MeshOnlyTest, ARunReadsTheMeshWithItsPartition) {
   }
 }
 
+TEST_F(MeshOnlyTest, ARunThatReadsTheMeshOfItsFolderLeavesItThere) {
+  write_mesh(1, {"-mesh_cells", "4,4"}, {});
+  const std::string before = text_of(folder() / "out" / "mesh.mesh.h5");
+  succeed(1, {"-mesh_file", "out/mesh.mesh.h5", "-time_max_steps", "1", "-output_directory", "out", "-output_name",
+              "mesh"});
+  EXPECT_EQ(text_of(folder() / "out" / "mesh.mesh.h5"), before);
+  EXPECT_FALSE(before.empty());
+}
+
 TEST_F(MeshOnlyTest, AMeshWithAPartitionMustFitTheRun) {
   write_mesh(2, {"-mesh_cells", "4,4"}, {});
   const Arguments file{"-mesh_file", "out/mesh.mesh.h5"};

@@ -232,11 +232,97 @@ TEST_F(RestartTest, WhatIsNoCheckpointIsRefused) {
   fs::create_directories(at("empty"));
   for (const auto& [path, text] : {std::pair{"absent", "absent is not there"},
                                    {"empty", "empty has no sound checkpoint"},
-                                   {"scene.yaml", "scene.yaml has no sound checkpoint"}}) {
+                                   {"scene.yaml", "scene.yaml has no sound checkpoint"},
+                                   {"", "command line: -restart: no value; expected the folder of a run"}}) {
     const CommandResult result = refused(scene, "out", {"-restart", path});
     EXPECT_NE(result.errors.find(text), std::string::npos) << result;
     EXPECT_FALSE(fs::exists(at("out")));
   }
+  // Without a deck no scene but that of a run is started.
+  for (const Arguments& words : {Arguments{"-restart", ""}, {"-restart"}, {"-restart", "-time_max_steps", "1"}}) {
+    const CommandResult result = pellicle(1, words);
+    EXPECT_EQ(result.exit_code, 1) << result;
+    EXPECT_EQ(result.errors,
+              "pellicle: command line: -restart: no value; expected the folder of a run, or a checkpoint of it\n");
+    EXPECT_FALSE(fs::exists(at("output")));
+  }
+}
+
+TEST_F(RestartTest, AFileThatIsReadAgainMustBeTheSame) {
+  const fs::path textures(PELLICLE_SOURCE_DIR "/input/textures");
+  fs::copy(textures / "clouds.png", at("char.png"));
+  const std::string body = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  write("body.obj", body);
+  write("mesh.obj", "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n");
+  const Arguments scene{write("files.yaml",
+                              "mesh: {file: mesh.obj}\n"
+                              "time: {max_steps: 1}\n"
+                              "combustion: {mass_loss_texture: char.png}\n"
+                              "bodies: {block: {shape: mesh, file: body.obj}}\n")};
+  run(2, scene, "out");
+  const std::map<std::string, std::string> before = files_of("out");
+  const auto expect_refused = [&](const Arguments& words, const std::string& key, const std::string& file) {
+    for (const int ranks : {1, 2}) {
+      const CommandResult result = pellicle(ranks, words + Arguments{"-time_max_steps", "2"});
+      EXPECT_EQ(result.exit_code, 1) << result;
+      EXPECT_EQ(result.error_lines(),
+                (std::vector<std::string>{"pellicle: restart: " + key + ": " + at(file).string() +
+                                          " has been changed since the run began; expected the file as it was, or a "
+                                          "new run"}))
+          << result;
+    }
+    EXPECT_EQ(files_of("out"), before);
+  };
+  fs::copy(textures / "flocs.png", at("char.png"), fs::copy_options::overwrite_existing);
+  expect_refused({"-restart", "out"}, "combustion.mass_loss_texture", "char.png");
+  expect_refused(scene + Arguments{"-restart", "out", "-output_directory", "out"}, "combustion.mass_loss_texture",
+                 "char.png");
+  fs::copy(textures / "clouds.png", at("char.png"), fs::copy_options::overwrite_existing);
+  write("body.obj", body + "# moved\n");
+  expect_refused({"-restart", "out"}, "bodies.block.file", "body.obj");
+
+  // The mesh is that of the checkpoint, and files may have been moved.
+  write("body.obj", body);
+  fs::remove(at("mesh.obj"));
+  fs::rename(at("char.png"), at("moved.png"));
+  succeed(1, {"-restart", "out", "-time_max_steps", "2", "-combustion_mass_loss_texture", "moved.png"});
+  const CommandResult other =
+      refused({}, "out", {"-restart", "out", "-combustion_mass_loss_texture", (textures / "flocs.png").string()});
+  EXPECT_NE(other.errors.find("combustion.mass_loss_texture: " + (textures / "flocs.png").string() + ", was "),
+            std::string::npos)
+      << other;
+}
+
+TEST_F(RestartTest, ANameMayHaveDotsAndBlanks) {
+  const std::string name = "h0.25 50 %d.x";
+  const Arguments scene = small_sheet() + Arguments{"-output_name", name, "-output_springs"};
+  run(2, scene, "whole");
+  for (const char* of : {"", "_springs", "_bodies"}) {
+    for (const auto& [time, path] : read_pvd(at("whole/" + name + of + ".pvd"))) {
+      EXPECT_GT(read_pvtp(path)->GetNumberOfPoints(), 0) << path;
+    }
+  }
+  run(2, scene, "out.h5", {"-time_max_steps", "2"});
+  succeed(2, {"-restart", "out.h5/", "-time_max_steps", "4"});
+  expect_whole_output(at("out.h5"), name, 4);
+  expect_same_bits("whole", "out.h5");
+}
+
+TEST_F(RestartTest, VerifyingComparesStepsOrFails) {
+  const Arguments scene = small_sheet();
+  const auto verify = [&](const std::string& steps, const std::string& end) {
+    return pellicle(1, scene + Arguments{"-output_directory", "out", "-verify_restart", steps, "-time_end", end});
+  };
+  const CommandResult none = verify("10", "8 ms");
+  EXPECT_EQ(none.exit_code, 1) << none;
+  EXPECT_EQ(none.error_lines(), (std::vector<std::string>{
+                                    "pellicle: verify_restart: nothing is compared, since the run ends with step 4 at "
+                                    "0.008 s, where it would go on from a checkpoint; expected a later end, such as "
+                                    "by time.end"}));
+  EXPECT_EQ(none.output.find("are the same"), std::string::npos) << none;
+  const CommandResult few = verify("3", "8 ms");
+  EXPECT_EQ(few.exit_code, 0) << few;
+  EXPECT_NE(few.output.find("verify_restart: steps 4 to 4, the last, straight and from "), std::string::npos) << few;
 }
 
 TEST_F(RestartTest, DamagedCheckpointsAreNamedAndPassedOver) {
@@ -337,9 +423,13 @@ TEST_F(RestartTest, ARunGoesOnWithTheOptionsThatItHasKept) {
   expect_whole_output(at("out"), "scene", 24);
   run(2, sheet() + Arguments{"-project_ksp_type", "minres"}, "whole");
   expect_same_bits("whole", "out");
+  EXPECT_EQ(text_of(at("out/deck_1_scene.yaml")), burning_scene) << "the copy of its deck stays";
+  EXPECT_NE(text_of(at("out/run.yaml")).find("copy: deck_1_scene.yaml"), std::string::npos);
+  EXPECT_FALSE(fs::exists(at("out/deck_1_options.yaml")));
   // From a checkpoint of it, and into another folder.
   succeed(1, {"-restart", checkpoints_of(at("out")).front().string(), "-output_directory", "rest"});
   EXPECT_EQ(read_csv(at("rest/history.csv")).at("step").back(), 24);
+  EXPECT_EQ(text_of(at("rest/deck_1_scene.yaml")), burning_scene);
   const CommandResult lost = pellicle(1, {"-restart", "nowhere"});
   EXPECT_EQ(lost.exit_code, 1) << lost;
   EXPECT_NE(lost.errors.find("pellicle: nowhere/options.yaml: cannot be read"), std::string::npos) << lost;

@@ -214,6 +214,71 @@ TEST_F(WorldTest, GoesOnWithTheSameObjectsOnly) {
   EXPECT_EQ(result.errors,
             "pellicle: restart: objects.cloth: not given, was an object; objects.cotton: was no object; expected the "
             "options of the run that goes on, but for its solvers, time, output and checkpoints\n");
+  std::string reordered = three_objects;
+  const std::size_t cloth = reordered.find("  cloth:");
+  const std::size_t balloon = reordered.find("  balloon:");
+  const std::string moved = reordered.substr(cloth, balloon - cloth);
+  reordered.erase(cloth, balloon - cloth).insert(reordered.find("  paper:"), moved);
+  write("reordered.yaml", reordered);
+  const CommandResult other =
+      pellicle(1, {"reordered.yaml", "-output_directory", "out", "-output_name", "scene", "-restart", "out"});
+  EXPECT_EQ(other.exit_code, 1) << other;
+  EXPECT_NE(other.errors.find("restart: objects: in another order than they were; "), std::string::npos) << other;
+}
+
+TEST_F(WorldTest, NamesThatWouldShareAFileAreRefused) {
+  const std::string scene = "time: {max_steps: 1}\nmesh: {shape: rectangle, cells: [2, 2]}\ncheckpoint: {keep: 0}\n";
+  const auto run = [&](int ranks, const std::string& names, const Arguments& more = {}) {
+    return pellicle(ranks, Arguments{write("names.yaml", scene + names), "-output_directory", "out"} + more);
+  };
+  const std::string at_rest = ": {shape: sphere, centre: [0, 0, -5]}";
+  const std::string balls = "{heat: {sources: {flame: {centre: [0, 0, 9]}, b_flame: {centre: [0, 0, 9]}}}}";
+  const std::vector<std::array<std::string, 3>> collisions{
+      {"objects: {bodies_b: {}, other: {}}\nbodies: {b" + at_rest + "}\n", "objects.bodies_b and bodies.b",
+       "names_bodies_b_000000.pvtp"},
+      {"objects: {a: " + balls + ", a_b: " + balls + "}\n",
+       "objects.a.heat.sources.b_flame and objects.a_b.heat.sources.flame", "names_bodies_heat_a_b_flame_000000.pvtp"},
+      {"heat: {sources: {flame: {centre: [0, 0, 9]}}}\nbodies: {heat_flame" + at_rest + "}\n",
+       "bodies.heat_flame and heat.sources.flame", "names_bodies_heat_flame_000000.pvtp"},
+      {"objects: {springs_a: {}, a: {}}\noutput: {springs: true}\n", "objects.springs_a and objects.a",
+       "names_springs_a_000000.pvtp"},
+      {"objects: {failed_a: {}, a: {}}\n", "objects.failed_a and objects.a", "names_failed_a_000000.pvtp"},
+      {"objects: {Sheet: {}, sheet: {}}\n", "objects.Sheet and objects.sheet",
+       "pieces_sheet.csv (or pieces_Sheet.csv, which differs by upper and lower case alone)"},
+      {"bodies: {b" + at_rest + ", B" + at_rest + "}\n", "bodies.B and bodies.b", "names_bodies_b_000000.pvtp"},
+  };
+  for (const auto& [names, owners, file] : collisions) {
+    for (const int ranks : names.find("bodies_b") != std::string::npos ? std::vector{1, 2} : one_rank) {
+      const CommandResult result = run(ranks, names);
+      EXPECT_EQ(result.exit_code, 1) << result;
+      ASSERT_EQ(result.error_lines().size(), 1U) << result;
+      EXPECT_NE(result.errors.find(owners + " both name the file " + file), std::string::npos) << result;
+      EXPECT_FALSE(fs::exists(at("out"))) << result;
+    }
+  }
+  const CommandResult too_long = run(1, "objects: {" + std::string(250, 'x') + ": {}}\n");
+  EXPECT_NE(too_long.errors.find("; expected 255 at most"), std::string::npos) << too_long;
+  EXPECT_FALSE(fs::exists(at("out")));
+  // What is told apart keeps its name.
+  EXPECT_EQ(run(1, "objects: {bodies: {}, springs: {}, failed: {}}\nbodies: {b" + at_rest + "}\n").exit_code, 0);
+  for (const char* object : {"bodies", "springs", "failed"}) {
+    EXPECT_EQ(read_pvd(at("out/names.pvd"), object).size(), 2U);
+  }
+  EXPECT_EQ(read_pvd(at("out/names_bodies.pvd")).size(), 2U);
+}
+
+TEST_F(WorldTest, AColumnHasOneMeaning) {
+  const std::string deck = write("balls.yaml",
+                                 "chain: inflate\ntime: {max_steps: 1}\nmesh: {file: balls.obj}\n"
+                                 "chambers: {ratio: {vertex: 0, law: relative}, other: {law: relative}}\n");
+  const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\nf 5 7 6\nf 5 6 8\nf 6 7 8\nf 5 8 7\n";
+  write("balls.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 2 0 0\nv 3 0 0\nv 2 1 0\nv 2 0 1\n" + faces);
+  const CommandResult result = pellicle(1, {deck, "-output_directory", "out"});
+  EXPECT_EQ(result.exit_code, 1) << result;
+  EXPECT_EQ(result.errors,
+            "pellicle: the program itself and chambers.ratio both name the column gas_volume_ratio of history.csv; "
+            "expected another name of one of them\n");
+  EXPECT_FALSE(fs::exists(at("out")));
 }
 
 TEST_F(WorldTest, BadInputNamesTheObjectAndWritesNothing) {

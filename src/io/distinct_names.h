@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+
+namespace pellicle {
+inline namespace io {
+
+/// Names that have to differ, of the files in a folder or of the columns of a table, each with the option that chooses
+/// it. Upper and lower case do not tell names apart: on some file systems, and to some programs that read tables, they
+/// are the same.
+class DistinctNames {
+ public:
+  /// @param kind of what has the names, "file" or "column" @param place where they have to differ, " of history.csv"
+  explicit DistinctNames(std::string kind, std::string place = "") : kind_(std::move(kind)), place_(std::move(place)) {}
+
+  /// @param owner key of the option, "bodies.ball"; empty: the program chooses the name
+  /// @throws Error, which names both owners, if another has the name
+  void add(const std::string& name, const std::string& owner);
+
+ private:
+  struct Named {
+    std::string name;
+    std::string owner;
+  };
+
+  std::string kind_;
+  std::string place_;
+  std::map<std::string, Named> named_;  ///< by the name in lower case
+};
+
+}  // namespace io
+}  // namespace pellicle
