@@ -186,13 +186,16 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   result.relative_residual = result.residual / largest;
   result.over_tolerance = result.relative_residual / options_.snes_rtol;
   const double rounding = std::max(rounding_, objective_.rounding());
-  result.is_above_tolerance = result.residual > rounding && result.relative_residual > options_.residual_tolerance;
+  const bool must_converge = options_.newton == NewtonEnd::converged;
+  result.is_above_tolerance =
+      result.residual > rounding &&
+      result.relative_residual > (must_converge ? options_.snes_rtol : options_.residual_tolerance);
   char text[200] = "";
   if (!(result.residual <= std::max(newton.start_residual, rounding))) {
     std::snprintf(text, sizeof text, "Newton's iterations made the residual grow, from %.2e N to %.2e N",
                   newton.start_residual, result.residual);
-  } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && options_.newton == NewtonEnd::converged &&
-             result.is_above_tolerance) {
+  } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && must_converge && result.residual > rounding &&
+             result.relative_residual > options_.residual_tolerance) {
     std::snprintf(text, sizeof text, "Newton's method goes no further at a residual of %.2e N, %.1e of the forces",
                   result.residual, result.relative_residual);
   }

@@ -11,7 +11,7 @@ CheckedMesh make_checked_mesh(const MeshOptions& options) {
   CheckedMesh checked;
   auto& [mesh, report] = checked;
   mesh = make_mesh(options);
-  report = check_and_repair(mesh, options.name(), options.merge ? Duplicates::merge : Duplicates::keep);
+  report = check_and_repair(mesh, options.name(), options.merge ? std::optional(options.merge_distance) : std::nullopt);
   if (!options.volume) {
     return checked;
   }

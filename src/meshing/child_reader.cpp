@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <new>
+#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
@@ -107,6 +108,11 @@ std::string packed(const SurfaceMesh& mesh) {
   packer.put(corners);
   packer.put(uv_sizes);
   packer.put(uv);
+  std::string remarks;
+  for (const std::string& remark : mesh.remarks) {
+    remarks += remark + '\n';
+  }
+  packer.put(remarks);
   for (const auto& [name, values] : mesh.face_fields) {
     packer.put(name);
     packer.put(values);
@@ -136,6 +142,10 @@ SurfaceMesh unpacked(const std::string& bytes) {
     for (std::size_t k = 0; k < size; ++k, coordinate += 2) {
       face.emplace_back(coordinate[0], coordinate[1]);
     }
+  }
+  std::istringstream remarks(unpacker.text());
+  for (std::string remark; std::getline(remarks, remark);) {
+    mesh.remarks.push_back(remark);
   }
   while (!unpacker.at_end()) {
     const std::string name = unpacker.text();

@@ -18,7 +18,7 @@ using Key = std::pair<int, int>;
 /// Reads the sections of a Gmsh file one after the other.
 class GmshReader {
  public:
-  explicit GmshReader(const std::string& path) : file_(path, {/*comments=*/false, /*continuations=*/false}) {}
+  explicit GmshReader(const std::string& path) : file_(path, {/*comments=*/false, {}}) {}
 
   SurfaceMesh read() {
     read_format();
@@ -29,8 +29,8 @@ class GmshReader {
         read_names();
       } else if (section == "$Entities") {
         read_entities();
-      } else if (section == "$Nodes") {
-        read_nodes();
+      } else if (section == "$Nodes" || section == "$ParametricNodes") {
+        read_nodes(section == "$ParametricNodes");
       } else if (section == "$Elements") {
         read_elements();
       } else if (section.front() == '$') {
@@ -42,6 +42,10 @@ class GmshReader {
       }
       expect("$End" + section.substr(1));
     }
+    if (mesh_.faces.empty() && left_out_.volumes > 0) {
+      file_.fail("volume elements and no face, expected a surface: Gmsh saves the faces of a Physical Surface");
+    }
+    left_out_.say(mesh_);
     sort_groups(mesh_);
     return std::move(mesh_);
   }
@@ -60,13 +64,17 @@ class GmshReader {
   }
 
   void read_format() {
-    expect("$MeshFormat");
+    const std::string as_written = ", as written by gmsh -save -format msh41";
+    const std::string_view begin = file_.next_word("$MeshFormat");
+    if (begin != "$MeshFormat") {
+      file_.fail("'" + std::string(begin) + "', expected $MeshFormat" + as_written);
+    }
     const double version = number("the version");
     blocks_ = std::abs(version - 4.1) < 0.01;
     const bool is_text = integer("0 for a text file") == 0;
-    if (!is_text || (!blocks_ && std::abs(version - 2.2) > 0.01)) {
+    if (!is_text || (!blocks_ && (version < 2 || version > 2.25))) {
       file_.fail("a " + std::string(is_text ? "text" : "binary") + " file of version " + std::to_string(version) +
-                 ", expected text of version 2.2 or 4.1, as written by gmsh -format msh41");
+                 ", expected text of version 2.2 or 4.1" + as_written);
     }
     file_.skip_line();
     expect("$EndMeshFormat");
@@ -107,25 +115,25 @@ class GmshReader {
                      std::to_string(most_groups));
         }
         for (int k = 0; k < groups; ++k) {
-          groups_of_entity_[{dimension, entity}].push_back(integer("a group number"));
+          groups_of_entity_[{dimension, entity}].push_back(std::abs(integer("a group number")));  // -: reversed
         }
         file_.skip_line();  // its boundary
       }
     }
   }
 
-  void read_nodes() {
+  /// @param is_parametric version 2.2: behind the coordinates of a node are its part of the model and its parameters
+  void read_nodes(bool is_parametric) {
     const int blocks = blocks_ ? count("the number of blocks", 8) : 1;
     if (blocks_) {
       file_.skip_line();
     }
     for (int block = 0; block < blocks; ++block) {
+      int parameters = 0;  // of a node
       if (blocks_) {
-        integer("a dimension");
+        const int dimension = integer("a dimension");
         integer("an entity number");
-        if (integer("0: no parameters") != 0) {
-          file_.fail("nodes with parameters, expected coordinates only");
-        }
+        parameters = integer("0 or 1: without or with parameters") == 0 ? 0 : dimension;
       }
       const int nodes = count("the number of nodes", 6);
       if (blocks_) {
@@ -140,6 +148,12 @@ class GmshReader {
         Eigen::Vector3d& point = mesh_.points.emplace_back();
         for (double& coordinate : point) {
           coordinate = number("a coordinate");
+        }
+        for (int k = 0; k < parameters; ++k) {
+          number("a parameter of a node");
+        }
+        if (is_parametric && !blocks_) {
+          file_.skip_line();
         }
       }
     }
@@ -175,7 +189,7 @@ class GmshReader {
           for (int k = 0; k < tags; ++k) {
             const int tag = integer("a tag");
             if (k == 0 && tag != 0) {
-              groups.push_back(tag);
+              groups.push_back(std::abs(tag));
             }
           }
         }
@@ -185,15 +199,18 @@ class GmshReader {
   }
 
   void read_element(int element, int type, const std::vector<int>& groups) {
-    static const std::unordered_map<int, int> node_counts{{15, 1}, {1, 2}, {2, 3}, {3, 4}};
-    const auto nodes = node_counts.find(type);
-    if (nodes == node_counts.end()) {
+    const auto known = kinds().find(type);
+    if (known == kinds().end()) {
       file_.fail("element " + std::to_string(element) + " has type " + std::to_string(type) +
-                 ", expected points, lines, triangles and quads (types 15, 1, 2, 3)");
+                 ", expected points, lines, triangles and quads (types 15, 1, 2, 3, or of higher order 8, 9, 10, 16)");
     }
+    const Kind& kind = known->second;
     std::vector<int> points;
-    for (int k = 0; k < nodes->second; ++k) {
+    for (int k = 0; k < kind.nodes; ++k) {
       const int node = integer("a node number");
+      if (k >= kind.corners) {
+        continue;
+      }
       const auto point = number_of_node_.find(node);
       if (point == number_of_node_.end()) {
         file_.fail("node " + std::to_string(node) + " in element " + std::to_string(element) +
@@ -201,15 +218,45 @@ class GmshReader {
       }
       points.push_back(point->second);
     }
-    const int dimension = std::min(nodes->second - 1, 2);
+    if (kind.dimension == 3) {
+      ++left_out_.volumes;
+      return;
+    }
     for (const int group : groups) {
-      const auto name = names_.find({dimension, group});
-      std::vector<int>& members = mesh_.groups[name == names_.end() ? std::to_string(group) : name->second];
+      const auto found = names_.find({kind.dimension, group});
+      const std::string name = found == names_.end() ? std::to_string(group) : found->second;
+      std::vector<int>& members = mesh_.groups[name];
       members.insert(members.end(), points.begin(), points.end());
+      if (kind.dimension == 2) {
+        mesh_.face_groups[name].push_back(static_cast<int>(mesh_.faces.size()));
+      }
     }
-    if (dimension == 2) {
+    if (kind.dimension == 2) {
       mesh_.faces.push_back(std::move(points));
+      left_out_.higher_order += kind.nodes > kind.corners ? 1 : 0;
     }
+  }
+
+  /// A type of elements.
+  struct Kind {
+    int dimension;
+    int corners;  ///< which come first
+    int nodes;
+  };
+  /// Those of Gmsh by number.
+  static const std::unordered_map<int, Kind>& kinds() {
+    static const std::unordered_map<int, Kind> kinds{
+        {15, {0, 1, 1}},                                                                            // points
+        {1, {1, 2, 2}},   {8, {1, 2, 3}},   {26, {1, 2, 4}},  {27, {1, 2, 5}},  {28, {1, 2, 6}},    // lines
+        {2, {2, 3, 3}},   {9, {2, 3, 6}},   {20, {2, 3, 9}},  {21, {2, 3, 10}}, {22, {2, 3, 12}},   // triangles
+        {23, {2, 3, 15}}, {24, {2, 3, 15}}, {25, {2, 3, 21}},                                       // of order 4 and 5
+        {3, {2, 4, 4}},   {10, {2, 4, 9}},  {16, {2, 4, 8}},  {36, {2, 4, 16}}, {37, {2, 4, 25}},   // quads
+        {4, {3, 4, 4}},   {11, {3, 4, 10}}, {29, {3, 4, 20}}, {30, {3, 4, 35}}, {31, {3, 4, 56}},   // tetrahedra
+        {5, {3, 8, 8}},   {12, {3, 8, 27}}, {17, {3, 8, 20}}, {92, {3, 8, 64}}, {93, {3, 8, 125}},  // hexahedra
+        {6, {3, 6, 6}},   {13, {3, 6, 18}}, {18, {3, 6, 15}},                                       // prisms
+        {7, {3, 5, 5}},   {14, {3, 5, 14}}, {19, {3, 5, 13}},                                       // pyramids
+    };
+    return kinds;
   }
 
   TextFile file_;
@@ -217,6 +264,7 @@ class GmshReader {
   std::map<Key, std::string> names_;
   std::map<Key, std::vector<int>> groups_of_entity_;
   std::unordered_map<int, int> number_of_node_;
+  LeftOut left_out_;
   SurfaceMesh mesh_;
 };
 

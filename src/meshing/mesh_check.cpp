@@ -74,11 +74,14 @@ const Eigen::Vector3d& corner_point(const SurfaceMesh& mesh, std::size_t face, s
   return mesh.points[static_cast<std::size_t>(points[corner % points.size()])];
 }
 
-/// Keeps the marked faces and removes the others.
-void keep_faces(SurfaceMesh& mesh, const std::vector<bool>& keep) {
+/// Keeps the faces that stand for themselves and removes the others, whose groups go to the faces that stand for them.
+/// @param stands number of such a face, of each; -1: none does
+void keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands) {
   SurfaceMesh kept;
+  std::vector<int> target(mesh.faces.size(), -1);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (keep[f]) {
+    if (stands[f] == static_cast<int>(f)) {
+      target[f] = static_cast<int>(kept.faces.size());
       kept.face_id.push_back(mesh.id_of_face(static_cast<int>(f)));
       kept.faces.push_back(std::move(mesh.faces[f]));
       if (!mesh.uv.empty()) {
@@ -89,6 +92,17 @@ void keep_faces(SurfaceMesh& mesh, const std::vector<bool>& keep) {
       }
     }
   }
+  for (auto& entry : mesh.face_groups) {
+    std::vector<int> members;
+    for (const int face : entry.second) {
+      if (const int standing = stands[static_cast<std::size_t>(face)]; standing >= 0) {
+        members.push_back(target[static_cast<std::size_t>(standing)]);
+      }
+    }
+    std::sort(members.begin(), members.end());
+    members.erase(std::unique(members.begin(), members.end()), members.end());
+    entry.second = std::move(members);
+  }
   mesh.faces = std::move(kept.faces);
   mesh.uv = std::move(kept.uv);
   mesh.face_id = std::move(kept.face_id);
@@ -98,7 +112,8 @@ void keep_faces(SurfaceMesh& mesh, const std::vector<bool>& keep) {
 /// Removes corners that repeat the corner before them, and faces of which fewer than three corners are left. @returns
 /// how many faces were removed.
 int remove_collapsed_faces(SurfaceMesh& mesh) {
-  std::vector<bool> keep(mesh.faces.size(), true);
+  std::vector<int> stands(mesh.faces.size());
+  std::iota(stands.begin(), stands.end(), 0);
   int removed = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     std::vector<int>& face = mesh.faces[f];
@@ -118,11 +133,13 @@ int remove_collapsed_faces(SurfaceMesh& mesh) {
     if (!mesh.uv.empty()) {
       mesh.uv[f].resize(kept);
     }
-    keep[f] = kept > 2;
-    removed += keep[f] ? 0 : 1;
+    if (kept < 3) {
+      stands[f] = -1;
+      ++removed;
+    }
   }
   if (removed > 0) {
-    keep_faces(mesh, keep);
+    keep_faces(mesh, stands);
   }
   return removed;
 }
@@ -142,14 +159,17 @@ int remove_repeated_faces(SurfaceMesh& mesh) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
             [&forms](std::size_t f, std::size_t g) { return std::tie(forms[f], f) < std::tie(forms[g], g); });
-  std::vector<bool> keep(forms.size(), true);
+  std::vector<int> stands(forms.size());
+  std::iota(stands.begin(), stands.end(), 0);
   int removed = 0;
   for (std::size_t k = 1; k < order.size(); ++k) {
-    keep[order[k]] = forms[order[k]] != forms[order[k - 1]];
-    removed += keep[order[k]] ? 0 : 1;
+    if (forms[order[k]] == forms[order[k - 1]]) {
+      stands[order[k]] = stands[order[k - 1]];
+      ++removed;
+    }
   }
   if (removed > 0) {
-    keep_faces(mesh, keep);
+    keep_faces(mesh, stands);
   }
   return removed;
 }
@@ -269,6 +289,16 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
   return flipped;
 }
 
+/// The first few names.
+std::string first_of(const std::vector<std::string>& names) {
+  constexpr std::size_t shown = 5;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), shown); ++i) {
+    text += (i > 0 ? ", " : "") + names[i];
+  }
+  return text + (names.size() > shown ? ", ..." : "");
+}
+
 /// Collects the faults that cannot be repaired, as parts of one line.
 class Faults {
  public:
@@ -277,14 +307,8 @@ class Faults {
     if (names.empty()) {
       return;
     }
-    constexpr std::size_t shown = 5;
-    std::ostringstream text;
-    text << names.size() << " " << (names.size() == 1 ? singular : plural) << " (";
-    for (std::size_t i = 0; i < std::min(names.size(), shown); ++i) {
-      text << (i > 0 ? ", " : "") << names[i];
-    }
-    text << (names.size() > shown ? ", ...)" : ")");
-    parts_.push_back(text.str());
+    parts_.push_back(std::to_string(names.size()) + " " + (names.size() == 1 ? singular : plural) + " (" +
+                     first_of(names) + ")");
   }
   bool none() const { return parts_.empty(); }
   const std::vector<std::string>& parts() const { return parts_; }
@@ -560,7 +584,7 @@ std::string MeshReport::quality() const {
 }
 
 std::vector<std::string> MeshReport::remarks() const {
-  std::vector<std::string> texts;
+  std::vector<std::string> texts = of_file;
   for (const std::string& repair : repairs(*this)) {
     texts.push_back("repaired: " + repair);
   }
@@ -569,6 +593,26 @@ std::vector<std::string> MeshReport::remarks() const {
   }
   if (!all_intersections) {
     texts.push_back("warning: too many triangles lie close together to look at all pairs that may cut each other");
+  }
+  if (slits.near_points > 0) {
+    // A little more than the largest gap, in one digit.
+    const double digit = std::pow(10, std::floor(std::log10(1.01 * slits.largest_gap)));
+    std::ostringstream text;
+    text.precision(2);
+    text << "warning: " << slits.near_points << " points lie as good as on others and are not joined to them, at most "
+         << slits.largest_gap << " m apart: mesh.merge_distance " << digit * std::ceil(1.01 * slits.largest_gap / digit)
+         << " merges them";
+    texts.push_back(text.str());
+  }
+  if (!slits.on_sides.empty()) {
+    const bool is_one = slits.on_sides.size() == 1;
+    std::vector<std::string> names;
+    std::transform(slits.on_sides.begin(), slits.on_sides.end(), std::back_inserter(names),
+                   [](int point) { return std::to_string(point); });
+    texts.push_back(
+        "warning: point" + std::string(is_one ? " " : "s ") + first_of(names) +
+        (is_one ? " lies on a side of a face that does not have it" : " lie on sides of faces that do not have them") +
+        ": slits, where nothing joins the faces");
   }
   if (smallest_angle * degrees < 1) {
     std::ostringstream angle;
@@ -625,12 +669,13 @@ void measure_rounding(const SurfaceMesh& mesh, MeshReport& report) {
   report.rounding = step / mean_side;
 }
 
-MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicates duplicates) {
+MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::optional<double> merge_distance) {
   require_coordinates(mesh, name);
   MeshReport report;
   report.name = name;
   measure_rounding(mesh, report);
-  report.merged_points = duplicates == Duplicates::merge ? weld(mesh) : 0;
+  report.of_file = mesh.remarks;
+  report.merged_points = merge_distance ? weld(mesh, *merge_distance) : 0;
   report.removed_faces = remove_collapsed_faces(mesh) + remove_repeated_faces(mesh);
   report.removed_points = remove_unused_points(mesh);
   if (mesh.faces.empty()) {
@@ -647,8 +692,11 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicat
   const std::vector<Side> sides = sorted_sides(mesh);
   const std::vector<Edge> edges = edges_of(sides);
   std::vector<std::string> overfull;
+  std::vector<std::array<int, 2>> boundary;
   for (const Edge& edge : edges) {
-    if (edge.faces() > 2) {
+    if (edge.faces() == 1) {
+      boundary.push_back({edge.begin->low, edge.begin->high});
+    } else if (edge.faces() > 2) {
       overfull.push_back(std::to_string(mesh.id_of_point(edge.begin->low)) + "-" +
                          std::to_string(mesh.id_of_point(edge.begin->high)));
     }
@@ -669,6 +717,18 @@ MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicat
   report.all_intersections = intersections.all;
   if (faults.none() && report.boundary_edges == 0) {
     report.volume = enclosed_volume(mesh);
+  }
+  if (faults.none()) {
+    report.slits = find_slits(mesh, boundary);
+    if (report.components > 1) {
+      report.nested = find_nested_pieces(mesh, triangles, boundary);
+    }
+    for (int& point : report.slits.on_sides) {
+      point = mesh.id_of_point(point);
+    }
+    for (int& point : report.nested.first) {
+      point = mesh.id_of_point(point);
+    }
   }
   if (!faults.none()) {
     std::string text =

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "meshing/nested_pieces.h"
+#include "meshing/slits.h"
 #include "meshing/surface_mesh.h"
 
 namespace pellicle {
@@ -36,7 +39,12 @@ struct MeshReport {
   double mean_radius_ratio = 1;  ///< over the triangles
   std::map<int, int> valence;    ///< how many points have this number of edges
 
-  int merged_points = 0;   ///< exact duplicates
+  /// Where faces look joined and are not; their points have the numbers of the file.
+  Slits slits;
+  NestedPieces nested;  ///< its points have the numbers of the file
+
+  std::vector<std::string> of_file;  ///< SurfaceMesh::remarks
+  int merged_points = 0;
   int removed_points = 0;  ///< that no face uses
   int removed_faces = 0;   ///< that repeat another, or collapsed
   int flipped_faces = 0;   ///< to agree with their neighbours, or to face outward
@@ -58,23 +66,22 @@ void require_coordinates(const SurfaceMesh& mesh, const std::string& name);
 /// that should differ may be at one place
 void measure_rounding(const SurfaceMesh& mesh, MeshReport& report);
 
-/// Whether points at exactly the same place become one, or stay apart, as for two layers that lie on each other.
-enum class Duplicates { merge, keep };
-
 /// Checks a mesh (require_coordinates, measure_rounding, then what follows) and repairs what can be repaired without a
-/// choice: points at exactly the same place are merged (unless kept); corners of a face that name the same point in
-/// succession become one, and a face that is then no polygon is removed; faces that repeat another and points of no
-/// face are removed; faces are flipped so that neighbours agree, in each open piece the smaller part, in each closed
-/// piece so that all face outward.
+/// choice: points at the same place are merged; corners of a face that name the same point in succession become one,
+/// and a face that is then no polygon is removed; faces that repeat another and points of no face are removed; faces
+/// are flipped so that neighbours agree, in each open piece the smaller part, in each closed piece so that all face
+/// outward.
 ///
 /// After that points and faces are numbered without gaps; point_id and face_id keep their numbers in the file.
 /// Not collective.
 /// @param name what messages call the mesh, see MeshOptions::name
+/// @param merge_distance points no further apart are at the same place [m]; none: no points are merged, as for two
+/// layers that lie on each other
 /// @throws Error, one line that counts and names (by their numbers in the file, from 0) all of these: faces that name
 /// one point twice or have no area; quads with corners turned against each other (inverted or folded); edges of three
 /// or more faces; points whose faces do not hang together by edges; pieces that cannot be oriented; polygons that
 /// cannot be split into triangles; a point at which more than 10,000 triangles meet.
-MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, Duplicates duplicates = Duplicates::merge);
+MeshReport check_and_repair(SurfaceMesh& mesh, const std::string& name, std::optional<double> merge_distance = 0);
 
 /// In words, that a burning sheet cannot be built on a mesh because faces are no quads; empty: all are.
 std::string fault_of_quads(const SurfaceMesh& mesh);

@@ -97,9 +97,15 @@ void describe(OptionTable& table, MeshOptions& options) {
       .help("then scaled, about the origin, to enclose this volume; the mesh must be closed");
   table.add("mesh.merge", options.merge)
       .acts_with(placed)
+      .help("points at the same place become one; false keeps them apart, as for two layers that lie on each other");
+  table.add("mesh.merge_distance", options.merge_distance)
+      .acts_with(placed)
+      .acts_with({"mesh.merge", [&options] { return options.merge; }})
+      .at_least(0)
+      .unit("m")
       .help(
-          "points at exactly the same place become one; false keeps them apart, as for two layers that lie on each "
-          "other");
+          "points no further apart count as at the same place, measured before mesh.volume scales the mesh; 0: at "
+          "exactly the same place");
   table.add("mesh.rotation", options.rotation)
       .acts_with(placed)
       .unit("rad")

@@ -55,7 +55,8 @@ struct MeshOptions {
   std::map<std::string, BlobOptions> blobs;   ///< what the surface of the blobs is made of
   double scale = 1;                           ///< of file or shape, about the origin
   std::optional<double> volume;               ///< a closed mesh is then scaled, about the origin, to enclose this [m^3]
-  bool merge = true;                          ///< points at exactly the same place become one
+  bool merge = true;                          ///< points at the same place become one
+  double merge_distance = 0;                  ///< points no further apart are at the same place [m]
   Eigen::Vector3d rotation{0, 0, 0};  ///< then turned about the axes x, y, z through the origin, in this order [rad]
   Eigen::Vector3d shift{0, 0, 0};     ///< then moved [m]
 

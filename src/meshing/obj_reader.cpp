@@ -1,4 +1,5 @@
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 #include "meshing/format_readers.h"
@@ -24,15 +25,15 @@ int resolve(const TextFile& file, std::string_view word, std::size_t count, cons
 
 // Point and texture numbers of a face may only refer to lines above it.
 SurfaceMesh read_obj(const std::string& path) {
-  // Normals, materials, smoothing and everything that is not a surface is ignored.
-  static const std::set<std::string_view> ignored{"vn",       "o",        "s",          "mtllib",   "usemtl", "usemap",
-                                                  "maplib",   "bevel",    "lod",        "mg",       "l",      "p",
-                                                  "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+  // Of these only v, vt, f and g are read: normals, materials, smoothing and all that is no surface is ignored.
+  static const std::set<std::string_view> keywords{
+      "v",      "vt",    "f",   "g",  "vn", "o", "s",        "mtllib",   "usemtl",     "usemap",
+      "maplib", "bevel", "lod", "mg", "l",  "p", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> textures;
-  std::vector<std::string> names;         // of the groups of the faces that follow
-  std::vector<std::vector<int>*> groups;  // these, once a face has followed
-  TextFile file(path, {/*comments=*/true, /*continuations=*/true});
+  std::vector<std::string> names;                                         // of the groups of the faces that follow
+  std::vector<std::pair<std::vector<int>*, std::vector<int>*>> of_group;  // their points and faces, once one has
+  TextFile file(path, {/*comments=*/true, keywords});
   while (file.next_line()) {
     const std::vector<std::string_view>& words = file.words();
     const std::string_view keyword = words.front();
@@ -44,11 +45,11 @@ SurfaceMesh read_obj(const std::string& path) {
       mesh.points.emplace_back(file.number(words[1], "a coordinate"), file.number(words[2], "a coordinate"),
                                file.number(words[3], "a coordinate"));
     } else if (keyword == "vt") {
-      if (words.size() < 3) {
-        file.fail(std::to_string(words.size() - 1) + " texture coordinates, expected 2");
+      if (words.size() < 2) {
+        file.fail("no texture coordinates, expected 1 to 3");
       }
       textures.emplace_back(file.number(words[1], "a texture coordinate"),
-                            file.number(words[2], "a texture coordinate"));
+                            words.size() > 2 ? file.number(words[2], "a texture coordinate") : 0);
     } else if (keyword == "f") {
       std::vector<int> face;
       std::vector<Eigen::Vector2d> uv;
@@ -68,22 +69,16 @@ SurfaceMesh read_obj(const std::string& path) {
       if (face.size() < 3) {
         file.fail("a face of " + std::to_string(face.size()) + " corners, expected at least 3");
       }
-      const bool mesh_has_uv = mesh.faces.empty() ? !uv.empty() : !mesh.uv.empty();
-      if (uv.size() != (mesh_has_uv ? face.size() : 0)) {
-        file.fail("texture coordinates at " + std::to_string(uv.size()) + " of " + std::to_string(face.size()) +
-                  " corners, expected them at every corner of every face or at none");
-      }
       for (const std::string& name : names) {
-        groups.push_back(&mesh.groups[name]);
+        of_group.emplace_back(&mesh.groups[name], &mesh.face_groups[name]);
       }
       names.clear();
-      for (std::vector<int>* members : groups) {
-        members->insert(members->end(), face.begin(), face.end());
+      for (const auto& [points, faces] : of_group) {
+        points->insert(points->end(), face.begin(), face.end());
+        faces->push_back(static_cast<int>(mesh.faces.size()));
       }
       mesh.faces.push_back(std::move(face));
-      if (mesh_has_uv) {
-        mesh.uv.push_back(std::move(uv));
-      }
+      mesh.uv.push_back(std::move(uv));
     } else if (keyword == "g") {
       // A name given twice counts once; very many are no list of names, and each takes memory for every face.
       const std::set<std::string_view> different(words.begin() + 1, words.end());
@@ -92,8 +87,8 @@ SurfaceMesh read_obj(const std::string& path) {
                   std::to_string(most_groups));
       }
       names.assign(different.begin(), different.end());
-      groups.clear();
-    } else if (ignored.count(keyword) == 0) {
+      of_group.clear();
+    } else if (keywords.count(keyword) == 0) {
       file.fail("keyword '" + std::string(keyword) + "', expected v, vt, f or g");
     }
   }

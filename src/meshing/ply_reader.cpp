@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 
@@ -28,7 +29,7 @@ struct NumberType {
 };
 
 /// What a property means to the reader; an element has each at most once.
-enum class Role { none, x, y, z, u, v, corners, texture };
+enum class Role { none, x, y, z, u, v, corners, texture, strips };
 
 /// A number, or with a count type a list of numbers, that every item of an element has.
 struct Property {
@@ -68,10 +69,12 @@ Role role_of(std::string_view element, std::string_view property, bool is_list) 
                                                           {"v", Role::v}, {"t", Role::v}, {"texture_v", Role::v}};
   static const std::map<std::string_view, Role> of_face{
       {"vertex_indices", Role::corners}, {"vertex_index", Role::corners}, {"texcoord", Role::texture}};
-  if (is_list != (element == "face") || (element != "face" && element != "vertex")) {
+  static const std::map<std::string_view, Role> of_strips{{"vertex_indices", Role::strips},
+                                                          {"vertex_index", Role::strips}};
+  if (is_list == (element == "vertex") || (element != "face" && element != "vertex" && element != "tristrips")) {
     return Role::none;
   }
-  const auto& roles = is_list ? of_face : of_vertex;
+  const auto& roles = element == "vertex" ? of_vertex : element == "face" ? of_face : of_strips;
   const auto role = roles.find(property);
   return role == roles.end() ? Role::none : role->second;
 }
@@ -93,8 +96,9 @@ void check_elements(const TextFile& file, const Header& header) {
     if (element.name == "vertex" && !(element.has(Role::x) && element.has(Role::y) && element.has(Role::z))) {
       file.fail("element vertex without properties x, y and z");
     }
-    if (element.name == "face" && !element.has(Role::corners)) {
-      file.fail("element face without a list vertex_indices");
+    if ((element.name == "face" || element.name == "tristrips") &&
+        !(element.has(Role::corners) || element.has(Role::strips))) {
+      file.fail("element " + element.name + " without a list vertex_indices");
     }
   }
 }
@@ -161,9 +165,7 @@ class Body {
       return;
     }
     bytes_.open(path, std::ios::binary);
-    std::string line;
-    while (std::getline(bytes_, line) && line.substr(0, 10) != "end_header") {
-    }
+    bytes_.seekg(static_cast<std::streamoff>(file.position()));
   }
 
   double next(const NumberType& type) {
@@ -234,26 +236,44 @@ class Body {
   std::ifstream bytes_;
 };
 
+/// A point number; any other number becomes one that read_mesh refuses.
+int to_point(double value) {
+  const bool is_number = value >= 0 && value <= std::numeric_limits<int>::max() && std::floor(value) == value;
+  return is_number ? static_cast<int>(value) : -1;
+}
+
+/// Several strips stand one behind the other, with -1 between them.
+void add_strips(SurfaceMesh& mesh, const std::vector<double>& numbers, const Body& body) {
+  std::vector<int> strip;
+  for (const double number : numbers) {
+    if (number == -1) {
+      add_strip(mesh, strip);
+      strip.clear();
+    } else if (to_point(number) < 0) {
+      body.fail("a strip names point " + number_text(number) + ", expected a point number, or -1 between strips");
+    } else {
+      strip.push_back(to_point(number));
+    }
+  }
+  add_strip(mesh, strip);
+}
+
 }  // namespace
 
 // VTK's reader keeps single precision, takes words for zeros and crashes on a file that ends too early.
 SurfaceMesh read_ply(const std::string& path) {
-  TextFile file(path, {/*comments=*/false, /*continuations=*/false});
+  TextFile file(path, {/*comments=*/false, {}});
   const Header header = read_header(file);
   Body body(file, path, header.format);
   SurfaceMesh mesh;
   std::vector<Eigen::Vector2d> uv_of_points;
   std::vector<double> values;
-  // A number that is no point number becomes one that read_mesh refuses.
-  const auto to_point = [](double value) {
-    const bool is_number = value >= 0 && value <= std::numeric_limits<int>::max() && std::floor(value) == value;
-    return is_number ? static_cast<int>(value) : -1;
-  };
   for (const Element& element : header.elements) {
     const bool has_uv = element.has(Role::u) && element.has(Role::v);
     for (int item = 0; item < element.count; ++item) {
       Eigen::Vector3d point = Eigen::Vector3d::Zero();
       Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+      std::vector<Eigen::Vector2d> uv_at_corners;
       for (const Property& property : element.properties) {
         if (property.count_type) {
           body.next_list(property, values);
@@ -280,10 +300,12 @@ SurfaceMesh read_ply(const std::string& path) {
               body.fail("face " + std::to_string(item) + " has " + std::to_string(values.size()) +
                         " numbers as texture coordinates, expected two for each corner");
             }
-            mesh.uv.emplace_back();
             for (std::size_t k = 0; k < values.size(); k += 2) {
-              mesh.uv.back().emplace_back(values[k], values[k + 1]);
+              uv_at_corners.emplace_back(values[k], values[k + 1]);
             }
+            break;
+          case Role::strips:
+            add_strips(mesh, values, body);
             break;
         }
       }
@@ -292,11 +314,17 @@ SurfaceMesh read_ply(const std::string& path) {
         if (has_uv) {
           uv_of_points.push_back(uv);
         }
+      } else if (element.has(Role::texture)) {
+        mesh.uv.resize(mesh.faces.size());
+        mesh.uv.back() = std::move(uv_at_corners);
       }
     }
   }
   body.expect_end();
-  if (mesh.uv.empty() && !uv_of_points.empty()) {
+  const auto has_some = [](const std::vector<Eigen::Vector2d>& uv) { return !uv.empty(); };
+  if (std::any_of(mesh.uv.begin(), mesh.uv.end(), has_some)) {
+    mesh.uv.resize(mesh.faces.size());
+  } else if (!uv_of_points.empty()) {
     mesh.uv = uv_of_corners(mesh, uv_of_points);
   }
   return mesh;

@@ -35,16 +35,7 @@ void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
       }
     }
   }
-  if (!mesh.uv.empty() && mesh.uv.size() != mesh.faces.size()) {
-    throw Error(path + ": " + std::to_string(mesh.uv.size()) + " faces have texture coordinates, expected all " +
-                std::to_string(mesh.faces.size()) + " or none");
-  }
   for (std::size_t f = 0; f < mesh.uv.size(); ++f) {
-    if (mesh.uv[f].size() != mesh.faces[f].size()) {
-      throw Error(path + ": face " + std::to_string(f) + " has " + std::to_string(mesh.uv[f].size()) +
-                  " texture coordinates, expected one for each of its " + std::to_string(mesh.faces[f].size()) +
-                  " corners");
-    }
     for (const Eigen::Vector2d& uv : mesh.uv[f]) {
       if (!uv.allFinite()) {
         throw Error(path + ": face " + std::to_string(f) + " has a texture coordinate that is not finite");
@@ -53,14 +44,55 @@ void check_numbers(const SurfaceMesh& mesh, const std::string& path) {
   }
 }
 
+/// Texture coordinates at some corners only are as good as none.
+void drop_partial_uv(SurfaceMesh& mesh) {
+  std::size_t whole = 0;
+  bool has_some = false;
+  for (std::size_t f = 0; f < mesh.uv.size(); ++f) {
+    whole += mesh.uv[f].size() == mesh.faces[f].size() ? 1 : 0;
+    has_some = has_some || !mesh.uv[f].empty();
+  }
+  if (whole == mesh.faces.size()) {
+    return;
+  }
+  mesh.uv.clear();
+  if (has_some) {
+    mesh.remarks.push_back("texture coordinates are left out: " + std::to_string(whole) + " of " +
+                           std::to_string(mesh.faces.size()) + " faces have them at every corner, expected all");
+  }
+}
+
 }  // namespace
 
 void sort_groups(SurfaceMesh& mesh) {
-  for (auto& entry : mesh.groups) {
-    std::vector<int>& members = entry.second;
-    std::sort(members.begin(), members.end());
-    members.erase(std::unique(members.begin(), members.end()), members.end());
+  for (auto* groups : {&mesh.groups, &mesh.face_groups}) {
+    for (auto& entry : *groups) {
+      std::vector<int>& members = entry.second;
+      std::sort(members.begin(), members.end());
+      members.erase(std::unique(members.begin(), members.end()), members.end());
+    }
   }
+}
+
+void add_strip(SurfaceMesh& mesh, const std::vector<int>& strip) {
+  for (std::size_t k = 2; k < strip.size(); ++k) {
+    const std::size_t turned = k % 2;
+    const int a = strip[k - 2 + turned];
+    const int b = strip[k - 1 - turned];
+    if (a != b && b != strip[k] && strip[k] != a) {
+      mesh.faces.push_back({a, b, strip[k]});
+    }
+  }
+}
+
+void LeftOut::say(SurfaceMesh& mesh) const {
+  const auto add = [&mesh](int count, const std::string& what, const std::string& left) {
+    if (count > 0) {
+      mesh.remarks.push_back(std::to_string(count) + " " + what + (count == 1 ? "" : "s") + left);
+    }
+  };
+  add(volumes, "volume element", " left out: only faces are taken");
+  add(higher_order, "face", " of second or higher order: only the corners are taken, sides become straight");
 }
 
 std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
@@ -101,6 +133,7 @@ SurfaceMesh read_mesh(const std::string& path) {
   require_memory(path + ": a mesh of " + std::to_string(size / 1e9) + " GB", bytes_of_a_byte * size);
   SurfaceMesh mesh = reader->second(path);
   check_numbers(mesh, path);
+  drop_partial_uv(mesh);
   return mesh;
 }
 

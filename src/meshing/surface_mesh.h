@@ -15,8 +15,12 @@ struct SurfaceMesh {
   std::vector<std::vector<int>> faces;  ///< point numbers of each polygon, in order round it
   /// Texture coordinate of each corner of each face, empty if the mesh has none.
   std::vector<std::vector<Eigen::Vector2d>> uv;
-  std::map<std::string, std::vector<int>> groups;          ///< named sets of points (Gmsh physical groups, OBJ groups)
+  /// Named sets of points (Gmsh physical groups, OBJ groups), and the faces of those groups that have faces, rising.
+  std::map<std::string, std::vector<int>> groups;
+  std::map<std::string, std::vector<int>> face_groups;
   std::map<std::string, std::vector<double>> face_fields;  ///< one number for each face, as in the file ("thickness")
+
+  std::vector<std::string> remarks;  ///< sentences on what of the file was left out or read otherwise
 
   /// Numbers in the file of the points and faces that a repair kept (check_and_repair); empty while all are there.
   std::vector<int> point_id;

@@ -6,14 +6,30 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 
 namespace pellicle {
 inline namespace meshing {
 
+namespace {
+
+constexpr std::string_view blanks = " \t\r\v\f";
+
+void split(std::string_view text, std::vector<std::string_view>& words) {
+  words.clear();
+  for (std::size_t begin = text.find_first_not_of(blanks); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(blanks, begin), text.size());
+    words.push_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(blanks, end);
+  }
+}
+
+}  // namespace
+
 TextFile::TextFile(const std::string& path, Syntax syntax)
-    : path_(path), syntax_(syntax), stream_(path, std::ios::binary) {
+    : path_(path), syntax_(std::move(syntax)), stream_(path, std::ios::binary) {
   std::error_code failure;
   size_ = static_cast<std::size_t>(std::filesystem::file_size(path, failure));
   if (!stream_ || failure) {
@@ -24,37 +40,66 @@ TextFile::TextFile(const std::string& path, Syntax syntax)
   if (!stream_.read(mark.data(), 3) || mark != "\xEF\xBB\xBF") {
     stream_.clear();
     stream_.seekg(0);
+  } else {
+    begin_ = mark.size();
   }
+}
+
+/// The next line, without what ends it. Nothing at the end of the file.
+std::optional<std::string> TextFile::read_line() {
+  if (rest_ == std::string::npos) {
+    begin_ += length_;
+    length_ = 0;
+    if (!std::getline(stream_, lines_)) {
+      return std::nullopt;
+    }
+    length_ = lines_.size() + 1;
+    rest_ = 0;
+    if (!lines_.empty() && lines_.find('\r') == lines_.size() - 1) {
+      lines_.pop_back();
+    }
+  }
+  const std::size_t end = lines_.find('\r', rest_);
+  std::string line = lines_.substr(rest_, end - rest_);
+  rest_ = end == std::string::npos ? end : end + 1;
+  if (line.find('\0') != std::string::npos) {
+    ++line_number_;
+    fail("a zero byte, expected text");
+  }
+  return line;
+}
+
+std::string TextFile::without_comment(std::string line) const {
+  line.erase(std::min(line.size(), syntax_.comments ? line.find('#') : line.size()));
+  return line;
 }
 
 bool TextFile::next_line() {
   words_.clear();
   used_ = 0;
-  while (std::getline(stream_, line_)) {
+  while (std::optional<std::string> line = ahead_ ? std::exchange(ahead_, std::nullopt) : read_line()) {
     ++line_number_;
-    const auto goes_on = [this] {
-      const std::size_t last = line_.find_last_not_of('\r');
-      return syntax_.continuations && last != std::string::npos && line_[last] == '\\';
-    };
-    while (goes_on()) {
-      line_[line_.find_last_not_of('\r')] = ' ';
-      std::string more;
-      if (!std::getline(stream_, more)) {
+    line_ = without_comment(std::move(*line));
+    while (!syntax_.keywords.empty()) {
+      const std::size_t last = line_.find_last_not_of(blanks);
+      if (last == std::string::npos || line_[last] != '\\') {
+        break;
+      }
+      line_[last] = ' ';
+      std::optional<std::string> more = read_line();
+      if (!more) {
+        break;
+      }
+      const std::string text = without_comment(*more);
+      split(text, words_);
+      if (!words_.empty() && syntax_.keywords.count(words_.front()) != 0) {
+        ahead_ = std::move(more);
         break;
       }
       ++line_number_;
-      line_ += more;
+      line_ += text;
     }
-    if (line_.find('\0') != std::string::npos) {
-      fail("a zero byte, expected text");
-    }
-    const std::string_view text = std::string_view(line_).substr(0, syntax_.comments ? line_.find('#') : line_.size());
-    constexpr std::string_view blanks = " \t\r\v\f";
-    for (std::size_t begin = text.find_first_not_of(blanks); begin != std::string_view::npos;) {
-      const std::size_t end = std::min(text.find_first_of(blanks, begin), text.size());
-      words_.push_back(text.substr(begin, end - begin));
-      begin = text.find_first_not_of(blanks, end);
-    }
+    split(line_, words_);
     if (!words_.empty()) {
       return true;
     }

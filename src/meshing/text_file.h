@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <fstream>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,13 +12,15 @@ namespace pellicle {
 inline namespace meshing {
 
 /// A text file read word by word, for formats that no library reads without loss: it knows the line of each word, so
-/// that an error can name it. Words are separated by blanks.
+/// that an error can name it. Words are separated by blanks, lines by a line feed, a carriage return, or both.
 class TextFile {
  public:
   /// The meaning of some characters in a format.
   struct Syntax {
-    bool comments = false;       ///< `#` starts a comment
-    bool continuations = false;  ///< a backslash at the end of a line joins the next one to it
+    bool comments = false;  ///< `#` starts a comment, which ends with its line
+    /// If not empty, a backslash at the end of a line, outside comments, joins the next line to it, unless that one
+    /// begins with one of these words, which begin statements.
+    std::set<std::string_view> keywords;
   };
 
   /// @throws Error if the file cannot be opened.
@@ -32,6 +36,8 @@ class TextFile {
   void skip_line() { used_ = words_.size(); }
   /// How many words of the present line next_word has not given yet.
   std::size_t words_left() const { return words_.size() - used_; }
+  /// Where in the file the line behind the present one begins [bytes].
+  std::size_t position() const { return begin_ + (rest_ == std::string::npos ? length_ : rest_); }
 
   /// A finite number. @throws Error naming file, line, word and `expected`.
   double number(std::string_view word, const char* expected) const;
@@ -44,10 +50,19 @@ class TextFile {
   [[noreturn]] void fail(const std::string& message) const;
 
  private:
+  std::optional<std::string> read_line();
+  std::string without_comment(std::string line) const;
+
   std::string path_;
   Syntax syntax_;
   std::ifstream stream_;
   std::size_t size_ = 0;  ///< [bytes]
+  // What stands between two line feeds: one line, or several with carriage returns between them.
+  std::string lines_;
+  std::size_t rest_ = std::string::npos;  ///< where in `lines_` the next line begins; npos: there is none
+  std::size_t begin_ = 0;                 ///< of `lines_` in the file [bytes]
+  std::size_t length_ = 0;                ///< of `lines_` with the line feed [bytes]
+  std::optional<std::string> ahead_;      ///< a line that has been read before its time
   std::string line_;
   std::vector<std::string_view> words_;
   std::size_t used_ = 0;

@@ -50,7 +50,9 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
   for (auto& entry : result.face_fields) {
     entry.second.clear();
   }
+  std::vector<int> first_triangle;  // of each face
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    first_triangle.push_back(static_cast<int>(result.faces.size()));
     const std::vector<int>& face = mesh.faces[f];
     const std::vector<Corners> triangles = split_face(mesh, f);
     if (triangles.empty()) {
@@ -64,6 +66,17 @@ SurfaceMesh triangulated(const SurfaceMesh& mesh) {
       }
       for (const auto& [name, values] : mesh.face_fields) {
         result.face_fields[name].push_back(values[f]);
+      }
+    }
+  }
+  first_triangle.push_back(static_cast<int>(result.faces.size()));
+  for (const auto& [name, faces] : mesh.face_groups) {
+    std::vector<int>& triangles = result.face_groups[name];
+    triangles.clear();
+    for (const int face : faces) {
+      const auto f = static_cast<std::size_t>(face);
+      for (int triangle = first_triangle[f]; triangle < first_triangle[f + 1]; ++triangle) {
+        triangles.push_back(triangle);
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <vtkCellTypes.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetReader.h>
+#include <vtkGenericCell.h>
 #include <vtkIdList.h>
 #include <vtkLogger.h>
 #include <vtkNew.h>
@@ -10,17 +11,15 @@
 #include <vtkOutputWindow.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkSTLReader.h>
+#include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 #include <sstream>
@@ -30,7 +29,6 @@
 #include "base/error.h"
 #include "meshing/child_reader.h"
 #include "meshing/format_readers.h"
-#include "meshing/weld.h"
 
 namespace pellicle {
 inline namespace meshing {
@@ -141,7 +139,39 @@ void check_cells(vtkDataSet* data, const std::string& path, bool is_legacy) {
   }
 }
 
-/// The polygons of a VTK data set. @throws Error if a cell is no polygon.
+/// How many of a surface cell's points are its corners, which come first; 0: it is no surface cell that can be read.
+vtkIdType corners_of(int type, vtkIdType points) {
+  switch (type) {
+    case VTK_TRIANGLE:
+    case VTK_QUAD:
+    case VTK_PIXEL:
+    case VTK_POLYGON:
+    case VTK_TRIANGLE_STRIP:
+      return points;
+    case VTK_QUADRATIC_TRIANGLE:
+    case VTK_BIQUADRATIC_TRIANGLE:
+    case VTK_LAGRANGE_TRIANGLE:
+    case VTK_BEZIER_TRIANGLE:
+      return 3;
+    case VTK_QUADRATIC_QUAD:
+    case VTK_BIQUADRATIC_QUAD:
+    case VTK_QUADRATIC_LINEAR_QUAD:
+    case VTK_LAGRANGE_QUADRILATERAL:
+    case VTK_BEZIER_QUADRILATERAL:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+/// 0 to 3; 2 also of what VTK does not know.
+int dimension_of(int type) {
+  const auto cell = vtkSmartPointer<vtkCell>::Take(vtkGenericCell::InstantiateCell(type));
+  return cell != nullptr ? cell->GetCellDimension() : 2;
+}
+
+/// The faces of a VTK data set; what is no surface is left out. @throws Error if a cell cannot be read, or none is a
+/// face.
 SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
   SurfaceMesh mesh;
   mesh.points.resize(static_cast<std::size_t>(data->GetNumberOfPoints()));
@@ -161,42 +191,53 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
       mesh.face_fields[array->GetName()];
     }
   }
-  vtkNew<vtkIdList> corners;
+  LeftOut left_out;
+  std::string no_face;  // in words, the first cell that is none
+  vtkNew<vtkIdList> points;
   for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
     const int type = data->GetCellType(cell);
-    switch (type) {
-      case VTK_EMPTY_CELL:
-      case VTK_VERTEX:
-      case VTK_POLY_VERTEX:
-      case VTK_LINE:
-      case VTK_POLY_LINE:
-        continue;  // not part of a surface
-      case VTK_TRIANGLE:
-      case VTK_QUAD:
-      case VTK_PIXEL:
-      case VTK_POLYGON:
-        break;
-      default:
-        throw Error(path + ": cell " + std::to_string(cell) + " is a " + vtkCellTypes::GetClassNameFromTypeId(type) +
-                    " (type " + std::to_string(type) + "), expected polygons");
+    data->GetCellPoints(cell, points);
+    const vtkIdType count = corners_of(type, points->GetNumberOfIds());
+    if (count == 0 && dimension_of(type) > 1) {
+      const std::string words = path + ": cell " + std::to_string(cell) + " is a " +
+                                vtkCellTypes::GetClassNameFromTypeId(type) + " (type " + std::to_string(type) +
+                                "), expected polygons";
+      if (dimension_of(type) == 2) {
+        throw Error(words);
+      }
+      no_face = left_out.volumes == 0 ? words : no_face;
+      ++left_out.volumes;
     }
-    data->GetCellPoints(cell, corners);
-    std::vector<int>& face = mesh.faces.emplace_back();
-    for (const vtkIdType point : *corners) {
+    if (count == 0) {
+      continue;  // also points and lines
+    }
+    std::vector<int> corners;
+    for (vtkIdType k = 0; k < count; ++k) {
+      const vtkIdType point = points->GetId(k);
       // Before it becomes an int, which is shorter.
       if (point < 0 || point >= data->GetNumberOfPoints()) {
-        throw Error(path + ": face " + std::to_string(mesh.faces.size() - 1) + " names point " + std::to_string(point) +
+        throw Error(path + ": face " + std::to_string(mesh.faces.size()) + " names point " + std::to_string(point) +
                     ", expected a number from 0 to " + std::to_string(data->GetNumberOfPoints() - 1));
       }
-      face.push_back(static_cast<int>(point));
+      corners.push_back(static_cast<int>(point));
     }
     if (type == VTK_PIXEL) {
-      std::swap(face[2], face[3]);
+      std::swap(corners[2], corners[3]);
+    }
+    left_out.higher_order += count < points->GetNumberOfIds() ? 1 : 0;
+    if (type == VTK_TRIANGLE_STRIP) {
+      add_strip(mesh, corners);
+    } else {
+      mesh.faces.push_back(std::move(corners));
     }
     for (const auto& [name, array] : fields) {
-      mesh.face_fields[name].push_back(array->GetComponent(cell, 0));
+      mesh.face_fields[name].resize(mesh.faces.size(), array->GetComponent(cell, 0));
     }
   }
+  if (mesh.faces.empty() && left_out.volumes > 0) {
+    throw Error(no_face);
+  }
+  left_out.say(mesh);
   if (uv != nullptr) {
     std::vector<Eigen::Vector2d> uv_of_points;
     for (vtkIdType i = 0; i < uv->GetNumberOfTuples(); ++i) {
@@ -205,24 +246,6 @@ SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
     mesh.uv = uv_of_corners(mesh, uv_of_points);
   }
   return mesh;
-}
-
-/// A binary STL file is 80 bytes of text, the number of facets, and 50 bytes each. VTK reads as many as there are.
-void check_stl_size(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  const std::string content{std::istreambuf_iterator<char>(stream), {}};
-  if (content.find('\0') == std::string::npos) {
-    return;  // text, which VTK checks
-  }
-  std::uint32_t facets = 0;
-  if (content.size() >= 84) {
-    std::memcpy(&facets, content.data() + 80, sizeof facets);
-  }
-  const std::size_t expected = 84 + 50 * static_cast<std::size_t>(facets);
-  if (content.size() < expected) {
-    throw Error(path + ": " + std::to_string(content.size()) + " bytes, expected " + std::to_string(expected) +
-                " for " + std::to_string(facets) + " facets");
-  }
 }
 
 /// Runs a VTK reader, in a child process; whatever it complains of is an error.
@@ -247,16 +270,6 @@ SurfaceMesh read_with(Reader* reader, const std::string& path) {
 }
 
 }  // namespace
-
-SurfaceMesh read_stl(const std::string& path) {
-  check_stl_size(path);
-  vtkNew<vtkSTLReader> reader;
-  reader->MergingOff();  // it would also drop facets in silence
-  SurfaceMesh mesh = read_with(reader.Get(), path);
-  weld(mesh);
-  mesh.point_id.clear();
-  return mesh;
-}
 
 SurfaceMesh read_vtp(const std::string& path) {
   vtkNew<vtkXMLPolyDataReader> reader;

@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/disjoint_sets.h"
+#include "base/error.h"
+#include "base/units.h"
+#include "meshing/box_pairs.h"
+
 namespace pellicle {
 inline namespace meshing {
 
@@ -37,8 +42,10 @@ void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target) {
   }
 }
 
-int weld(SurfaceMesh& mesh) {
-  const std::vector<Eigen::Vector3d>& points = mesh.points;
+namespace {
+
+/// The points at the same place, exactly.
+DisjointSets equal_points(const std::vector<Eigen::Vector3d>& points) {
   std::vector<int> order(points.size());
   std::iota(order.begin(), order.end(), 0);
   const auto at = [&points](int i) -> const Eigen::Vector3d& { return points[static_cast<std::size_t>(i)]; };
@@ -50,24 +57,54 @@ int weld(SurfaceMesh& mesh) {
     }
     return a < b;
   });
-  // The first of each run of equal points stands for all of them.
-  std::vector<int> first(points.size());
-  int removed = 0;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool repeats = k > 0 && at(order[k]) == at(order[k - 1]);
-    first[static_cast<std::size_t>(order[k])] = repeats ? first[static_cast<std::size_t>(order[k - 1])] : order[k];
-    removed += repeats ? 1 : 0;
+  DisjointSets sets(points.size());
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    if (at(order[k]) == at(order[k - 1])) {
+      sets.unite(static_cast<std::size_t>(order[k]), static_cast<std::size_t>(order[k - 1]));
+    }
   }
-  if (removed == 0) {
-    return 0;
-  }
-  std::vector<int> target(points.size());
-  int next = 0;
+  return sets;
+}
+
+/// Unites the points of different sets that are near each other. @returns whether all of these were found
+bool unite_near_points(DisjointSets& sets, const std::vector<Eigen::Vector3d>& points, double distance) {
+  std::vector<std::size_t> lowest;  // of each set
+  std::vector<Box> boxes;
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(distance / 2);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const bool stands = first[i] == static_cast<int>(i);
-    target[i] = stands ? next++ : target[static_cast<std::size_t>(first[i])];
+    if (sets.find(i) == i) {
+      lowest.push_back(i);
+      boxes.emplace_back(points[i] - half, points[i] + half);
+    }
   }
-  renumber_points(mesh, target);
+  return visit_pairs(boxes, boxes, [&](int first, int second) {
+    const std::size_t a = lowest[static_cast<std::size_t>(first)];
+    const std::size_t b = lowest[static_cast<std::size_t>(second)];
+    if ((points[a] - points[b]).norm() <= distance) {
+      sets.unite(a, b);
+    }
+    return 1;
+  });
+}
+
+}  // namespace
+
+int weld(SurfaceMesh& mesh, double distance) {
+  DisjointSets sets = equal_points(mesh.points);
+  if (distance > 0 && !unite_near_points(sets, mesh.points, distance)) {
+    throw Error("mesh.merge_distance: very many points lie within " + number_text(distance) +
+                " m of each other, expected a shorter distance");
+  }
+  std::vector<int> target(mesh.points.size());
+  int kept = 0;
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    const std::size_t lowest = sets.find(i);
+    target[i] = lowest == i ? kept++ : target[lowest];
+  }
+  const int removed = static_cast<int>(target.size()) - kept;
+  if (removed > 0) {
+    renumber_points(mesh, target);
+  }
   return removed;
 }
 

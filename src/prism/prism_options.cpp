@@ -19,12 +19,14 @@ void describe(OptionTable& table, PrismOptions& options) {
       .range(0, 1)
       .help(
           "norm of the residual at which Newton's iteration ends, relative to the largest norm of one kind of force "
-          "(history.csv: relative_residual); with newton: fixed relative to that at the start of the step");
+          "(history.csv: relative_residual); with newton: fixed relative to that at the start of the step. Steps that "
+          "end above it because places are rounded are counted, and the run's last lines say so");
   table.add("prism.residual_tolerance", options.residual_tolerance)
       .more_than(0)
       .help(
-          "a step that ends with a residual above this share of the largest of its forces (history.csv: "
-          "relative_residual) is counted, and the run's last lines say so");
+          "a step of newton: fixed that ends with a residual above this share of the largest of its forces "
+          "(history.csv: relative_residual) is counted, and the run's last lines say so; one of newton: converged that "
+          "rounding ends above it fails");
   table.add("prism.ksp_rtol", options.ksp_rtol)
       .more_than(0)
       .help("relative tolerance of the linear solves; by default 1e-4, where sheets touch 1e-3")

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "surface/groups.h"
 #include "surface/membrane_geometry.h"
 
@@ -139,6 +140,26 @@ std::vector<double> wall_thickness(const Membrane& membrane, const WallOptions& 
   return thickness;
 }
 
+/// Whether each local element is in a named group: is one of its faces or, of a group without faces, has all vertices
+/// in it. Collective.
+std::vector<bool> elements_of_group(const Membrane& membrane, const std::string& key, const std::string& group) {
+  const std::vector<bool> vertices = members_of_group(membrane, key, group);
+  std::vector<bool> elements(membrane.triangles.size(), false);
+  const auto faces = membrane.element_groups.find(group);
+  const bool has_faces = faces != membrane.element_groups.end();
+  if (on_any_rank(membrane.comm(), has_faces)) {
+    for (const PetscInt e : has_faces ? faces->second : std::vector<PetscInt>{}) {
+      elements[static_cast<std::size_t>(e)] = true;
+    }
+    return elements;
+  }
+  std::transform(membrane.triangles.begin(), membrane.triangles.end(), elements.begin(), [&](const auto& corners) {
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](PetscInt i) { return vertices[static_cast<std::size_t>(i)]; });
+  });
+  return elements;
+}
+
 /// The local elements of a region; each selector must find something on some rank. Collective.
 /// @param key "regions.NAME."
 std::vector<bool> select(const Membrane& membrane, const std::string& key, const RegionOptions& options) {
@@ -152,7 +173,7 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
   const auto add = [&](const std::string& selector, const auto& holds) {
     PetscInt found = 0;
     for (std::size_t e = 0; e < chosen.size(); ++e) {
-      if (holds(membrane.triangles[e])) {
+      if (holds(e)) {
         chosen[e] = true;
         ++found;
       }
@@ -162,27 +183,22 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
       throw Error(key + selector + ": selects no element of the mesh, expected at least one");
     }
   };
-  const auto centroid = [&membrane](const std::array<PetscInt, 3>& corners) {
-    const auto [e12, e13] = edges_of(membrane.rest.data(), corners);
-    return Eigen::Vector3d(membrane.rest.col(corners[0]) + (e12 + e13) / 3);
+  const auto centroid = [&membrane](std::size_t e) {
+    const auto [e12, e13] = edges_of(membrane.rest.data(), membrane.triangles[e]);
+    return Eigen::Vector3d(membrane.rest.col(membrane.triangles[e][0]) + (e12 + e13) / 3);
   };
   if (!options.group.empty()) {
-    const std::vector<bool> members = members_of_group(membrane, key + "group", options.group);
-    add("group: " + options.group, [&](const std::array<PetscInt, 3>& corners) {
-      return std::all_of(corners.begin(), corners.end(),
-                         [&](PetscInt i) { return members[static_cast<std::size_t>(i)]; });
-    });
+    const std::vector<bool> members = elements_of_group(membrane, key + "group", options.group);
+    add("group: " + options.group, [&members](std::size_t e) { return members[e]; });
   }
   if (!options.box.empty()) {
     const Eigen::Map<const Eigen::Vector3d> first(options.box.data());
     const Eigen::Map<const Eigen::Vector3d> second(options.box.data() + 3);
     const Eigen::AlignedBox3d box(first.cwiseMin(second), first.cwiseMax(second));
-    add("box", [&](const std::array<PetscInt, 3>& corners) { return box.contains(centroid(corners)); });
+    add("box", [&](std::size_t e) { return box.contains(centroid(e)); });
   }
   if (options.radius) {
-    add("radius", [&](const std::array<PetscInt, 3>& corners) {
-      return (centroid(corners) - options.centre).norm() <= *options.radius;
-    });
+    add("radius", [&](std::size_t e) { return (centroid(e) - options.centre).norm() <= *options.radius; });
   }
   return chosen;
 }

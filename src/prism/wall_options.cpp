@@ -86,7 +86,8 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
 
 /// @param wall which has what the region is not given
 void describe(OptionTable& table, RegionOptions& options, const WallOptions& wall) {
-  table.add("group", options.group).help("elements with all three vertices in this named group of the mesh");
+  table.add("group", options.group)
+      .help("faces of this named group of the mesh; of a group of points alone the elements with all vertices in it");
   table.add("box", options.box)
       .unit("m")
       .length(6)

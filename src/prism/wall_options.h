@@ -40,7 +40,7 @@ struct MaterialOptions {
 /// A part of the wall that differs: one of the named objects `regions`. Several selectors add up; what is not given is
 /// as in the wall.
 struct RegionOptions {
-  std::string group;                                 ///< of the mesh: elements with all three vertices in it
+  std::string group;                                 ///< of the mesh: its faces, or what has all vertices in it
   std::vector<double> box;                           ///< two opposite points of a box round the centroids [m], or empty
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of a ball round the centroids [m]
   std::optional<double> radius;                      ///< of the ball [m], none: no ball

@@ -84,6 +84,7 @@ void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows) 
   const auto cells = by_cell.sorted(rows.cells);
   const std::string of_cells = group + "/cells/";
   file.write(of_cells + "id", column(cells, &Point::id));
+  file.write(of_cells + "group_set", column(cells, &Point::group_set));
   file.write(of_cells + "corners", by_cell.sorted(rows.cell_corners, rows.corners), rows.corners);
   file.write(of_cells + "rank", by_cell.sorted(rows.part));
   if (rows.has_uv) {
@@ -129,6 +130,9 @@ MeshRows read_mesh(const Hdf5File& file, const std::string& group) {
   const auto cell_ids = file.read<PetscInt>(of_cells + "id");
   rows.cells.resize(cell_ids.size());
   set(rows.cells, cell_ids, &Point::id);
+  if (file.has(of_cells + "group_set")) {  // older files have none
+    set(rows.cells, file.read<PetscInt>(of_cells + "group_set"), &Point::group_set);
+  }
   rows.cell_corners = file.read<PetscInt>(of_cells + "corners", rows.corners);
   if (rows.has_uv) {
     set(rows.vertices, file.read<double>(of_vertices + "uv", 2), &Point::uv);

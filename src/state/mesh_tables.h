@@ -10,7 +10,8 @@ inline namespace state {
 
 // A distributed mesh as tables of a file, in the order of the ids: GROUP/vertices/id, position [m], uv, group_set, and
 // for a sheet mass [kg], since a corner keeps its mass when compaction removes some of its cells; GROUP/cells/id,
-// corners (ids of vertices), rank (to which each belongs), uv, and a table for each field of the mesh, FIELD_name.
+// corners (ids of vertices), rank (to which each belongs), uv, group_set, and a table for each field of the mesh,
+// FIELD_number.
 
 /// Writes the rows of a mesh, whatever ranks they are on. Collective. @throws Error, on all ranks
 void write_mesh(Hdf5File& file, const std::string& group, const MeshRows& rows);

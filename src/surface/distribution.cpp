@@ -580,7 +580,7 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
       set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(point.uv.data());
     }
     set.persistent_id.push_back(point.id);
-    for (const int group : rows_.group_sets[static_cast<std::size_t>(point.group_set)]) {
+    for (const int group : groups_of(points[static_cast<std::size_t>(i)])) {
       members[static_cast<std::size_t>(group)]->push_back(static_cast<PetscInt>(i));
     }
   }

@@ -62,6 +62,11 @@ class Distribution {
   const double* field_values(PetscInt cell) const {
     return rows_.field_values.data() + static_cast<std::size_t>(cell) * rows_.fields.size();
   }
+  /// The names of all groups, and the numbers of those that a point is in.
+  const std::vector<std::string>& groups() const { return rows_.groups; }
+  const std::vector<int>& groups_of(PetscInt point) const {
+    return rows_.group_sets[static_cast<std::size_t>(data(point).group_set)];
+  }
   /// The data that moved with cells.
   Records cell_data(const std::vector<PetscInt>& cells) const { return rows_.cell_data.of_items(cells); }
   /// The data that moved with particles: vertices, or the lattice points of cells.

@@ -78,6 +78,10 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
     if (distribution.has_uv()) {
       membrane.element_uv.col(static_cast<Eigen::Index>(e)) = Eigen::Map<const Eigen::Vector2d>(data.uv.data());
     }
+    for (const int group : distribution.groups_of(elements[e])) {
+      membrane.element_groups[distribution.groups()[static_cast<std::size_t>(group)]].push_back(
+          static_cast<PetscInt>(e));
+    }
     for (std::size_t f = 0; f < distribution.fields().size(); ++f) {
       membrane.element_fields[distribution.fields()[f]].push_back(distribution.field_values(elements[e])[f]);
     }
@@ -137,6 +141,7 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
       rows.field_values.push_back(field.second[e]);
     }
   }
+  set_groups(membrane.comm(), rows, membrane.groups, membrane.element_groups);
   rows.part.assign(rows.cells.size(), rank);
   rows.vertex_data = particles;
   rows.cell_data = elements;

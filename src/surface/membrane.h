@@ -18,6 +18,7 @@ inline namespace surface {
 struct Membrane : Surface {
   Eigen::Matrix2Xd element_uv;  ///< mean of the texture coordinates of the corners of each local element, or no columns
   std::map<std::string, std::vector<double>> element_fields;  ///< SurfaceMesh::face_fields of the local elements
+  Groups element_groups;  ///< local elements of the groups that have some here, rising
 };
 
 /// Distributes a triangle mesh over the ranks of `comm`, with one layer of overlap. Vertices and elements that are near

@@ -68,23 +68,20 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   MeshRows rows;
-  std::array<int, 2> shape{};  // corners of a cell, texture or not
-  std::vector<std::string> groups;
+  std::array<int, 2> shape{};      // corners of a cell, texture or not
+  std::vector<std::string> names;  // of the groups
   std::vector<std::string> fields;
-  std::vector<std::vector<int>> groups_of_vertex;
+  Groups vertices;
+  Groups cells;
   if (rank == 0) {
     rows = own_rows_of(mesh);
     shape = {static_cast<int>(mesh.faces.front().size()), mesh.uv.empty() ? 0 : 1};
-    groups_of_vertex.resize(mesh.points.size());
     for (const auto& [name, members] : mesh.groups) {
-      const auto group = static_cast<int>(groups.size());
-      groups.push_back(name);
-      for (const int vertex : members) {
-        std::vector<int>& of_vertex = groups_of_vertex[static_cast<std::size_t>(vertex)];
-        if (of_vertex.empty() || of_vertex.back() != group) {
-          of_vertex.push_back(group);
-        }
-      }
+      names.push_back(name);
+      vertices[name].assign(members.begin(), members.end());
+    }
+    for (const auto& [name, members] : mesh.face_groups) {
+      cells[name].assign(members.begin(), members.end());
     }
     for (const auto& field : mesh.face_fields) {
       fields.push_back(field.first);
@@ -94,23 +91,46 @@ MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh) {
   rows.corners = shape[0];
   rows.has_uv = shape[1] != 0;
   rows.fields = broadcast(comm, fields);
-  set_groups(comm, rows, broadcast(comm, groups), groups_of_vertex);
+  for (const std::string& name : broadcast(comm, names)) {
+    vertices[name];
+  }
+  set_groups(comm, rows, vertices, cells);
   rows.cell_data = Records(0, static_cast<PetscInt>(rows.cells.size()));
   rows.lattice_data = rows.cell_data;
   rows.vertex_data = Records(0, static_cast<PetscInt>(rows.vertices.size()));
   return rows;
 }
 
-void set_groups(MPI_Comm comm, MeshRows& rows, std::vector<std::string> names,
-                const std::vector<std::vector<int>>& groups_of_vertex) {
-  rows.groups = std::move(names);
-  // Each vertex is sent with one number, however many groups there are.
+void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Groups& cells) {
+  using Sets = std::vector<std::vector<int>>;  // the groups of each row, rising
+  rows.groups.clear();
+  for (const auto& group : vertices) {
+    rows.groups.push_back(group.first);
+  }
+  const auto sets_of = [&rows](const std::vector<MeshRows::Point>& points, const Groups& groups) {
+    Sets sets(points.size());
+    for (std::size_t number = 0; number < rows.groups.size(); ++number) {
+      const auto group = groups.find(rows.groups[number]);
+      for (const PetscInt member : group == groups.end() ? std::vector<PetscInt>{} : group->second) {
+        const auto row = static_cast<std::size_t>(member);
+        if (row < sets.size() && (sets[row].empty() || sets[row].back() != static_cast<int>(number))) {
+          sets[row].push_back(static_cast<int>(number));
+        }
+      }
+    }
+    return sets;
+  };
+  const Sets of_vertices = sets_of(rows.vertices, vertices);
+  const Sets of_cells = sets_of(rows.cells, cells);
+  // Each row is sent with one number, however many groups it is in.
   std::map<std::vector<int>, PetscInt> number_of_set{{{}, 0}};
   std::vector<int> sent;  // of each set its size, then its groups
-  for (const std::vector<int>& set : groups_of_vertex) {
-    if (number_of_set.emplace(set, 0).second) {
-      sent.push_back(static_cast<int>(set.size()));
-      sent.insert(sent.end(), set.begin(), set.end());
+  for (const Sets* sets : {&of_vertices, &of_cells}) {
+    for (const std::vector<int>& set : *sets) {
+      if (number_of_set.emplace(set, 0).second) {
+        sent.push_back(static_cast<int>(set.size()));
+        sent.insert(sent.end(), set.begin(), set.end());
+      }
     }
   }
   const std::vector<int> all = of_all_ranks(comm, sent);
@@ -122,9 +142,13 @@ void set_groups(MPI_Comm comm, MeshRows& rows, std::vector<std::string> names,
     number = static_cast<PetscInt>(rows.group_sets.size());
     rows.group_sets.push_back(set);
   }
-  for (std::size_t vertex = 0; vertex < groups_of_vertex.size(); ++vertex) {
-    rows.vertices[vertex].group_set = number_of_set.at(groups_of_vertex[vertex]);
-  }
+  const auto number_rows = [&number_of_set](std::vector<MeshRows::Point>& points, const Sets& sets) {
+    for (std::size_t row = 0; row < sets.size(); ++row) {
+      points[row].group_set = number_of_set.at(sets[row]);
+    }
+  };
+  number_rows(rows.vertices, of_vertices);
+  number_rows(rows.cells, of_cells);
 }
 
 MeshRows::Point row_of(const Surface& points, PetscInt particle) {
@@ -143,17 +167,6 @@ MeshRows vertex_rows(const Surface& points, PetscInt count) {
   for (PetscInt vertex = 0; vertex < count; ++vertex) {
     rows.vertices.push_back(row_of(points, vertex));
   }
-  std::vector<std::string> names;
-  std::vector<std::vector<int>> groups_of_vertex(rows.vertices.size());
-  for (const auto& [name, members] : points.groups) {
-    for (const PetscInt member : members) {
-      if (member < count) {
-        groups_of_vertex[static_cast<std::size_t>(member)].push_back(static_cast<int>(names.size()));
-      }
-    }
-    names.push_back(name);
-  }
-  set_groups(points.comm(), rows, std::move(names), groups_of_vertex);
   return rows;
 }
 

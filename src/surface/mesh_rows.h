@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,14 +23,14 @@ struct MeshRows {
     std::array<double, 2> uv{};        ///< texture coordinates, if there are any
     double mass = 0;                   ///< initial mass of a sheet's particle [kg]; of a cell that of its lattice point
     PetscInt id = 0;                   ///< persistent, unique among the cells or among the vertices
-    PetscInt group_set = 0;            ///< of a vertex: which of `group_sets` it is in
+    PetscInt group_set = 0;            ///< which of `group_sets` it is in
   };
 
   // The same on all ranks.
   int corners = 0;  ///< of a cell
   bool has_uv = false;
-  std::vector<std::string> groups;  ///< names of the groups of vertices
-  /// Numbers of the groups that some vertex is in: each different set once, and the empty one first.
+  std::vector<std::string> groups;  ///< names of the groups of vertices and cells
+  /// Numbers of the groups that some vertex or cell is in: each different set once, and the empty one first.
   std::vector<std::vector<int>> group_sets{{}};
   std::vector<std::string> fields;  ///< names of the numbers that the mesh has for each cell
 
@@ -53,16 +54,18 @@ struct MeshRows {
 /// @param mesh all cells triangles, or all quads; only rank 0's is read
 MeshRows rows_of(MPI_Comm comm, const SurfaceMesh& mesh);
 
-/// Sets the groups that vertices are in. Collective.
-/// @param names of the groups, the same on all ranks
-/// @param groups_of_vertex numbers of the groups of each vertex of this rank, in ascending order
-void set_groups(MPI_Comm comm, MeshRows& rows, std::vector<std::string> names,
-                const std::vector<std::vector<int>>& groups_of_vertex);
+/// Named sets of numbers of this rank's vertices or cells.
+using Groups = std::map<std::string, std::vector<PetscInt>>;
+
+/// Sets the groups that the rows of vertices and cells are in. Collective.
+/// @param vertices members of all groups, whose names are the same on all ranks; numbers without a row are left out
+/// @param cells the same of groups that have cells
+void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Groups& cells);
 
 /// The data of a local particle: id, rest place, texture coordinates. Not collective.
 MeshRows::Point row_of(const Surface& points, PetscInt particle);
 
-/// The first owned particles as vertices, with their groups; without masses and other data. Collective.
+/// The first owned particles as vertices; without groups, masses and other data. Collective.
 MeshRows vertex_rows(const Surface& points, PetscInt count);
 
 }  // namespace surface

@@ -126,6 +126,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
       }
     }
   }
+  set_groups(sheet.comm(), rows, sheet.groups, {});
   rows.part.assign(kept_cells.size(), rank);
   rows.vertex_data = particles.of_items(corners);
   rows.lattice_data = particles.of_items(lattice);

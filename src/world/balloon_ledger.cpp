@@ -168,11 +168,14 @@ std::vector<std::string> BalloonLedger::remarks() const {
   std::vector<std::string> lines;
   char text[300];
   if (steps_above_tolerance_ > 0) {
-    std::snprintf(
-        text, sizeof text,
-        "residual: %d of %d steps ended above prism.residual_tolerance: out of balance by %.2g of their forces "
-        "at worst, in step %d, and by %.2g in the last one",
-        steps_above_tolerance_, steps_, worst_residual_, worst_step_, last_residual_);
+    std::snprintf(text, sizeof text,
+                  "residual: %d of %d steps ended above %s: out of balance by %.2g of their forces at worst, in step "
+                  "%d, and by %.2g in the last one",
+                  steps_above_tolerance_, steps_,
+                  options_.prism.newton == NewtonEnd::converged
+                      ? "prism.snes_rtol, as far as the rounding of the places lets Newton's method go"
+                      : "prism.residual_tolerance",
+                  worst_residual_, worst_step_, last_residual_);
     lines.emplace_back(text);
   }
   if (concave_steps_ > 0) {

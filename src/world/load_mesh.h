@@ -43,7 +43,7 @@ inline constexpr const char* mesh_file_group = "mesh";
 void require_fit(const CheckedMesh& checked, const Options& options);
 
 /// The lines about a mesh in the log and the record of a run: the summary, then repairs and warnings.
-std::vector<std::string> mesh_lines(const MeshReport& report, ChainKind chain);
+std::vector<std::string> mesh_lines(const MeshReport& report, const Options& options);
 
 /// "ranks: 4; partition: edge cut 83, imbalance 1.010"
 std::string partition_line(const Surface& points);

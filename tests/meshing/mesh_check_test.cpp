@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
 #include "meshing/self_intersection.h"
 #include "tests/meshing/scratch_file.h"
@@ -132,7 +133,7 @@ TEST(MeshCheck, KeepsLayersThatLieOnEachOtherApart) {
     mesh.faces.push_back(face);
   }
   SurfaceMesh merged = mesh;
-  const MeshReport report = check_and_repair(mesh, "it", Duplicates::keep);
+  const MeshReport report = check_and_repair(mesh, "it", std::nullopt);
   EXPECT_EQ(report.merged_points, 0);
   EXPECT_EQ(report.components, 2);
   EXPECT_EQ(mesh.points.size(), 40U);
@@ -148,7 +149,10 @@ TEST(MeshCheck, FieldsFollowTheirFaces) {
   for (int f = 0; f < 13; ++f) {
     mesh.face_fields["thickness"].push_back(f);
   }
+  mesh.face_groups = {{"first", {0, 3}}, {"again", {5, 6}}, {"last", {12}}};
   check_and_repair(mesh, "it");
+  EXPECT_EQ(mesh.face_groups,
+            (std::map<std::string, std::vector<int>>{{"first", {0, 3}}, {"again", {3, 5}}, {"last", {11}}}));
   EXPECT_EQ(mesh.face_fields.at("thickness"), (std::vector<double>{0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12}));
 }
 
@@ -333,6 +337,90 @@ TEST(MeshCheck, SaysWhatIsTooFarFromTheOriginForItsSize) {
   EXPECT_EQ(message_of<Error>([&farther] { check_and_repair(farther, "it"); }),
             "it: 1e+14 m from the origin, where places are rounded to 0.0222045 m; expected at most 1e-06 of the mean "
             "side, 0.1 m: a mesh nearer to the origin");
+}
+
+/// The grid, of which the last column of cells has points of its own on the seam, moved by a gap.
+SurfaceMesh torn_grid(double gap) {
+  SurfaceMesh mesh = grid();
+  for (int row = 0; row < 4; ++row) {
+    mesh.points.push_back(mesh.points[3 + 5 * static_cast<std::size_t>(row)] + Eigen::Vector3d(0, gap, 0));
+    for (const int f : {4 * row + 3, 4 * row - 1}) {
+      if (f >= 0 && f < 12) {
+        std::vector<int>& face = mesh.faces[static_cast<std::size_t>(f)];
+        std::replace(face.begin(), face.end(), 3 + 5 * row, 20 + row);
+      }
+    }
+  }
+  return mesh;
+}
+
+TEST(MeshCheck, CountsPointsThatNearlyMeetAndMergesThemWithinADistance) {
+  SurfaceMesh torn = torn_grid(-2e-7);
+  const MeshReport report = check_and_repair(torn, "it");
+  EXPECT_EQ(report.components, 2);
+  EXPECT_EQ(report.slits.near_points, 8);
+  expect_in(PrintToString(report.remarks()),
+            "warning: 8 points lie as good as on others and are not joined to them, at most 2e-07 m apart: "
+            "mesh.merge_distance 3e-07 merges them");
+  SurfaceMesh merged = torn_grid(-2e-7);
+  const MeshReport repaired = check_and_repair(merged, "it", 3e-7);
+  EXPECT_EQ(repaired.merged_points, 4);
+  EXPECT_EQ(repaired.components, 1);
+  EXPECT_EQ(repaired.remarks(),
+            std::vector<std::string>{"repaired: 4 duplicate points merged with others at the same place"});
+  EXPECT_EQ(merged.points, grid().points);
+  EXPECT_EQ(merged.faces, grid().faces);
+  SurfaceMesh apart = torn_grid(-2e-5);
+  EXPECT_EQ(check_and_repair(apart, "it").slits.near_points, 0);
+  // The digits of a text of single precision.
+  SurfaceMesh far = torn_grid(-2e-5);
+  for (Eigen::Vector3d& point : far.points) {
+    point.x() += 30;
+  }
+  EXPECT_EQ(check_and_repair(far, "it").slits.near_points, 8);
+  SurfaceMesh chain = torn_grid(-2e-7);  // of points, the ends of which are further apart
+  EXPECT_EQ(check_and_repair(chain, "it", 1e-7).merged_points, 0);
+  SurfaceMesh everything = grid();
+  expect_in(message_of<Error>([&everything] { check_and_repair(everything, "it", 1); }), "no face is left");
+}
+
+TEST(MeshCheck, NamesPointsOnSidesOfOtherFaces) {
+  SurfaceMesh mesh = grid();
+  mesh.uv.clear();
+  // Face 5, in the middle, in two halves, of which the faces below and above know nothing.
+  mesh.points.emplace_back(0.5 * (mesh.points[6] + mesh.points[7]));
+  mesh.points.emplace_back(0.5 * (mesh.points[11] + mesh.points[12]));
+  mesh.faces[5] = {6, 20, 21, 11};
+  mesh.faces.push_back({20, 7, 12, 21});
+  const MeshReport report = check_and_repair(mesh, "it");
+  EXPECT_EQ(report.slits.on_sides, (std::vector<int>{20, 21}));
+  EXPECT_EQ(report.slits.near_points, 0);
+  expect_in(PrintToString(report.remarks()),
+            "warning: points 20, 21 lie on sides of faces that do not have them: slits");
+  SurfaceMesh aside = mesh;
+  aside.points[20].y() += 1e-3;
+  const MeshReport one = check_and_repair(aside, "it");
+  EXPECT_EQ(one.slits.on_sides, std::vector<int>{21});
+  expect_in(PrintToString(one.remarks()), "warning: point 21 lies on a side of a face that does not have it: slits");
+}
+
+TEST(MeshCheck, FindsClosedPiecesInsideOthers) {
+  const SurfaceMesh ball = icosphere_mesh(1, 1);
+  const auto smaller = [&ball](double radius) {
+    SurfaceMesh mesh = ball;
+    for (Eigen::Vector3d& point : mesh.points) {
+      point *= radius;
+    }
+    return mesh;
+  };
+  SurfaceMesh nested = joined(joined(smaller(0.2), ball, {0, 0, 0}), smaller(0.3), {0.5, 0, 0});
+  const MeshReport report = check_and_repair(nested, "it");
+  EXPECT_EQ(report.nested.count, 2);
+  EXPECT_EQ(report.nested.first, (std::array<int, 2>{0, 42}));
+  SurfaceMesh beside = joined(ball, smaller(0.1), {0.9, 0.9, 0});  // in the box of the other, not in it
+  EXPECT_EQ(check_and_repair(beside, "it").nested.count, 0);
+  SurfaceMesh in_a_cup = joined(joined(disc_mesh(3, 4), ball, {0, 0, 2}), ball, {9, 0, 0});
+  EXPECT_EQ(check_and_repair(in_a_cup, "it").nested.count, 0);
 }
 
 TEST(FaultOfQuads, NamesTheFirstOtherFace) {

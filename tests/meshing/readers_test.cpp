@@ -115,6 +115,8 @@ TEST(ObjReader, KeepsCornerTexturesGroupsAndPolygons) {
   EXPECT_EQ(mesh.groups.at("left"), (std::vector<int>{0, 1, 2, 3}));
   EXPECT_EQ(mesh.groups.at("all"), (std::vector<int>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(mesh.groups.size(), 3U);
+  EXPECT_EQ(mesh.face_groups,
+            (std::map<std::string, std::vector<int>>{{"all", {0, 1}}, {"left", {0}}, {"right", {1}}}));
 }
 
 TEST(ObjReader, NamesTheLine) {
@@ -128,9 +130,59 @@ TEST(ObjReader, NamesTheLine) {
   expect_fault("a.obj", points + "f -4 1 2\n", "a.obj:4: point number -4");
   expect_fault("a.obj", points + "f 1/1 2/1 3/1\n", "a.obj:4: texture number 1, expected");
   expect_fault("a.obj", points + "f 1 2\n", "a.obj:4: a face of 2 corners, expected at least 3");
-  expect_fault("a.obj", points + "f 1 2 3\nvt 0 0\nf 1/1 2/1 3/1\n", "a.obj:6: texture coordinates at 3 of 3 corners");
   expect_fault("a.obj", points + "face 1 2 3\n", "a.obj:4: keyword 'face', expected v, vt, f or g");
   expect_fault("a.obj", points, "3 points and 0 polygons, expected a surface mesh");
+}
+
+TEST(ObjReader, ACommentJoinsNoLine) {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  for (const std::string& content :
+       {"# C:\\tools\\\n" + points + "f 1 2 3 4\n", points + "f 1 2 3 4 # all \\\nv 5 5 5\n",
+        points + "f 1 2 \\\n3 4\n", points + "f 1 2 \\ \t\n3 4\n", points + "f 1 2\\\r\n3 4 # \\\r\n",
+        "mtllib C:\\tools\\\n" + points + "f 1 2 3 4 \\\n", points + "f 1 \\\n2 \\\n3 4\\"}) {
+    const ScratchFile file("a.obj", content);
+    const SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.points[0], Eigen::Vector3d(0, 0, 0)) << content;
+    EXPECT_GE(mesh.points.size(), 4U) << content;
+    EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2, 3}})) << content;
+  }
+  expect_fault("a.obj", points + "f 1 \\\n2 \\\n9\n", "a.obj:7: point number 9");
+  expect_fault("a.obj", "usemtl a\\\nv 0 0\n", "a.obj:2: 2 coordinates, expected 3");
+}
+
+TEST(Readers, LinesMayEndWithACarriageReturn) {
+  const std::string content = "# by hand\nv 0 0 0\nv 1 0 0\n\nv 1 1 0\nf 1 2 \\\n3\n";
+  for (const char* end : {"\r", "\r\n", "\n"}) {
+    std::string text;
+    for (const char letter : content) {
+      text += letter == '\n' ? std::string(end) : std::string(1, letter);
+    }
+    const ScratchFile file("a.obj", text);
+    EXPECT_EQ(read_mesh(file.path()).faces, (std::vector<std::vector<int>>{{0, 1, 2}}));
+    expect_fault("a.obj", text + "f 1 2 4" + end, "a.obj:8: point number 4");
+  }
+}
+
+TEST(Readers, LeaveOutTextureCoordinatesThatSomeCornersLack) {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 1\n";
+  const std::string remark = "texture coordinates are left out: 1 of 2 faces have them at every corner, expected all";
+  for (const char* faces :
+       {"f 1/1 2/2 3/1\nf 1 3 4\n", "f 1 3 4\nf 1/1 2/2 3/1\n", "f 1//1 3/2 4\nf 1/1/2 2/2/ 3/1\n"}) {
+    const ScratchFile file("a.obj", points + "vn 0 0 1\nvn 0 0 1\n" + faces);
+    const SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.faces.size(), 2U);
+    EXPECT_TRUE(mesh.uv.empty());
+    EXPECT_EQ(mesh.remarks, std::vector<std::string>{remark});
+  }
+  const ScratchFile file(
+      "a.ply",
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 2\nproperty list uchar int vertex_indices\n"
+      "property list uchar float texcoord\nend_header\n"
+      "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 0\n3 0 2 3 6 0 0 1 1 0 1\n");
+  const SurfaceMesh mesh = read_mesh(file.path());
+  EXPECT_TRUE(mesh.uv.empty());
+  EXPECT_EQ(mesh.remarks, std::vector<std::string>{remark});
 }
 
 TEST(OffReader, ReadsColoursCommentsAndBrokenLines) {
@@ -140,13 +192,49 @@ TEST(OffReader, ReadsColoursCommentsAndBrokenLines) {
   EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}, {2, 3, 0}}));
 }
 
+TEST(OffReader, ReadsPointsWithNormalsColoursAndTextureCoordinates) {
+  const std::string colour = " 200 100 50 255";
+  const std::string normal = " 0 0 -nan";
+  for (const auto& [header, behind] :
+       std::vector<std::pair<std::string, std::string>>{{"OFF", colour},
+                                                        {"OFF", " 0.5 0.5 1"},
+                                                        {"OFF", normal + colour},
+                                                        {"COFF", colour},
+                                                        {"COFF", " 1 0 0"},
+                                                        {"COFF", ""},
+                                                        {"NOFF", normal},
+                                                        {"CNOFF", normal + colour},
+                                                        {"NCOFF", colour + normal},
+                                                        {"STOFF", " 0.25 0.75"},
+                                                        {"STCNOFF", normal + colour + " 0.25 0.75"}}) {
+    std::string content = header + "\n# points\n3 1 0\n";
+    for (const char* point : {"0 0 0", "1 0 0", "1 1 0"}) {
+      content += point + behind + " # one\r\n";
+    }
+    const ScratchFile file("a.off", content + "3 0 1 2 0.5 0.5 0.5\n");
+    const SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.points.size(), 3U) << header;
+    EXPECT_EQ(mesh.points[2], Eigen::Vector3d(1, 1, 0)) << header;
+    EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}})) << header;
+    EXPECT_EQ(mesh.uv.size(), header.substr(0, 2) == "ST" ? 1U : 0U) << header;
+    EXPECT_TRUE(mesh.uv.empty() || mesh.uv[0][1] == Eigen::Vector2d(0.25, 0.75)) << header;
+  }
+  const ScratchFile joined("a.off", "OFF3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n");
+  EXPECT_EQ(read_mesh(joined.path()).faces.size(), 1U);
+}
+
 TEST(OffReader, NamesTheLine) {
   const std::string points = "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n";
-  expect_fault("a.off", "COFF\n", "a.off:1: header 'COFF', expected OFF");
+  expect_fault("a.off", "4OFF\n", "a.off:1: header '4OFF', expected OFF, or C, N and ST before it");
+  expect_fault("a.off", "nOFF\n3\n", "a.off:1: header 'nOFF', expected OFF, or C, N and ST before it");
+  expect_fault("a.off", "FOO\n", "a.off:1: header 'FOO', expected OFF");
+  expect_fault("a.off", "COFF BINARY\n", "a.off:1: a binary file, expected OFF as text");
   expect_fault("a.off", "OFF\n1 x 0\n", "a.off:2: 'x', expected the number of faces (an integer)");
   expect_fault("a.off", "OFF\n-3 1 0\n", "a.off:2: '-3', expected the number of points, 0 to 1");
   expect_fault("a.off", "OFF\n3 1 0\n0 0 inf\n", "a.off:3: 'inf', expected a coordinate");
-  expect_fault("a.off", "OFF\n3 1 0\n0 0 0 0\n", "a.off:3: point 0 has more than 3 coordinates");
+  expect_fault("a.off", "OFF\n3 1 0\n0 0 0 0\n", "a.off:3: point 0 has 4 numbers, expected 3 coordinates");
+  expect_fault("a.off", "NOFF\n3 1 0\n0 0 0 255 0 0 255\n", "a.off:3: point 0 has 7 numbers, expected 3 coordinates");
+  expect_fault("a.off", "OFF\n3 1 0\n0 0 0 255 0 0\n1 0 0\n", "a.off:4: point 1 has 3 numbers, expected 6 as point 0");
   expect_fault("a.off", points + "3 0 1 3\n", "a.off:6: point number 3 in face 0, expected one from 0 to 2");
   expect_fault("a.off", points + "2 0 1\n", "a.off:6: face 0 has 2 corners, expected at least 3");
   expect_fault("a.off", points, "a.off: ends at line 5, expected the corners of a face");
@@ -189,6 +277,50 @@ TEST(PlyReader, ReadsBinaryAndText) {
   expect_fault("a.ply", big.substr(0, big.size() - 1), "ends too early");
   text.replace(text.find("1 1 0.1"), 7, "1 a 0.1");
   expect_fault("a.ply", text, "a.ply:14: 'a', expected a number");
+}
+
+TEST(PlyReader, ReadsStrips) {
+  const std::string head =
+      " 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n"
+      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+  const std::vector<float> points{0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 2, 0, 0, 2, 1, 0};
+  // Two strips, the first with a jump between two parts, the second one triangle.
+  const std::vector<int> strip{1, 0, 3, 2, 2, 2, 3, 4, -1, 4, 5, 3};
+  std::string text = "ply\nformat ascii" + head;
+  std::string bytes = "ply\nformat binary_little_endian" + head;
+  for (const float coordinate : points) {
+    text += std::to_string(coordinate) + "\n";
+    bytes += std::string(reinterpret_cast<const char*>(&coordinate), sizeof coordinate);
+  }
+  std::vector<int> list{static_cast<int>(strip.size())};
+  list.insert(list.end(), strip.begin(), strip.end());
+  for (const int number : list) {
+    text += std::to_string(number) + " ";
+    bytes += std::string(reinterpret_cast<const char*>(&number), sizeof number);
+  }
+  for (const std::string& content : {text, bytes}) {
+    const ScratchFile file("a.ply", content);
+    SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{1, 0, 3}, {3, 0, 2}, {3, 2, 4}, {4, 5, 3}}));
+    EXPECT_EQ(check_and_repair(mesh, "strips").flipped_faces, 0);
+  }
+  expect_fault("a.ply", text.replace(text.rfind("-1"), 2, "-2"), "a strip names point -2");
+}
+
+TEST(PlyReader, ABinaryBodyBeginsBehindItsHeaderWhateverEndsTheLines) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    std::string content;
+    for (const char* line :
+         {"ply", "format binary_big_endian 1.0", "element vertex 3", "property uchar x", "property uchar y",
+          "property uchar z", "element face 1", "property list uchar uchar vertex_indices", "end_header"}) {
+      content += line + end;
+    }
+    content += std::string("\n\r\0\1\0\0\0\2\0\3\0\1\2", 13);  // The first point is (10, 13, 0).
+    const ScratchFile file("a.ply", content);
+    const SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.points[0], Eigen::Vector3d(10, 13, 0));
+    EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}}));
+  }
 }
 
 TEST(PlyReader, HoldsTheHeaderAgainstTheFile) {
@@ -257,11 +389,13 @@ TEST(ChildReader, TurnsTheDeathOfAReaderIntoAnError) {
             0U);
   SurfaceMesh expected = rectangle_mesh({3, 2}, {1, 0.7});
   expected.face_fields["thickness"] = {1, 2, 3, 4, 5, 6};
+  expected.remarks = {"one", "two"};
   const SurfaceMesh mesh = read_in_child("/tmp/a.vtk", [&expected] { return expected; });
   EXPECT_EQ(mesh.points, expected.points);
   EXPECT_EQ(mesh.faces, expected.faces);
   EXPECT_EQ(mesh.uv, expected.uv);
   EXPECT_EQ(mesh.face_fields, expected.face_fields);
+  EXPECT_EQ(mesh.remarks, expected.remarks);
 }
 
 TEST(StlReader, MergesEqualPointsOfTextFiles) {
@@ -275,9 +409,50 @@ TEST(StlReader, MergesEqualPointsOfTextFiles) {
   EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_TRUE(mesh.point_id.empty());
   std::string broken = content;
-  expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 a 0"), "line 6");
+  expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 a 0"), "a.stl:6: 'a', expected a coordinate");
   broken = content;
-  expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 nan 0"), "expected finite coordinates");
+  expect_fault("a.stl", broken.replace(broken.find("1 1 0"), 5, "1 nan 0"), "a.stl:6: 'nan', expected a coordinate");
+}
+
+TEST(StlReader, ReadsTextHoweverItIsWritten) {
+  const std::string name(1000, '/');
+  const std::string first = "vertex 0 0 0\nvertex 1 0 0\nvertex 1.00000000000001 1 0\nendloop\nendfacet\n";
+  const std::string second = "VERTEX 0 0 0\n  VERTEX 1.00000000000001 1 0 VERTEX\t0 1 0 ENDLOOP ENDFACET\n";
+  for (const std::string& content :
+       {"solid X" + name + " facet outer\n facet normal 0 0 1\nouter loop\n" + first +
+            "facet   normal\n nan -nan(ind) 1\n outer   loop\n" + second + "endsolid X" + name + "\n",
+        "solid\nfacet normal\nouter loop\n" + first + "endsolid\n\nSOLID two\rFACET NORMAL 0 0 1\nOUTER LOOP\n" +
+            second + "ENDSOLID\n"}) {
+    const ScratchFile file("a.stl", content);
+    const SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}, {0, 2, 3}}));
+    EXPECT_EQ(mesh.points[2].x(), 1.00000000000001);
+  }
+  expect_fault("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
+               "a.stl:6: 'endloop', expected vertex");
+  expect_fault("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\n" + first,
+               "ends at line 8, expected facet or endsolid");
+}
+
+TEST(VtkReaders, ReadWhatSurfacesAreMadeOf) {
+  const ScratchFile strips("a.vtk",
+                           "# vtk DataFile Version 3.0\nit\nASCII\nDATASET POLYDATA\nPOINTS 5 double\n"
+                           "0 0 0 1 0 0 0 1 0 1 1 0 0 2 0\nTRIANGLE_STRIPS 1 6\n5 0 1 2 3 4\n"
+                           "CELL_DATA 1\nSCALARS thickness double 1\nLOOKUP_TABLE default\n2e-3\n");
+  SurfaceMesh mesh = read_mesh(strips.path());
+  EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}}));
+  EXPECT_EQ(mesh.face_fields.at("thickness"), std::vector<double>(3, 2e-3));
+  const ScratchFile mixed(
+      "a.vtk",
+      "# vtk DataFile Version 3.0\nit\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n"
+      "0 0 0 1 0 0 0 1 0 0 0 1 0.5 0 0 0.5 0.5 0 0 0.5 0 0.5 0 0.5\n"
+      "CELLS 5 25\n6 0 1 2 4 5 6\n3 0 1 3\n4 0 1 2 3\n3 0 1 4\n4 0 1 2 3\nCELL_TYPES 5\n22\n5\n10\n21\n10\n");
+  mesh = read_mesh(mixed.path());
+  EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2}, {0, 1, 3}}));
+  EXPECT_EQ(mesh.remarks,
+            (std::vector<std::string>{"2 volume elements left out: only faces are taken",
+                                      "1 face of second or higher order: only the corners are taken, sides become "
+                                      "straight"}));
 }
 
 TEST(VtkReaders, FieldsOfCellsAreKept) {
@@ -377,13 +552,66 @@ TEST(GmshReader, ReadsPhysicalGroups) {
     EXPECT_EQ(mesh.groups.at("paper"), (std::vector<int>{0, 1, 4, 5}));
     EXPECT_EQ(mesh.groups.at("card"), (std::vector<int>{1, 2, 3, 4}));
     EXPECT_EQ(mesh.groups.size(), 4U);
+    EXPECT_EQ(mesh.face_groups, (std::map<std::string, std::vector<int>>{{"card", {1, 2}}, {"paper", {0}}}));
   }
 }
 
+std::string replaced(std::string content, const std::string& what, const std::string& with) {
+  return content.replace(content.find(what), what.size(), with);
+}
+
+TEST(GmshReader, ReadsNodesWithParameters) {
+  std::string content = gmsh_2;
+  for (const auto& [what, with] :
+       std::vector<std::pair<std::string, std::string>>{{"$Nodes", "$ParametricNodes"},
+                                                        {"$EndNodes", "$EndParametricNodes"},
+                                                        {"1 0 0 0\n", "1 0 0 0 0 1\n"},
+                                                        {"2 1 0 0\n", "2 1 0 0 1 1 0.5\n"},
+                                                        {"5 1 1 0\n", "5 1 1 0 2 1 0.5 0.25\n"}}) {
+    content = replaced(content, what, with);
+  }
+  const std::string blocks = replaced(
+      gmsh_4, "1 6 1 6\n2 1 0 6\n1\n2\n3\n4\n5\n6\n0 0 0\n1 0 0\n2 0 0.25\n2 1 0\n1 1 0\n0 1 0\n",
+      "4 6 1 6\n0 1 1 1\n1\n0 0 0\n1 1 1 2\n2\n3\n1 0 0 0.5\n2 0 0.25 1\n2 1 1 2\n4\n5\n2 1 0 0.1 0.2\n1 1 0 0.3 0.4\n"
+      "3 1 1 1\n6\n0 1 0 1 2 3\n");
+  for (const std::string& text : {content, blocks}) {
+    const ScratchFile file("a.msh", text);
+    const SurfaceMesh mesh = read_mesh(file.path());
+    EXPECT_EQ(mesh.points,
+              (std::vector<Eigen::Vector3d>{{0, 0, 0}, {1, 0, 0}, {2, 0, 0.25}, {2, 1, 0}, {1, 1, 0}, {0, 1, 0}}));
+    EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 4, 5}, {1, 2, 3}, {1, 3, 4}}));
+  }
+}
+
+TEST(GmshReader, TakesTheCornersOfElementsOfHigherOrderAndNoVolumes) {
+  // A line of 3 nodes, quads of 8 and 9, a triangle of 6, and of 9 (third order); a tetrahedron of 4 and one of 10.
+  std::string nodes;
+  for (int i = 1; i <= 30; ++i) {
+    nodes +=
+        std::to_string(i) + " " + std::to_string(i % 7) + " " + std::to_string(i % 5) + " " + std::to_string(i) + "\n";
+  }
+  const std::string head = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n30\n" + nodes + "$EndNodes\n$Elements\n";
+  const std::string volumes = "6 4 2 7 1 1 2 3 4\n7 11 2 7 1 1 2 3 4 11 12 13 14 15 16\n";
+  const ScratchFile file("a.msh", head +
+                                      "7\n1 8 2 1 1 1 2 20\n2 16 2 2 1 1 2 3 4 11 12 13 14\n"
+                                      "3 10 2 2 1 4 3 5 6 11 12 13 14 15\n4 9 2 -3 1 5 6 7 11 12 13\n"
+                                      "5 20 2 0 1 7 6 8 11 12 13 14 15 16\n" +
+                                      volumes + "$EndElements\n");
+  const SurfaceMesh mesh = read_mesh(file.path());
+  EXPECT_EQ(mesh.faces, (std::vector<std::vector<int>>{{0, 1, 2, 3}, {3, 2, 4, 5}, {4, 5, 6}, {6, 5, 7}}));
+  EXPECT_EQ(mesh.groups.at("1"), (std::vector<int>{0, 1}));
+  EXPECT_EQ(mesh.groups.at("3"), (std::vector<int>{4, 5, 6}));
+  EXPECT_EQ(mesh.groups.count("7"), 0U);
+  EXPECT_EQ(mesh.remarks,
+            (std::vector<std::string>{"2 volume elements left out: only faces are taken",
+                                      "4 faces of second or higher order: only the corners are taken, sides become "
+                                      "straight"}));
+  expect_fault("a.msh", head + "2\n" + volumes + "$EndElements\n", "volume elements and no face, expected a surface");
+  expect_fault("a.msh", head + "1\n1 9 2 1 1 1 2 3 4\n$EndElements\n", "'$EndElements', expected a node number");
+}
+
 TEST(GmshReader, NamesTheFault) {
-  const auto broken = [](std::string content, const std::string& what, const std::string& with) {
-    return content.replace(content.find(what), what.size(), with);
-  };
+  const auto broken = replaced;
   expect_fault("a.msh", broken(gmsh_2, "2 2 1 2 3 4", "2 2 1 2 3 99"),
                "a.msh:26: node 99 in element 5, expected one of the 6 nodes");
   expect_fault("a.msh", broken(gmsh_4, "5 2 3 4", "5 2 3 99"), "node 99 in element 5, expected one of the 6 nodes");
@@ -393,7 +621,8 @@ TEST(GmshReader, NamesTheFault) {
   expect_fault("a.msh", broken(gmsh_2, "6\n1 0 0 0", "7\n1 0 0 0"), "a.msh:19: '$EndNodes', expected a node number");
   expect_fault("a.msh", broken(gmsh_2, "2.2 0", "1.0 0"), "a text file of version 1.0");
   expect_fault("a.msh", broken(gmsh_2, "2.2 0", "2.2 1"), "a binary file of version 2.2");
-  expect_fault("a.msh", broken(gmsh_2, "5 2 2", "5 9 2"), "element 5 has type 9, expected points, lines, triangles");
+  expect_fault("a.msh", broken(gmsh_2, "5 2 2", "5 99 2"), "element 5 has type 99, expected points, lines, triangles");
+  expect_fault("a.msh", "$NOD\n", "a.msh:1: '$NOD', expected $MeshFormat, as written by gmsh -save -format msh41");
 }
 
 TEST(GmshReader, NumbersGroupsWithoutNames) {

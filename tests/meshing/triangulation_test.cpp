@@ -21,6 +21,7 @@ TEST(Triangulated, SplitsQuadsAlongTheirShorterDiagonal) {
   mesh.uv = {{{0, 0}, {1, 0}, {2, 0}, {3, 0}}, {{4, 0}, {5, 0}, {6, 0}, {7, 0}}, {{8, 0}, {9, 0}, {10, 0}}};
   mesh.face_fields["thickness"] = {1, 2, 3};
   mesh.groups["all"] = {0, 1, 2};
+  mesh.face_groups = {{"ends", {0, 2}}, {"middle", {1}}};
   mesh.point_id = {3, 4, 5, 6, 7, 8};
   mesh.face_id = {1, 2, 4};
   const SurfaceMesh triangles = triangulated(mesh);
@@ -29,6 +30,7 @@ TEST(Triangulated, SplitsQuadsAlongTheirShorterDiagonal) {
   EXPECT_EQ(triangles.uv[3], (std::vector<Eigen::Vector2d>{{5, 0}, {6, 0}, {7, 0}}));
   EXPECT_EQ(triangles.face_fields.at("thickness"), (std::vector<double>{1, 1, 2, 2, 3}));
   EXPECT_EQ(triangles.groups, mesh.groups);
+  EXPECT_EQ(triangles.face_groups, (std::map<std::string, std::vector<int>>{{"ends", {0, 1, 4}}, {"middle", {2, 3}}}));
   EXPECT_EQ(triangles.point_id, mesh.point_id);
   EXPECT_EQ(triangles.id_of_face(4), 4);
 }

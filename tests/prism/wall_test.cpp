@@ -11,6 +11,8 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "meshing/closed_shapes.h"
+#include "meshing/generators.h"
+#include "meshing/triangulation.h"
 
 namespace pellicle {
 namespace {
@@ -118,6 +120,29 @@ TEST(Wall, thickness_from_a_field_of_the_mesh) {
   const Wall wall = make_wall(membrane, options, {});
   for (std::size_t e = 0; e < wall.thickness.size(); ++e) {
     EXPECT_EQ(wall.thickness[e], 1e-4 + 1e-6 * static_cast<double>(membrane.element_id[e]));
+  }
+}
+
+TEST(Wall, a_region_by_a_group_has_exactly_the_faces_of_the_group) {
+  // Two halves of a cloth and a seam between them, all of whose vertices are in the cloth.
+  SurfaceMesh mesh = triangulated(rectangle_mesh({3, 1}, {0.3, 0.1}));
+  mesh.face_groups = {{"cloth", {0, 1, 4, 5}}};
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    mesh.groups["cloth"].push_back(static_cast<int>(i));
+    if (mesh.points[i].x() > -0.1) {
+      mesh.groups["points"].push_back(static_cast<int>(i));
+    }
+  }
+  const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, {});
+  for (const char* group : {"cloth", "points"}) {
+    WallOptions options;
+    options.regions["part"].group = group;
+    const Wall wall = make_wall(membrane, options, {});
+    for (std::size_t e = 0; e < wall.material.size(); ++e) {
+      const PetscInt face = membrane.element_id[e];
+      const bool is_in = std::string(group) == "cloth" ? face < 2 || face > 3 : face > 1;
+      EXPECT_EQ(wall.material[e], is_in ? 1 : 0) << group << ", face " << face;
+    }
   }
 }
 

@@ -216,6 +216,13 @@ TEST_F(BalloonSolversTest, AStepThatEndsOutOfBalanceIsSaid) {
   run(1, {});
   EXPECT_LT(history_.at("relative_residual").back(), 1e-9);
   EXPECT_EQ(output_.find("residual:"), std::string::npos) << output_;
+  // So far from the origin that places are rounded to more than what the tolerance asks for.
+  run(2, {"-mesh_shift", "1e5,0,0"});
+  EXPECT_GT(history_.at("relative_residual")[1], 1e-8);
+  EXPECT_NE(output_.find("steps ended above prism.snes_rtol, as far as the rounding of the places lets Newton's method "
+                         "go: out of balance by"),
+            std::string::npos)
+      << output_;
 }
 
 TEST_F(BalloonSolversTest, AStepWhoseResidualGrowsIsTriedAgainSmaller) {

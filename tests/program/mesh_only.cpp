@@ -170,6 +170,23 @@ TEST_F(MeshOnlyTest, RealMeshes) {
   EXPECT_EQ(drawn_ranks_.size(), 3U);
 }
 
+TEST_F(MeshOnlyTest, AShellInsideAnotherIsSaidUnlessAChamberIsInsideAnother) {
+  // Two octahedra, of which the smaller one is the second.
+  const std::string faces =
+      "f -6 -4 -2\nf -4 -5 -2\nf -5 -3 -2\nf -3 -6 -2\nf -4 -6 -1\nf -5 -4 -1\nf -3 -5 -1\nf -6 -3 -1\n";
+  write("shells.obj", "v 2 0 0\nv -2 0 0\nv 0 2 0\nv 0 -2 0\nv 0 0 2\nv 0 0 -2\n" + faces +
+                          "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n" + faces);
+  const Arguments options{"-mesh_file", "shells.obj", "-chain", "inflate"};
+  const std::string said =
+      "warning: a closed piece (of vertex 6) lies inside another (of vertex 0): the volume is the sum";
+  write_mesh(2, options, {"2 pieces, closed, encloses 12 m^3", said});
+  const std::string deck = write("deck.yaml",
+                                 "chambers:\n  outer: {law: isothermal, vertex: 0}\n"
+                                 "  inner: {law: isothermal, vertex: 6, inside: outer}\n");
+  const CommandResult result = succeed(1, Arguments{deck, "-mesh_only", "-output_directory", "named"} + options);
+  EXPECT_EQ(result.output.find("lies inside"), std::string::npos) << result;
+}
+
 TEST_F(MeshOnlyTest, FaultyMeshesAreRefusedBeforeAnythingIsWritten) {
   // Two squares at one vertex.
   write("bow_tie.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0 0\nv -1 -1 0\nv 0 -1 0\nf 1 2 3 4\nf 1 5 6 7\n");

@@ -86,16 +86,22 @@ TEST_F(MeshTables, ASheetComesBackWithItsMassesAndPlaces) {
       sheet);
 }
 
-TEST_F(MeshTables, FieldsOfElementsComeBack) {
+TEST_F(MeshTables, FieldsAndGroupsOfElementsComeBack) {
   const std::vector<double> expected = mesh.face_fields.at("thickness");
+  mesh.face_groups["others"] = {1, 7, 23};
   MeshRows rows = rows_of(PETSC_COMM_WORLD, mesh);
   rows.part.assign(rows.cells.size(), 0);
   write(PETSC_COMM_WORLD, rows);
   const MeshRows read_back = read(PETSC_COMM_WORLD);
   EXPECT_EQ(read_back.fields, std::vector<std::string>{"thickness"});
   for (std::size_t i = 0; i < read_back.cells.size(); ++i) {
-    EXPECT_EQ(read_back.field_values[i], expected[static_cast<std::size_t>(read_back.cells[i].id)]);
+    const MeshRows::Point& cell = read_back.cells[i];
+    EXPECT_EQ(read_back.field_values[i], expected[static_cast<std::size_t>(cell.id)]);
+    const bool is_in_group = cell.id == 1 || cell.id == 7 || cell.id == 23;
+    EXPECT_EQ(read_back.group_sets[static_cast<std::size_t>(cell.group_set)],
+              is_in_group ? std::vector<int>{0} : std::vector<int>{});
   }
+  EXPECT_EQ(read_back.groups, (std::vector<std::string>{"others", "third of all"}));
 }
 
 TEST_F(MeshTables, WhatDoesNotFitTogetherIsRefused) {

@@ -45,7 +45,11 @@ SurfaceMesh two_pieces() {
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     mesh.face_fields["thickness"].push_back(1e-3 * static_cast<double>(f));
     mesh.face_fields["density"].push_back(1000 + static_cast<double>(f));
+    if (f % 3 == 0) {
+      mesh.face_groups["right"].push_back(static_cast<int>(f));
+    }
   }
+  mesh.face_groups["none"];
   return mesh;
 }
 
@@ -134,6 +138,13 @@ TEST_P(MembraneTest, elements_carry_the_data_of_their_faces) {
   EXPECT_EQ(membrane.piece_is_closed[is_on_torus(0) ? 0 : 1], true);
   EXPECT_EQ(membrane.piece_is_closed[is_on_torus(0) ? 1 : 0], false);
   ASSERT_EQ(membrane.element_fields.size(), 2U);
+  std::vector<PetscInt> thirds;
+  for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
+    if (membrane.element_id[e] % 3 == 0) {
+      thirds.push_back(static_cast<PetscInt>(e));
+    }
+  }
+  EXPECT_EQ(membrane.element_groups, thirds.empty() ? Groups() : Groups({{"right", thirds}}));
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const auto f = static_cast<std::size_t>(membrane.element_id[e]);
     EXPECT_EQ(membrane.piece[e], is_on_torus(f) == is_on_torus(0) ? 0 : 1);

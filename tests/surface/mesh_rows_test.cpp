@@ -217,6 +217,7 @@ TEST(MeshRowsTest, AMembraneDoesNotDependOnWhereItsRowsLay) {
   }
   for (int i = 0; i < 20; ++i) {
     mesh.groups["some"].push_back(3 * i);
+    mesh.face_groups["some"].push_back(5 * i);
   }
   const SheetOptions options;
   const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, options);
@@ -233,6 +234,7 @@ TEST(MeshRowsTest, AMembraneDoesNotDependOnWhereItsRowsLay) {
     EXPECT_EQ(loaded.membrane.element_id, membrane.element_id);
     EXPECT_EQ(loaded.membrane.element_uv, membrane.element_uv);
     EXPECT_EQ(loaded.membrane.element_fields, membrane.element_fields);
+    EXPECT_EQ(loaded.membrane.element_groups, membrane.element_groups);
     EXPECT_EQ(loaded.membrane.piece, membrane.piece);
     EXPECT_EQ(loaded.membrane.piece_is_closed, membrane.piece_is_closed);
     EXPECT_EQ(loaded.particles.as<PetscInt>(), membrane.persistent_id);

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <unsupported/Eigen/BVH>
+#include <vector>
+
+namespace pellicle {
+inline namespace meshing {
+
+using Box = Eigen::AlignedBox3d;
+
+/// What Eigen's traversal of two trees of boxes calls; the names are Eigen's.
+template <class Take>
+struct BoxPairVisitor {
+  const std::vector<Box>& first;
+  const std::vector<Box>& second;
+  const Take& take;
+  std::int64_t left;  ///< comparisons of boxes that may still be made
+
+  // NOLINTBEGIN(readability-identifier-naming)
+  /// Every descent asks this of its pair: when no comparisons are left, the traversal soon ends.
+  bool intersectVolumeVolume(const Box& a, const Box& b) { return left-- > 0 && a.intersects(b); }
+  bool intersectVolumeObject(const Box& a, int b) {
+    return intersectVolumeVolume(a, second[static_cast<std::size_t>(b)]);
+  }
+  bool intersectObjectVolume(int a, const Box& b) {
+    return intersectVolumeVolume(first[static_cast<std::size_t>(a)], b);
+  }
+  /// Stops the traversal when no comparisons are left.
+  bool intersectObjectObject(int a, int b) {
+    if (left-- <= 0) {
+      return true;
+    }
+    if (first[static_cast<std::size_t>(a)].intersects(second[static_cast<std::size_t>(b)])) {
+      left -= take(a, b);
+    }
+    return false;
+  }
+  // NOLINTEND(readability-identifier-naming)
+};
+
+/// Calls `take` with the numbers of each box of the first and of the second that meet, in any order; of boxes that are
+/// given twice each pair comes both ways round, and each box with itself. By trees, in n log n for things spread over a
+/// surface; where nearly all boxes meet it ends after some hundred comparisons for each, and at least 10^8.
+/// @param take returns the work it was, in comparisons of boxes
+/// @returns whether all pairs were visited
+template <class Take>
+bool visit_pairs(const std::vector<Box>& first, const std::vector<Box>& second, const Take& take) {
+  using Tree = Eigen::KdBVH<double, 3, int>;
+  const auto tree_of = [](const std::vector<Box>& boxes) {
+    std::vector<int> numbers(boxes.size());
+    std::iota(numbers.begin(), numbers.end(), 0);
+    return Tree(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
+  };
+  if (first.empty() || second.empty()) {
+    return true;
+  }
+  constexpr std::int64_t least = 100000000;
+  constexpr std::int64_t of_a_box = 300;
+  const auto larger = static_cast<std::int64_t>(std::max(first.size(), second.size()));
+  BoxPairVisitor<Take> visitor{first, second, take, std::max(least, of_a_box * larger)};
+  const Tree tree = tree_of(first);
+  std::optional<Tree> other;
+  if (&second != &first) {
+    other.emplace(tree_of(second));
+  }
+  Eigen::BVIntersect(tree, other ? *other : tree, visitor);
+  return visitor.left > 0;
+}
+
+}  // namespace meshing
+}  // namespace pellicle
