@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -396,7 +395,6 @@ void initialize_petsc(const std::string& program, const std::vector<PetscOption>
   use_one_thread();
   check(PetscInitialize(&count, &arguments, nullptr, nullptr));
   keep_petsc_messages();
-  std::signal(SIGPIPE, SIG_DFL);  // `pellicle ... | head` ends quietly, without PETSc's trace.
 }
 
 }  // namespace base

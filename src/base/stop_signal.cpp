@@ -3,6 +3,7 @@
 #include <mpi.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <utility>
@@ -12,13 +13,27 @@ inline namespace base {
 
 namespace {
 
-constexpr std::array<std::pair<int, const char*>, 5> names{
-    {{SIGTERM, "SIGTERM"}, {SIGINT, "SIGINT"}, {SIGHUP, "SIGHUP"}, {SIGUSR1, "SIGUSR1"}, {SIGUSR2, "SIGUSR2"}}};
+constexpr std::array<std::pair<int, const char*>, 6> names{{{SIGTERM, "SIGTERM"},
+                                                            {SIGINT, "SIGINT"},
+                                                            {SIGHUP, "SIGHUP"},
+                                                            {SIGUSR1, "SIGUSR1"},
+                                                            {SIGUSR2, "SIGUSR2"},
+                                                            {SIGXCPU, "SIGXCPU"}}};
 
 // What the handler reads.
 volatile std::sig_atomic_t is_deferred = 0;
 volatile std::sig_atomic_t waiting = 0;
+volatile std::sig_atomic_t is_continued = 0;  ///< by SIGCONT
 volatile std::sig_atomic_t is_first_rank = 1;
+
+// Of until_stopped, the same on all ranks.
+bool may_leave = false;
+bool may_leave_at_sigcont = false;
+int agreed = 0;  ///< the signal at which its work is left
+
+/// Between two questions of a StopPoint [s], and the most passes between them.
+constexpr double time_between = 0.1;
+constexpr int most_passes = 64;
 
 void print(const char* text) {
   std::size_t length = 0;
@@ -66,15 +81,28 @@ bool hangup_is_ignored() {
 extern "C" void handle_stop_signal(int signal) {
   if (is_deferred != 0 && waiting == 0) {
     waiting = signal;
-  } else {
+  } else if (signal != SIGXCPU || waiting != SIGXCPU) {
     end_at_once(signal);
   }
+}
+
+extern "C" void handle_sigcont(int) { is_continued = 1; }
+
+/// The signal that follows from what has been noted on any rank.
+int signal_of(bool any_is_continued, int any_waiting) {
+  if (any_waiting == 0 && any_is_continued) {
+    is_continued = 0;
+    return SIGCONT;
+  }
+  return any_waiting;
 }
 
 }  // namespace
 
 void catch_stop_signals(int rank) {
   is_first_rank = rank == 0 ? 1 : 0;
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   struct sigaction action {};
   action.sa_handler = handle_stop_signal;
   action.sa_flags = SA_RESTART;
@@ -97,17 +125,63 @@ void release_stop_signals() {
       std::signal(number, SIG_DFL);
     }
   }
+  std::signal(SIGCONT, SIG_DFL);
 }
 
 void defer_stop_signals() {
   waiting = 0;
+  is_continued = 0;
   is_deferred = 1;
+  struct sigaction action {};
+  action.sa_handler = handle_sigcont;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGCONT, &action, nullptr);
 }
 
 int stop_signal() {
-  int signal = waiting;
-  MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  return signal;
+  std::array<int, 2> any{is_continued, waiting};
+  MPI_Allreduce(MPI_IN_PLACE, any.data(), 2, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  return signal_of(any[0] != 0, any[1]);
+}
+
+int until_stopped(const std::function<void()>& work, bool heeds_sigcont) {
+  may_leave = true;
+  may_leave_at_sigcont = heeds_sigcont;
+  agreed = 0;
+  try {
+    work();
+  } catch (const Stopped&) {
+  } catch (...) {
+    may_leave = false;
+    throw;
+  }
+  may_leave = false;
+  return std::exchange(agreed, 0);
+}
+
+bool StopPoint::pass() {
+  if (!may_leave || agreed != 0) {
+    return agreed != 0;
+  }
+  if (--left_ > 0) {
+    return false;
+  }
+  const double now = MPI_Wtime();
+  std::array<double, 3> largest{may_leave_at_sigcont && is_continued != 0 ? 1.0 : 0.0, static_cast<double>(waiting),
+                                now - last_};
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+  last_ = now;
+  agreed = signal_of(largest[0] != 0, static_cast<int>(largest[1]));
+  const double wanted = passes_ * time_between / std::max(largest[2], 1e-9);
+  passes_ = static_cast<int>(std::clamp(wanted, 1.0, std::min(2.0 * passes_, double(most_passes))));
+  left_ = passes_;
+  return agreed != 0;
+}
+
+void leave_if_stopped() {
+  if (agreed != 0) {
+    throw Stopped();
+  }
 }
 
 std::string signal_name(int signal) {

@@ -315,6 +315,8 @@ void ElasticStep::minimise(Field& positions, const ElasticInput& input, ElasticR
       result.reason = text;
       return;
     }
+    stop_.pass();
+    leave_if_stopped();
     if (tangent_->move_on(positions)) {
       forget_pattern();
     }

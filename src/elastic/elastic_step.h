@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/stage_result.h"
+#include "base/stop_signal.h"
 #include "elastic/bending_potential.h"
 #include "elastic/elastic_options.h"
 #include "elastic/mass_part.h"
@@ -148,6 +149,7 @@ class ElasticStep : public MassPart {
   Eigen::Matrix3Xd gradient_;
   std::vector<double> sums_;  ///< energy, squares of the norms of the gradient and its parts
   Eigen::Matrix3Xd step_;     ///< of Newton's method
+  StopPoint stop_;            ///< in each of its iterations
 
   std::vector<double> bent_factor_;  ///< on the bending stiffness of the local particles in the present step, with char
 };

@@ -4,11 +4,13 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "base/error.h"
 #include "base/spelling.h"
+#include "base/stop_signal.h"
 #include "solvers/named_fields.h"
 #include "solvers/own_preconditioner.h"
 #include "solvers/saved_system.h"
@@ -320,7 +322,51 @@ void own_solution(KSP ksp, Vec solution) {
   }
 }
 
+/// A solver's own convergence test, and where a solve may be left.
+struct StoppableTest {
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
+  void* context = nullptr;
+  PetscErrorCode (*destroy)(void*) = nullptr;
+  StopPoint stop;
+};
+
+PetscErrorCode test_or_stop(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
+  return as_petsc_callback([&] {
+    auto& own = *static_cast<StoppableTest*>(context);
+    check(own.test(ksp, iteration, norm, reason, own.context));
+    if (*reason == KSP_CONVERGED_ITERATING && own.stop.pass()) {
+      *reason = KSP_CONVERGED_ITS;  // No failure, which could become an error of PETSc's; `solve` leaves off.
+    }
+  });
+}
+
+PetscErrorCode destroy_test(void* context) {
+  return as_petsc_callback([&] {
+    const std::unique_ptr<StoppableTest> own(static_cast<StoppableTest*>(context));
+    if (own->destroy != nullptr) {
+      check(own->destroy(own->context));
+    }
+  });
+}
+
+/// Leaves the work in progress before a solve, if there is a signal: to make the preconditioner may take long.
+void leave_before_solve(KSP ksp) {
+  PetscErrorCode (*test)(KSP, PetscInt, PetscReal, KSPConvergedReason*, void*) = nullptr;
+  void* context = nullptr;
+  check(KSPGetConvergenceTest(ksp, &test, &context, nullptr));
+  if (test == test_or_stop) {
+    static_cast<StoppableTest*>(context)->stop.pass();
+  }
+  leave_if_stopped();
+}
+
 }  // namespace
+
+void make_stoppable(KSP ksp) {
+  auto own = std::make_unique<StoppableTest>();
+  check(KSPGetAndClearConvergenceTest(ksp, &own->test, &own->context, &own->destroy));
+  check(KSPSetConvergenceTest(ksp, test_or_stop, own.release(), destroy_test));
+}
 
 void run_solver(const std::string& prefix, const std::function<void()>& calls) {
   try {
@@ -436,6 +482,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
     make_parallel(ksp, pc, type);
   }
   save_systems(ksp, prefix);
+  make_stoppable(ksp);
   return ksp;
 }
 
@@ -469,6 +516,7 @@ std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_si
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
   LinearResult result;
   PetscInt iterations = 0;
+  leave_before_solve(ksp);
   try {
     set_block_type(ksp);
     give_mumps_room(ksp);
@@ -487,6 +535,7 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
     }
     result.ended = KSP_DIVERGED_PC_FAILED;
   }
+  leave_if_stopped();
   const KSPConvergedReason reason = result.ended;
   result.iterations = static_cast<int>(iterations);
   // The latter two end the search in a trust region; they are not solutions.

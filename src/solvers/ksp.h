@@ -74,8 +74,12 @@ struct LinearResult : StageResult {
   }
 };
 
+/// Gives a solver, whose options have been read, StopPoints before each solve and in each iteration. make_ksp does so.
+void make_stoppable(KSP ksp);
+
 /// Solves and says how it went; divergence is a result. Where the solver tests no residual itself (preonly, no norm),
-/// the true one is tested. Collective. @throws Error that names the solver's options when PETSc cannot do as they say
+/// the true one is tested. Collective. @throws Error that names the solver's options when PETSc cannot do as they say;
+/// Stopped, see make_stoppable
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution);
 
 /// What is wrong with a solution whose residual b - A x was not tested; empty if it is within `rtol` of b, or what

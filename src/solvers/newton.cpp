@@ -67,12 +67,14 @@ NewtonResult Newton::solve(Vec position) {
   bad_options_.clear();
   try {
     run_solver(prefix_, [&] { check(SNESSolve(snes_, nullptr, position)); });
-  } catch (const PetscFailure&) {
+  } catch (const std::runtime_error&) {
+    leave_if_stopped();
     if (!bad_options_.empty()) {
       throw Error(bad_options_);
     }
     throw;
   }
+  leave_if_stopped();
   PetscInt iterations = 0;
   check(SNESGetConvergedReason(snes_, &result_.ended));
   check(SNESGetIterationNumber(snes_, &iterations));
@@ -124,6 +126,9 @@ PetscErrorCode Newton::solve_callback(PC pc, Vec residual, Vec descent) {
     LinearResult solved;
     try {
       solved = self->problem_.solve(residual, descent, request);
+    } catch (const Stopped&) {
+      check(PCSetFailedReason(pc, PC_SUBPC_ERROR));  // SNES ends, and `solve` leaves off.
+      return;
     } catch (const Error& error) {
       self->bad_options_ = error.what();
       throw;
@@ -134,26 +139,30 @@ PetscErrorCode Newton::solve_callback(PC pc, Vec residual, Vec descent) {
   });
 }
 
-/// As SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and its rounding.
+/// As SNESConvergedDefault, but with the problem's scale in place of the norm at the start, and its rounding; and where
+/// the work in progress is to be left, the method ends.
 PetscErrorCode Newton::convergence_callback(SNES snes, PetscInt iteration, PetscReal position_norm, PetscReal step_norm,
                                             PetscReal norm, SNESConvergedReason* reason, void* context) {
   return as_petsc_callback([&] {
     check(SNESConvergedDefault(snes, iteration, position_norm, step_norm, norm, reason, nullptr));
-    const NewtonProblem& problem = static_cast<Newton*>(context)->problem_;
+    auto& self = *static_cast<Newton*>(context);
+    const NewtonProblem& problem = self.problem_;
     if (*reason == SNES_CONVERGED_ITERATING && problem.rounding && norm <= problem.rounding()) {
       *reason = SNES_CONVERGED_FNORM_ABS;
     }
-    if (!problem.scale || iteration == 0 ||
-        (*reason != SNES_CONVERGED_ITERATING && *reason != SNES_CONVERGED_FNORM_RELATIVE)) {
-      return;
+    if (problem.scale && iteration > 0 &&
+        (*reason == SNES_CONVERGED_ITERATING || *reason == SNES_CONVERGED_FNORM_RELATIVE)) {
+      PetscReal rtol = 0;
+      PetscReal stol = 0;
+      check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
+      if (norm <= rtol * problem.scale()) {
+        *reason = SNES_CONVERGED_FNORM_RELATIVE;
+      } else {
+        *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;
+      }
     }
-    PetscReal rtol = 0;
-    PetscReal stol = 0;
-    check(SNESGetTolerances(snes, nullptr, &rtol, &stol, nullptr, nullptr));
-    if (norm <= rtol * problem.scale()) {
-      *reason = SNES_CONVERGED_FNORM_RELATIVE;
-    } else {
-      *reason = step_norm < stol * position_norm ? SNES_CONVERGED_SNORM_RELATIVE : SNES_CONVERGED_ITERATING;
+    if (*reason == SNES_CONVERGED_ITERATING && self.stop_.pass()) {
+      *reason = SNES_DIVERGED_INNER;  // `solve` leaves off.
     }
   });
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/handle.h"
+#include "base/stop_signal.h"
 #include "solvers/ksp.h"
 #include "solvers/named_fields.h"
 
@@ -79,8 +80,7 @@ class Newton {
   Newton& operator=(const Newton&) = delete;
 
   /// Moves `position` to where the method ends, whether that is a solution or not. Collective. @throws Error that names
-  /// the options
-  /// when PETSc cannot do as they say
+  /// the options when PETSc cannot do as they say; Stopped, at the beginning of an iteration or in its linear solve
   NewtonResult solve(Vec position);
 
  private:
@@ -97,6 +97,7 @@ class Newton {
   NewtonProblem problem_;
   NewtonResult result_;      ///< of the solve in progress
   bool has_begun_ = false;   ///< it has a first residual
+  StopPoint stop_;           ///< at the beginning of an iteration
   std::string bad_options_;  ///< why the linear solver cannot work as the options say, found in a callback
   VecHandle residual_;
   SnesHandle snes_;

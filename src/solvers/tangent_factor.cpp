@@ -36,6 +36,7 @@ TangentFactor::TangentFactor(const Tangent& tangent, const LowRankSystem& system
   check(PCSetType(pc, PCSHELL));  // whatever the options say of the preconditioner in its place
   check(PCShellSetContext(pc, this));
   check(PCShellSetApply(pc, apply_callback));
+  make_stoppable(solver_);
 }
 
 /// Which vertices are inner ones, and factors for them and for the interface.

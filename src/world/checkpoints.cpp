@@ -98,7 +98,7 @@ std::string fault_of(MPI_Comm comm, const std::string& path) {
 }  // namespace
 
 Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present)
-    : folder_(folder), options_(options), record_(record), last_time_(MPI_Wtime()) {
+    : folder_(folder), options_(options), record_(record), start_(MPI_Wtime()) {
   if (present < 0) {
     return;
   }
@@ -125,14 +125,19 @@ std::string Checkpoints::name_of(int step) {
   return name;
 }
 
-bool Checkpoints::due(int step) const {
+bool Checkpoints::due_by_steps(int step) const {
+  return lacks(step) && options_.interval_steps > 0 && step % options_.interval_steps == 0;
+}
+
+bool Checkpoints::due_by_clock(int step) const {
   if (!lacks(step)) {
     return false;
   }
-  const bool by_steps = options_.interval_steps > 0 && step % options_.interval_steps == 0;
-  bool by_time = options_.interval_wall > 0 && MPI_Wtime() - last_time_ >= options_.interval_wall;
-  MPI_Bcast(&by_time, 1, MPI_CXX_BOOL, 0, folder_.comm());
-  return by_steps || by_time;
+  const double now = MPI_Wtime();
+  const double interval = options_.wall_interval(now - start_, !last_);
+  bool is_due = interval > 0 && now - last_.value_or(start_) >= interval;
+  MPI_Bcast(&is_due, 1, MPI_CXX_BOOL, 0, folder_.comm());
+  return is_due;
 }
 
 void Checkpoints::write(const Chain& chain) {
@@ -186,7 +191,7 @@ void Checkpoints::write(const Chain& chain) {
                 (written_.empty() ? "there is no checkpoint before it" : "the checkpoint before it is " + newest()));
   }
   written_.push_back(step);
-  last_time_ = MPI_Wtime();
+  last_ = MPI_Wtime();
   while (written_.size() > static_cast<std::size_t>(options_.keep)) {
     on_root(comm, [&] { folder_.remove(name_of(written_.front())); });
     written_.erase(written_.begin());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,12 @@ class Checkpoints {
   /// number to be kept; -1: there is none
   Checkpoints(OutputFolder& folder, const CheckpointOptions& options, const RunRecord& record, int present);
 
-  /// Whether a checkpoint is due after this step, and there is none yet. Collective.
-  bool due(int step) const;
+  /// Whether there is to be a checkpoint of a step if the run ends there, and is none yet. Not collective.
+  bool lacks(int step) const { return options_.keep > 0 && (written_.empty() || written_.back() != step); }
+  /// Whether a checkpoint is due after this step by the number of steps, and there is none yet. Not collective.
+  bool due_by_steps(int step) const;
+  /// The same by the clock on the wall. Collective.
+  bool due_by_clock(int step) const;
   /// Writes one of the present state, if there is none of its step; removes those that are too old. Collective.
   /// @throws Error, on all ranks, when it cannot be written: earlier ones stay
   void write(const Chain& chain);
@@ -35,14 +40,12 @@ class Checkpoints {
 
  private:
   static std::string name_of(int step);
-  /// Whether there is to be one of a step, and is none yet.
-  bool lacks(int step) const { return options_.keep > 0 && (written_.empty() || written_.back() != step); }
-
   OutputFolder& folder_;
   CheckpointOptions options_;
   const RunRecord& record_;
-  std::vector<int> written_;  ///< steps, rising
-  double last_time_;          ///< on the wall, of the last one or of the beginning [s]
+  std::vector<int> written_;    ///< steps, rising
+  double start_;                ///< on the wall, of the run [s]
+  std::optional<double> last_;  ///< on the wall, of the last checkpoint that it has written [s]
 };
 
 /// The newest intact checkpoint of a folder, or the one of a file. Damaged ones are reported and skipped. Collective.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <functional>
 
@@ -84,9 +85,10 @@ std::vector<std::string> remarks_of(const StepCounts& counts, const TimeOptions&
   return lines;
 }
 
-/// Writes the row of a step, and its frame if one is due. If one of them fails the other is written nevertheless.
+/// Writes the row of a step, and its frame if one is due. If one of them fails the other is written nevertheless, and
+/// so is a checkpoint, unless that would go on from a row that is missing.
 /// @throws Error, the first fault, after as much of the state as possible has been written
-void write_step(Chain& chain, bool with_frame, double h, int retries) {
+void write_step(Chain& chain, bool with_frame, double h, int retries, const std::function<void()>& checkpoint) {
   std::string fault;
   const auto succeeds = [&fault](const std::function<void()>& work) {
     try {
@@ -98,11 +100,14 @@ void write_step(Chain& chain, bool with_frame, double h, int retries) {
     }
   };
   bool is_drawn = with_frame && succeeds([&] { chain.draw(); });
-  succeeds([&] { chain.record(h, retries); });
+  const bool is_recorded = succeeds([&] { chain.record(h, retries); });
   if (fault.empty()) {
     return;
   }
   is_drawn = is_drawn || succeeds([&] { chain.draw(); });
+  if (is_recorded) {
+    succeeds(checkpoint);
+  }
   throw Error(fault + "; ended at " + time_text(chain.time()) + " after step " + std::to_string(chain.step()) +
               (is_drawn ? ", the last frame" : ", of which there is no frame"));
 }
@@ -137,12 +142,31 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
       checkpoints->write(chain);
     }
   };
+  const auto checkpoint_by_clock = [&] {
+    if (checkpoints != nullptr && checkpoints->due_by_clock(chain.step())) {
+      checkpoint();
+    }
+  };
+  const auto answer = [&](int signal, bool within_step) {
+    checkpoint();  // before the frame: whoever sends a signal may kill what does not end soon
+    if (signal == SIGCONT) {
+      return;
+    }
+    chain.draw();
+    tell_remarks();
+    throw Interrupted(
+        signal, "ended by " + signal_name(signal) + " at " + time_text(chain.time()) + " after step " +
+                    std::to_string(chain.step()) + ", which is the last frame and row" +
+                    (within_step ? "; step " + std::to_string(chain.step() + 1) + " had begun and is undone" : ""));
+  };
   if (chain.length() == 0 || options.tolerance == 0) {
     chain.length() = chain.length() == 0 ? options.step : std::min(chain.length(), options.step);
   }
-  int last_drawn = chain.step();
   defer_stop_signals();
   while (!is_last()) {
+    if (const int signal = stop_signal(); signal != 0) {
+      answer(signal, false);
+    }
     chain.keep();
     double length = chain.length();  // before it is shortened to end at a frame or at the end of the run
     const double rounding = 1e-9 * options.step;
@@ -154,58 +178,69 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
       }
     }
     int retries = 0;
-    StepResult step = chain.advance(h);
-    int signal = stop_signal();
-    while (!step.converged && h / 2 >= options.shortest_step() && signal == 0) {
+    StepResult step;
+    const auto advance = [&] {
+      while (true) {
+        const bool heeds_sigcont = checkpoints != nullptr && checkpoints->lacks(chain.step());
+        int signal = 0;
+        try {
+          signal = until_stopped([&] { step = chain.advance(h); }, heeds_sigcont);
+        } catch (const Error&) {
+          chain.restore();
+          try {
+            checkpoint();
+          } catch (const Error&) {
+            // The first fault is the one that is reported.
+          }
+          throw;
+        }
+        if (signal == 0 && !step.converged) {
+          signal = stop_signal();
+        }
+        if (signal == 0) {
+          return step.converged;
+        }
+        chain.restore();
+        answer(signal, true);
+      }
+    };
+    while (!advance() && h / 2 >= options.shortest_step()) {
       chain.restore();
       h /= 2;
       console.tell("step " + std::to_string(chain.step() + 1) + " at time " + time_text(chain.time()) +
                    " failed: " + step.reason + "; tried again with " + time_text(h));
       length = h;
       ++retries;
-      step = chain.advance(h);
-      signal = stop_signal();
+      checkpoint_by_clock();
     }
     if (!step.converged) {
-      const std::string failed_state = signal == 0 ? draw_failed(chain, h) : "";
+      const std::string failed_state = draw_failed(chain, h);
       chain.restore();
       std::string kept = "; the state before it is the last frame";
       try {
-        if (last_drawn != chain.step()) {
-          chain.draw();
-        }
+        chain.draw();
         checkpoint();
       } catch (const Error& error) {
         kept = std::string("; of the state before it there is no frame: ") + error.what();
       }
       tell_remarks();
-      const std::string failure = "step " + std::to_string(chain.step() + 1) + " at time " +
-                                  std::to_string(chain.time()) + " s failed, down to a length of " + time_text(h) +
-                                  ": " + step.reason;
-      if (signal != 0) {
-        throw Interrupted(signal, "ended by " + signal_name(signal) + " when " + failure + kept);
-      }
-      throw Error(failure + kept + failed_state);
+      throw Error("step " + std::to_string(chain.step() + 1) + " at time " + std::to_string(chain.time()) +
+                  " s failed, down to a length of " + time_text(h) + ": " + step.reason + kept + failed_state);
     }
     counts.note(h, retries, step.newton_iterations);
     chain.accept(without_drift(chain.time(), options.step));
-    const bool with_frame = is_last() || chain.frame_due() || signal != 0;
-    write_step(chain, with_frame, h, retries);
-    last_drawn = with_frame ? chain.step() : last_drawn;
+    write_step(chain, is_last() || chain.frame_due(), h, retries, checkpoint);
     const double share =
         std::max(chain.time() / options.end, options.max_steps > 0 ? chain.step() / double(options.max_steps) : 0.0);
     console.progress({chain.step(), chain.time(), std::min(1.0, share), step.iterations, step.figures});
     chain.length() = next_length(h, length, step, options);
-    if (is_last() || signal != 0) {
+    if (is_last()) {
       checkpoint();
-    } else if (checkpoints != nullptr && checkpoints->due(chain.step())) {
+    } else if (checkpoints != nullptr && checkpoints->due_by_steps(chain.step())) {
       checkpoint();
       chain.forget();
-    }
-    if (signal != 0 && !is_last()) {
-      tell_remarks();
-      throw Interrupted(signal, "ended by " + signal_name(signal) + " at " + time_text(chain.time()) + " after step " +
-                                    std::to_string(chain.step()) + ", which is the last frame and row");
+    } else {
+      checkpoint_by_clock();
     }
   }
   if (!chain.ended().empty()) {

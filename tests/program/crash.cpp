@@ -30,16 +30,6 @@ bool goes_on(pid_t process) {
   return name_end != std::string::npos && text[name_end + 2] != 'Z';
 }
 
-/// The processes that a process has started.
-std::vector<pid_t> children_of(pid_t process) {
-  std::vector<pid_t> children;
-  std::ifstream file("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
-  for (pid_t child = 0; file >> child;) {
-    children.push_back(child);
-  }
-  return children;
-}
-
 /// Files of a checkpoint in the making in the folder of a run.
 int unfinished_checkpoints(const fs::path& out) {
   int count = 0;

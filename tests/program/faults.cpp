@@ -6,9 +6,11 @@
 #include <csignal>
 
 #include "tests/support/background.h"
+#include "tests/support/balloon_scene.h"
 #include "tests/support/burning_scene.h"
 #include "tests/support/frames.h"
 #include "tests/support/program.h"
+#include "tests/support/run_checks.h"
 
 namespace pellicle {
 namespace {
@@ -82,6 +84,43 @@ TEST_F(FaultsTest, ASecondSignalEndsARunAtOnce) {
   EXPECT_TRUE(result.exit_code == 128 + SIGTERM || result.exit_code == 128 + SIGUSR1) << result;
   EXPECT_NE(result.errors.find("the second signal"), std::string::npos) << result;
   EXPECT_EQ(read_pvd(out("scene.pvd")).size(), 1U) << "no frame of the step";
+}
+
+TEST_F(FaultsTest, NobodyReadsWhatARunPrints) {
+  for (const int ranks : {1, 2}) {
+    std::filesystem::remove_all(folder() / "out");
+    std::string line;
+    for (const std::string& word : command(ranks, endless() + Arguments{"-time_max_steps", "40"})) {
+      line += "'" + word + "' ";
+    }
+    const CommandResult result = run_command({"sh", "-c", line + "| head -n 1"});
+    EXPECT_EQ(result.errors, "") << ranks << " ranks";
+    EXPECT_EQ(expect_last_state(), 40) << ranks << " ranks";
+    EXPECT_EQ(checkpoints_of(folder() / "out").size(), 1U) << ranks << " ranks";
+  }
+}
+
+TEST_F(FaultsTest, AFileOfTheLargestSizeEndsARunByOneLine) {
+  const Arguments scene = endless() + Arguments{"-output_interval_steps", "1"};
+  succeed(1, scene + Arguments{"-time_max_steps", "2"});
+  const auto size = std::filesystem::file_size(checkpoints_of(folder() / "out").back());
+  for (const int ranks : {1, 2}) {
+    std::string line = "ulimit -f " + std::to_string(size / 1024) + "; exec";  // in blocks of 512 bytes: half of it
+    for (const std::string& word :
+         command(ranks, scene + Arguments{"-restart", "out", "-time_max_steps", "4", "-output_fields", "none"})) {
+      line += " '" + word + "'";
+    }
+    const CommandResult result = run_command({"sh", "-c", line});
+    EXPECT_EQ(result.exit_code, 1) << result;
+    std::vector<std::string> lines = result.error_lines();
+    const auto of_library = [](const std::string& said) { return said.rfind("mca_fbtl_posix_", 0) == 0; };
+    lines.erase(std::remove_if(lines.begin(), lines.end(), of_library), lines.end());
+    ASSERT_EQ(lines.size(), 1U) << result;
+    EXPECT_EQ(lines[0].find("pellicle: out/checkpoint_000004.h5: "), 0U) << lines[0];
+    EXPECT_NE(lines[0].find("the checkpoint before it is out/checkpoint_000002.h5"), std::string::npos) << lines[0];
+  }
+  succeed(2, scene + Arguments{"-restart", "out", "-time_max_steps", "4"});
+  expect_whole_output(folder() / "out", "scene", 4);
 }
 
 TEST_F(FaultsTest, ASignalBeforeTheFirstStep) {
@@ -179,6 +218,117 @@ TEST_F(FaultsTest, RepairsAndWarningsOfTheMeshAreToldAndKept) {
     EXPECT_NE(result.output.find(text), std::string::npos) << text << "\n" << result;
     EXPECT_NE(record.find(text), std::string::npos) << text << "\n" << record;
   }
+}
+
+/// Two steps of a warm sheet that hangs by two corners.
+const std::string hanging_sheet = R"(
+mesh: {shape: rectangle, cells: [8, 8], size: [1 m, 1 m]}
+sheet: {thickness: 2.5 cm, areal_density: 1 kg/m^2, perturbation: 0.01}
+time: {step: 2 ms, max_steps: 2}
+force: {gravity: [0, 0, -1 m/s^2]}
+pins:
+  hooks: {corners: [min_x_max_y, max_x_max_y]}
+heat:
+  initial_temperature: 300 K
+  diffusivity: 2e-3
+  sources:
+    spot: {shape: ball, centre: [-0.3, 0, 0], radius: 0.3 m, temperature: 1000 K, rate: 100}
+output: {directory: out, name: scene, monitor: 1}
+)";
+
+/// Signals within a step that would never end.
+class EndlessStepTest : public ProgramTest {
+ protected:
+  Arguments sheet() const { return {write("sheet.yaml", hanging_sheet)}; }
+  Arguments balloon() const {
+    write("balloons.obj", balloon_scene_mesh());
+    return {write("balloon.yaml", balloon_scene), "-time_max_steps", "2", "-output_monitor", "1"};
+  }
+  std::filesystem::path out() const { return folder() / "out"; }
+
+  /// Options of a linear solver that never comes to an end.
+  static Arguments endless(const std::string& prefix) {
+    return {"-" + prefix + "ksp_type",   "richardson", "-" + prefix + "ksp_richardson_scale", "1e-12",
+            "-" + prefix + "ksp_max_it", "2000000000"};
+  }
+  /// Waits until a run is at work on its first step.
+  static void wait_for_work(Background& run) {
+    run.wait_for("ranks: ");  // the last line before it
+    usleep(300000);
+  }
+
+  /// Expects that a run that has got a signal there has left its step and kept its start, and goes on with another
+  /// solver as if it had had that one from the start.
+  void expect_left(const CommandResult& result, const std::string& signal, int ranks, const Arguments& scene,
+                   const std::string& prefix) {
+    const std::string line = "pellicle: ended by " + signal +
+                             " at 0 s after step 0, which is the last frame and row; step 1 had begun and is undone\n";
+    EXPECT_NE(result.errors.find(line), std::string::npos) << prefix << "\n" << result;
+    EXPECT_NE(result.output.find("checkpoint: out/checkpoint_000000.h5; to go on: "), std::string::npos) << result;
+    EXPECT_EQ(checkpoints_of(out()).size(), 1U) << prefix;
+    EXPECT_FALSE(std::filesystem::exists(out() / "run.part")) << prefix;
+    const Arguments other{"-" + prefix + "ksp_type", "cg"};
+    succeed(ranks, Arguments{"-restart", "out"} + other);
+    succeed(ranks, scene + other + Arguments{"-output_directory", "whole"});
+    expect_whole_output(out(), "scene", 2);
+    expect_same_history(folder() / "whole", out());
+  }
+};
+
+TEST_F(EndlessStepTest, IsLeftAtASignal) {
+  Background run(command(1, sheet() + endless("heat_")), folder());
+  wait_for_work(run);
+  run.send(SIGTERM);
+  const CommandResult result = run.end();
+  EXPECT_EQ(result.exit_code, 128 + SIGTERM) << result;
+  expect_left(result, "SIGTERM", 1, sheet(), "heat_");
+}
+
+TEST_F(EndlessStepTest, IsLeftWhenAnyRankGetsASignal) {
+  Background run(command(2, balloon() + endless("prism_")), folder());
+  wait_for_work(run);
+  kill(children_of(run.process()).back(), SIGUSR1);
+  const CommandResult result = run.end();
+  EXPECT_EQ(result.exit_code, 128 + SIGUSR1) << result;
+  expect_left(result, "SIGUSR1", 2, balloon(), "prism_");
+}
+
+TEST_F(EndlessStepTest, HasACheckpointOfItsStartAfterSigcont) {
+  Background run(command(1, sheet() + endless("heat_")), folder());
+  wait_for_work(run);
+  for (int time = 0; time < 2; ++time) {  // The second one finds that there is one.
+    run.send(SIGCONT);
+    for (int attempt = 0; attempt < 3000 && !std::filesystem::exists(out() / "checkpoint_000000.h5"); ++attempt) {
+      usleep(10000);
+    }
+  }
+  run.send(SIGINT);
+  expect_left(run.end(), "SIGINT", 1, sheet(), "heat_");
+}
+
+TEST_F(EndlessStepTest, IsLeftInAnySolve) {
+  const std::vector<std::pair<std::string, Arguments>> scenes{
+      {"spring_", sheet() + Arguments{"-dynamics", "spring"}},
+      {"elastic_", sheet() + Arguments{"-dynamics", "elastic"}},
+      {"project_", sheet() + Arguments{"-dynamics", "projection"}},
+      {"prism_", balloon()},
+  };
+  for (const auto& [prefix, scene] : scenes) {
+    std::filesystem::remove_all(out());
+    Background run(command(2, scene + endless(prefix)), folder());
+    wait_for_work(run);
+    run.send(SIGUSR2);
+    expect_left(run.end(), "SIGUSR2", 2, scene, prefix);
+  }
+}
+
+TEST_F(EndlessStepTest, LeavesACheckpointBehindMpirunsSigterm) {
+  // As Open MPI does it unless the environment says otherwise.
+  Background run(Arguments{"env", "OMPI_MCA_odls_base_sigkill_timeout=1"} + command(2, balloon() + endless("prism_")),
+                 folder());
+  wait_for_work(run);
+  run.send(SIGTERM);
+  expect_left(run.end(), "SIGTERM", 2, balloon(), "prism_");
 }
 
 }  // namespace

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
+
 #include "base/error.h"
+#include "base/stop_signal.h"
 #include "solvers/own_preconditioner.h"
 #include "tests/solvers/chain_matrix.h"
 #include "tests/support/solver_options.h"
@@ -85,6 +88,51 @@ TEST(Ksp, what_grows_beyond_all_numbers_can_be_solved_again) {
   for (int time = 0; time < 5; ++time) {
     EXPECT_EQ(solve(ksp, chain.b, chain.x).ended, KSP_DIVERGED_NANORINF) << time;
   }
+}
+
+/// Sends a signal to the last rank in an iteration of a solver.
+PetscErrorCode raise_signal(KSP, PetscInt iteration, PetscReal, void* at) {
+  if (iteration == *static_cast<PetscInt*>(at) && this_rank() == ranks() - 1) {
+    std::raise(SIGUSR1);
+  }
+  return 0;
+}
+
+TEST(Ksp, a_solve_is_left_at_a_signal) {
+  catch_stop_signals(0);
+  for (const auto& [type, norm] : {std::pair{"richardson", "preconditioned"},
+                                   {"richardson", "none"},
+                                   {"chebyshev", "preconditioned"},
+                                   {"cg", "natural"},
+                                   {"minres", "preconditioned"},
+                                   {"gmres", "preconditioned"},
+                                   {"bcgs", "preconditioned"},
+                                   {"pipecg", "natural"}}) {
+    Chain chain;
+    SolverOptions options;
+    options.set("chain_ksp_type", type);
+    options.set("chain_ksp_norm_type", norm);
+    options.set("chain_ksp_rtol", "1e-300");
+    options.set("chain_ksp_max_it", "1000000");
+    options.set("chain_ksp_error_if_not_converged", "true");
+    options.set("chain_ksp_richardson_scale", "1e-9");  // It never comes to an end.
+    options.set("chain_ksp_chebyshev_eigenvalues", "0.1,100");
+    options.set("chain_pc_type", "none");
+    const KspHandle ksp = make_ksp(chain.matrix, chain.matrix, "chain_", {});
+    for (PetscInt iteration : {0, 5}) {
+      const std::string what = std::string(type) + ", " + norm + ", iteration " + std::to_string(iteration);
+      defer_stop_signals();
+      check(KSPMonitorCancel(ksp));
+      check(KSPMonitorSet(ksp, raise_signal, &iteration, nullptr));
+      EXPECT_EQ(until_stopped([&] { solve(ksp, chain.b, chain.x); }), SIGUSR1) << what;
+      PetscInt iterations = 0;
+      check(KSPGetIterationNumber(ksp, &iterations));
+      EXPECT_LE(iterations, iteration + 64) << what;
+      check(KSPMonitorCancel(ksp));
+      EXPECT_EQ(until_stopped([&] { solve(ksp, chain.b, chain.x); }), SIGUSR1) << "before the solve, " << what;
+    }
+  }
+  defer_stop_signals();
 }
 
 /// What make_ksp says to an option.

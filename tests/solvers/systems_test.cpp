@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <csignal>
 #include <vector>
 
+#include "base/stop_signal.h"
 #include "geometry/principal_axes.h"
 #include "solvers/backtracking.h"
 #include "solvers/bordered_system.h"
@@ -407,6 +410,35 @@ TEST(Newton, says_why_it_ends) {
   Newton stuck(cubes.matrix, "cubes_", problem, cubes.defaults());
   check(VecSet(cubes.x, 2));
   EXPECT_EQ(stuck.solve(cubes.x).ended, SNES_DIVERGED_LINE_SEARCH);
+}
+
+TEST(Newton, leaves_off_at_a_signal) {
+  catch_stop_signals(0);
+  for (const char* type : {SNESNEWTONLS, SNESNEWTONTR, SNESKSPONLY}) {
+    SolverOptions options;
+    options.set("cubes_snes_type", type);
+    defer_stop_signals();
+    Cubes cubes;
+    NewtonProblem problem = cubes.problem();
+    int solves = 0;
+    StopPoint within_solve;
+    problem.solve = [&](Vec residual, Vec descent, const NewtonRequest& request) {
+      if (++solves == 1 && this_rank() == 0) {
+        std::raise(SIGUSR2);
+      }
+      within_solve.pass();
+      leave_if_stopped();
+      return cubes.problem().solve(residual, descent, request);
+    };
+    Newton newton(cubes.matrix, "cubes_", problem, cubes.defaults());
+    check(VecSet(cubes.x, 2));
+    EXPECT_EQ(until_stopped([&] { newton.solve(cubes.x); }), SIGUSR2) << type;
+    EXPECT_EQ(solves, 1) << type;
+    Newton another(cubes.matrix, "cubes_", problem, cubes.defaults());
+    EXPECT_EQ(until_stopped([&] { another.solve(cubes.x); }), SIGUSR2) << type;
+    EXPECT_EQ(solves, std::string(type) == SNESKSPONLY ? 2 : 1) << "left before it asks for a Jacobian, " << type;
+  }
+  defer_stop_signals();
 }
 
 TEST(Newton, refuses_what_passes_the_tangent_by) {

@@ -12,6 +12,16 @@
 
 namespace pellicle {
 
+/// The processes that a process has started.
+inline std::vector<pid_t> children_of(pid_t process) {
+  std::vector<pid_t> children;
+  std::ifstream file("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
+  for (pid_t child = 0; file >> child;) {
+    children.push_back(child);
+  }
+  return children;
+}
+
 /// A command that runs beside the test, in a folder. Its lines of progress tell the test where it is.
 class Background {
  public:

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/stop_signal.h"
+#include "world/checkpoint_options.h"
 
 namespace pellicle::step_control_test {
 namespace {
@@ -39,6 +40,10 @@ class FakeChain : public Chain {
     if (attempts == signal_in_attempt && rank == ranks - 1) {
       std::raise(SIGUSR1);
     }
+    if (can_be_left) {
+      stop_.pass();
+      leave_if_stopped();
+    }
     StepResult result;
     if (fails_from <= time_ && time_ < fails_until && h > fails_above) {
       sum_ = 1e30;
@@ -69,6 +74,9 @@ class FakeChain : public Chain {
     return (std::floor(time_ / frame_interval + 1e-9) + 1) * frame_interval;
   }
   void draw() override {
+    if (!drawn.empty() && drawn.back() == time_) {
+      return;
+    }
     if (step_ == draw_fails_in_step) {
       throw Error("the disk is full");
     }
@@ -100,6 +108,7 @@ class FakeChain : public Chain {
   double frame_interval = 0;
   double ends_at = 1e30;  ///< [s]
   int signal_in_attempt = -1;
+  bool can_be_left = false;  ///< a step, at a signal
   int draw_fails_in_step = -1;
   int record_fails_in_step = -1;
   int attempts = 0;
@@ -117,6 +126,7 @@ class FakeChain : public Chain {
   double sum_ = 0;
   double kept_ = 0;
   double last_frame_ = 0;
+  StopPoint stop_;
 };
 
 std::string run(FakeChain& chain, const TimeOptions& options, int monitor = 0) {
@@ -290,6 +300,21 @@ TEST(StepControl, ASignalToAnyRankEndsTheRunAfterItsStep) {
   EXPECT_EQ(fault_of(chain, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
 }
 
+TEST(StepControl, AStepThatIsLeftAtASignalIsUndone) {
+  catch_stop_signals(0);
+  FakeChain chain;
+  chain.frame_interval = 10;
+  chain.signal_in_attempt = 3;
+  chain.can_be_left = true;
+  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)),
+            "ended by SIGUSR1 at 1 s after step 2, which is the last frame and row; step 3 had begun and is undone");
+  expect_near(chain.drawn, {1});
+  EXPECT_NEAR(chain.drawn_sum, 1, 1e-12) << "restored";
+  EXPECT_EQ(chain.rows.size(), 2U);
+  EXPECT_EQ(chain.attempts, 3) << "it is not tried again";
+  EXPECT_EQ(fault_of(chain, options_for(0.5, 4)), "no Error") << "the next run does not know of it";
+}
+
 TEST(StepControl, ASignalEndsTheSearchForAShorterStep) {
   catch_stop_signals(0);
   FakeChain chain;
@@ -298,8 +323,7 @@ TEST(StepControl, ASignalEndsTheSearchForAShorterStep) {
   chain.fails_until = 9;
   chain.signal_in_attempt = 4;  // the second one of the third step
   EXPECT_EQ(fault_of(chain, options_for(0.5, 4)),
-            "ended by SIGUSR1 when step 3 at time 1.000000 s failed, down to a length of 0.25 s: the step is too long; "
-            "the state before it is the last frame");
+            "ended by SIGUSR1 at 1 s after step 2, which is the last frame and row; step 3 had begun and is undone");
   EXPECT_EQ(chain.attempts, 4);
   expect_near(chain.drawn, {1});
 }
@@ -424,6 +448,19 @@ TEST(StepControl, AFailureShortensAdaptiveStepsToo) {
   run(chain, options);
   expect_near({chain.rows[0].h, chain.rows[1].h, chain.rows[2].h, chain.rows[3].h}, {0.1, 0.1, 0.2, 0.36});
   EXPECT_EQ(chain.rows[1].retries, 1);
+}
+
+TEST(StepControl, CheckpointsByTheClockComeSoonAndThenRarely) {
+  CheckpointOptions options;
+  EXPECT_EQ(options.wall_interval(10, true), 30);
+  EXPECT_EQ(options.wall_interval(40, false), 180);
+  EXPECT_EQ(options.wall_interval(3600, false), 180);
+  EXPECT_EQ(options.wall_interval(36000, false), 1800);
+  for (const double given : {0.0, 5.0, 1800.0}) {
+    options.interval_wall = given;
+    EXPECT_EQ(options.wall_interval(10, true), given);
+    EXPECT_EQ(options.wall_interval(36000, false), given);
+  }
 }
 
 }  // namespace
