@@ -3,8 +3,8 @@
 Frames of equal time are compared, object by object, points by vertex_id and cells by cell_id, so that runs on any numbers
 of ranks can be.
 For every field the largest difference is printed: as a share of the field's range in the frame of OUT1, where this is
-largest, and as a number. Ends with 1 if a share is above the tolerance, or where only one run has a frame, a field, a
-point or a cell. `rank`, who computed it, is not compared.
+largest, and as a number. Ends with 1 if a share is above the tolerance, where only one run has a frame, a field, a
+point or a cell, and where a frame or a piece of it is not there or is cut. `rank`, who computed it, is not compared.
 """
 
 import argparse
@@ -126,9 +126,15 @@ def main():
         for time in sorted(frames[0].keys() ^ frames[1].keys()):
             comparison.faults.append(f"{time:g} s{label}: a frame in {OPTIONS.folders[time in frames[1]]} only")
         for time in sorted(frames[0].keys() & frames[1].keys()):
+            cut = [fault for fault in (run_folder.fault_of_frame(each[time]) for each in frames) if fault]
+            if cut:
+                comparison.faults += [f"{time:g} s{label}: {fault}" for fault in cut]
+                continue
             first, second = (frame(each[time]) for each in frames)
             for kind in ("points", "cells"):
                 comparison.add(time, label, kind, first, second)
+    if not any(times for run in runs for times in run.values()):
+        comparison.faults.append("no frame in either run")
     print(f"{'field':32} {'share':>9} {'difference':>11}")
     for name, (share, number, time, place) in sorted(comparison.worst.items()):
         print(f"{name:32} {share:9.2e} {number:11.3e}  at {time:g} s, id {place}")

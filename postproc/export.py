@@ -136,7 +136,10 @@ def write_stl(meshes, _, path):
     writer.SetInputConnection(append.GetOutputPort())
     writer.SetFileName(path)
     writer.SetFileTypeToBinary()
+    vtk.vtkObject.GlobalWarningDisplayOff()  # It would print its fault, too.
     writer.Write()
+    if writer.GetErrorCode() != 0:
+        raise OSError(0, vtk.vtkErrorCode.GetStringFromErrorCode(writer.GetErrorCode()))
 
 
 def linear(srgb):
@@ -205,10 +208,14 @@ def main():
     write, end = WRITERS[OPTIONS.format]
     for frame in chosen:
         path = os.path.join(OPTIONS.to, f"{name}_{frame:04d}.{end}")
+        part = path + ".part"  # so that no file of its own name is ever cut
         try:
-            write(meshes_of(frame), least, path)
+            write(meshes_of(frame), least, part)
+            os.replace(part, path)
         except OSError as error:
-            sys.exit(f"export.py: {path}: {error.strerror}")
+            if os.path.exists(part):
+                os.remove(part)
+            sys.exit(f"export.py: {path}: {error.strerror}; expected a folder with space for it")
         print(path)
 
 

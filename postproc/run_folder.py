@@ -2,6 +2,7 @@
 
 import glob
 import os
+import xml.etree.ElementTree
 
 
 def series(folder):
@@ -12,6 +13,26 @@ def series(folder):
     if any(not stem.startswith(stems[0] + "_") for stem in stems[1:]):
         return {}
     return {stem[len(stems[0]):]: path for stem, path in zip(stems, paths)}
+
+
+def fault_of_frame(path):
+    """In words, what is wrong with the files of a frame, a .pvtp and the pieces that it names; "" if they are whole.
+    VTK's readers take a piece that is not there, or is cut, for an empty one."""
+    try:
+        pieces = [os.path.join(os.path.dirname(path), piece.get("Source") or "")
+                  for piece in xml.etree.ElementTree.parse(path).iter("Piece")]
+    except (OSError, xml.etree.ElementTree.ParseError) as error:
+        return f"{path}: {getattr(error, 'strerror', None) or error}; expected a frame of the run"
+    for piece in pieces:
+        try:
+            with open(piece, "rb") as file:
+                file.seek(max(0, file.seek(0, os.SEEK_END) - 100))
+                is_whole = file.read().rstrip().endswith(b"</VTKFile>")
+        except OSError as error:
+            return f"{piece}: {error.strerror}; expected a piece of a frame, which {os.path.basename(path)} names"
+        if not is_whole:
+            return f"{piece}: cut before its end; expected a whole piece of a frame"
+    return ""
 
 
 def evenly(count, wanted):

@@ -5,6 +5,7 @@ import sys
 import xml.etree.ElementTree
 
 import numpy
+import run_folder
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
@@ -38,8 +39,9 @@ def frames_by_time(pvd):
 
 def surface(path):
     """Returns the surface of a frame, a vtkPolyData."""
-    if not os.path.isfile(path):
-        fail(f"{path}: no such file, which the .pvd names")
+    fault = run_folder.fault_of_frame(path)
+    if fault:
+        fail(fault)
     reader = vtk.vtkXMLPPolyDataReader()
     reader.SetFileName(path)
     reader.Update()

@@ -161,8 +161,14 @@ int main(int argc, char** argv) {
     if (rank > 0) {                          // If all ranks failed, the first one's message is enough.
       std::this_thread::sleep_for(std::chrono::seconds(1));
     }
-    std::cerr << ("pellicle: rank " + std::to_string(rank) + ": " + failure.what() + "\n") << std::flush;
-    MPI_Abort(MPI_COMM_WORLD, 2);
+    std::cout << std::flush;
+    int ranks = 1;
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    std::cerr << ("pellicle: " + (ranks > 1 ? "rank " + std::to_string(rank) + ": " : "") + words_of(failure) + "\n")
+              << std::flush;
+    if (ranks > 1) {
+      MPI_Abort(MPI_COMM_WORLD, status);
+    }
   }
   release_stop_signals();
   PetscBool initialized = PETSC_FALSE;

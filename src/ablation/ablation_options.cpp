@@ -39,6 +39,7 @@ void describe(OptionTable& table, AblationOptions& options, const Condition& tea
       .help("image whose brightness at the uv coordinates weights the strength");
   table.add("ablation.strength_range", options.strength_range)
       .length(2)
+      .at_least(0)
       .acts_with(tears)
       .acts_with({"ablation.strength_texture", [&options] { return !options.strength_texture.empty(); }})
       .help("factors on the strength where the image is black and where it is white");

@@ -101,7 +101,7 @@ std::vector<TypedOption> split_words(const std::vector<Word>& words, const std::
 }
 
 /// The words of a text as PETSc's files of options have them: between spaces, or between quotes; # begins a comment.
-std::vector<Word> words_of(const std::string& text) {
+std::vector<Word> words_in(const std::string& text) {
   std::vector<Word> words;
   int line = 1;
   for (std::size_t at = 0; at < text.size();) {
@@ -127,10 +127,12 @@ std::vector<Word> words_of(const std::string& text) {
 std::string file_text(const std::string& path, const std::string& expected) {
   std::ifstream file(path);
   std::ostringstream text;
-  if (file && !std::filesystem::is_directory(path)) {
+  std::error_code none;
+  const bool is_readable = file && !std::filesystem::is_directory(path, none);
+  if (is_readable) {
     text << file.rdbuf();
   }
-  if (!file || std::filesystem::is_directory(path)) {
+  if (!is_readable || !file) {
     throw Error(path + ": cannot be read; expected " + expected);
   }
   return text.str();
@@ -237,7 +239,7 @@ std::vector<TypedOption> with_files(const std::vector<TypedOption>& typed, const
       fail(option.origin, (option.value ? "names itself; expected " : "no value; expected ") + expected);
     }
     std::vector<Deck> no_decks;
-    const std::vector<Word> words = words_of(file_text(*option.value, expected));
+    const std::vector<Word> words = words_in(file_text(*option.value, expected));
     for (TypedOption& named : with_files(split_words(words, *option.value, table, no_decks), table, depth + 1)) {
       all.push_back(std::move(named));
     }
@@ -258,12 +260,21 @@ std::vector<TypedOption> options_of_surroundings(const OptionTable& table, bool 
     files.insert(files.begin(), std::string(home) + "/.petscrc");
   }
   for (const std::string& file : files) {
-    if (!skip_files && std::filesystem::is_regular_file(file)) {
-      append(file, words_of(file_text(file, "a file of options")));
+    if (skip_files) {
+      continue;
+    }
+    std::error_code failure;
+    const std::filesystem::file_type type = std::filesystem::status(file, failure).type();
+    if (type == std::filesystem::file_type::none) {
+      throw Error(file + ": cannot be looked for: " + failure.message() +
+                  "; expected a folder that can be read, or -skip_petscrc");
+    }
+    if (type == std::filesystem::file_type::regular) {
+      append(file, words_in(file_text(file, "a file of options")));
     }
   }
   if (const char* text = std::getenv("PETSC_OPTIONS")) {
-    std::vector<Word> words = words_of(text);
+    std::vector<Word> words = words_in(text);
     for (Word& word : words) {
       word.line = 0;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <climits>
 #include <filesystem>
+#include <new>
 #include <utility>
 
 namespace pellicle {
@@ -58,6 +59,13 @@ Error::Error(const std::string& text) : std::runtime_error(one_line(text)) {}
 PetscFailure::PetscFailure(PetscErrorCode code, const char* file, int line)
     : std::runtime_error(describe_failure(code, file, line)), code_(code) {}
 
+std::string words_of(const std::exception& failure) {
+  const auto* petsc = dynamic_cast<const PetscFailure*>(&failure);
+  const bool lacks_memory =
+      dynamic_cast<const std::bad_alloc*>(&failure) != nullptr || (petsc != nullptr && petsc->code() == PETSC_ERR_MEM);
+  return lacks_memory ? "out of memory; expected a smaller mesh, or more memory or machines" : failure.what();
+}
+
 void keep_petsc_messages() { check(PetscPushErrorHandler(keep_message, nullptr)); }
 
 void together(MPI_Comm comm, const std::function<void()>& work) {
@@ -65,9 +73,9 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   bool failed = false;
   try {
     work();
-  } catch (const Error& error) {
+  } catch (const std::exception& failure) {
     failed = true;
-    message = error.what();
+    message = words_of(failure);
   }
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
@@ -98,6 +106,8 @@ PetscErrorCode code_of_exception() noexcept {
     throw;
   } catch (const PetscFailure& failure) {
     return failure.code();
+  } catch (const std::bad_alloc& failure) {
+    return PETSC_ERR_MEM;
   } catch (const std::exception& error) {
     return PetscError(PETSC_COMM_SELF, __LINE__, "callback", __FILE__, PETSC_ERR_LIB, PETSC_ERROR_INITIAL, "%s",
                       error.what());

@@ -28,6 +28,9 @@ class PetscFailure : public std::runtime_error {
   PetscErrorCode code_;
 };
 
+/// What a failure says in one line: that memory is short, or its own words.
+std::string words_of(const std::exception& failure);
+
 /// From here on PETSc's error messages go into PetscFailure instead of a trace on stderr. Not collective.
 void keep_petsc_messages();
 
@@ -38,11 +41,11 @@ inline void check(PetscErrorCode code, const char* file = __builtin_FILE(), int 
   }
 }
 
-/// Runs `work` on every rank; when it throws Error on any rank, every rank throws the same Error, the one of
-/// the lowest such rank. Collective: put it round input handling that may fail on some ranks only.
+/// Runs `work`, which is not collective, on every rank; when it throws on any rank, every rank throws the same Error,
+/// in the words of the lowest such rank. Collective: put it round input handling that may fail on some ranks only.
 void together(MPI_Comm comm, const std::function<void()>& work);
 
-/// Runs `work` on rank 0 only; an Error there is thrown on every rank. Collective.
+/// Runs `work` on rank 0 only; when it throws, every rank throws the same Error. Collective.
 void on_root(MPI_Comm comm, const std::function<void()>& work);
 
 /// The PETSc error code of the exception that is being handled.

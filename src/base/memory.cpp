@@ -36,6 +36,13 @@ double machine_memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
+/// What a control group leaves by a limit and what it uses, both numbers in files of the kernel.
+double left_of(const std::string& limit, const std::string& used) {
+  const double all = number_in(limit);
+  const double in_use = number_in(used);
+  return all < no_limit && in_use < no_limit ? all - in_use : no_limit;
+}
+
 /// What the process's own control group leaves: containers and batch systems set such limits.
 double control_group_memory() {
   std::ifstream file("/proc/self/cgroup");
@@ -50,11 +57,10 @@ double control_group_memory() {
     for (const std::string& path : {line.substr(second + 1), std::string("/")}) {
       if (controllers == "0:") {
         const std::string folder = "/sys/fs/cgroup" + path;
-        left = std::min(left, number_in(folder + "/memory.max") - number_in(folder + "/memory.current"));
+        left = std::min(left, left_of(folder + "/memory.max", folder + "/memory.current"));
       } else if (controllers.find(":memory") != std::string::npos) {
         const std::string folder = "/sys/fs/cgroup/memory" + path;
-        left =
-            std::min(left, number_in(folder + "/memory.limit_in_bytes") - number_in(folder + "/memory.usage_in_bytes"));
+        left = std::min(left, left_of(folder + "/memory.limit_in_bytes", folder + "/memory.usage_in_bytes"));
       }
     }
   }
@@ -74,11 +80,7 @@ double address_space() {
 }  // namespace
 
 double available_memory() {
-  double least = machine_memory();
-  for (const double limit : {control_group_memory(), address_space()}) {
-    least = limit < least ? limit : least;  // A difference of two unknown numbers is not a number, and no limit.
-  }
-  return std::max(0.0, least);
+  return std::max(0.0, std::min({machine_memory(), control_group_memory(), address_space()}));
 }
 
 void require_memory(const std::string& what, double bytes) {

@@ -132,8 +132,18 @@ Option& Option::at_least(double lowest) {
   return *this;
 }
 
+Option& Option::at_most(double highest) {
+  highest_ = highest;
+  return *this;
+}
+
 Option& Option::more_than(double bound) {
-  bound_ = bound;
+  above_ = bound;
+  return *this;
+}
+
+Option& Option::less_than(double bound) {
+  below_ = bound;
   return *this;
 }
 
@@ -205,15 +215,33 @@ std::string Option::range_text() const {
   if (!choices_.empty() && choices_.size() <= most_listed_choices) {
     parts.push_back(join(choices_, ", "));
   }
-  if (lowest_ && highest_) {
-    parts.push_back(number_text(*lowest_) + " to " + number_text(*highest_));
-  } else if (lowest_) {
-    parts.push_back("at least " + number_text(*lowest_));
-  }
-  if (bound_) {
-    parts.push_back("more than " + number_text(*bound_));
+  if (const std::string allowed = limits(""); !allowed.empty()) {
+    parts.push_back((has_key_points() ? "behind the time " : "") + allowed);
   }
   return join(parts, "; ");
+}
+
+bool Option::has_key_points() const {
+  return std::holds_alternative<Rows*>(variable_) && units_.size() > 1 && units_.front() == "s";
+}
+
+std::string Option::limits(const std::string& unit) const {
+  std::vector<std::string> parts;
+  if (lowest_ && highest_) {
+    parts.push_back(number_text(*lowest_) + " to " + number_text(*highest_) + unit);
+  } else if (lowest_) {
+    parts.push_back("at least " + number_text(*lowest_) + unit);
+  }
+  if (above_) {
+    parts.push_back("more than " + number_text(*above_) + unit);
+  }
+  if (highest_ && !lowest_) {
+    parts.push_back("at most " + number_text(*highest_) + unit);
+  }
+  if (below_) {
+    parts.push_back("less than " + number_text(*below_) + unit);
+  }
+  return join(parts, ", ");
 }
 
 std::string Option::expected() const {
@@ -232,14 +260,9 @@ std::string Option::expected() const {
   } else if (!texts) {
     element = units_.size() > 1 ? "numbers in " + unit_ : example_of(unit_);
   }
-  const std::string si = unit_ == "1" || units_.size() > 1 ? "" : " " + unit_;
-  if (lowest_ && highest_) {
-    element += ", " + number_text(*lowest_) + " to " + number_text(*highest_) + si;
-  } else if (lowest_) {
-    element += ", at least " + number_text(*lowest_) + si;
-  }
-  if (bound_) {
-    element += ", more than " + number_text(*bound_) + si;
+  const std::string allowed = limits(unit_ == "1" || units_.size() > 1 ? "" : " " + unit_);
+  if (!allowed.empty()) {
+    element += (has_key_points() ? ", behind the time " : ", ") + allowed;
   }
   if (std::holds_alternative<std::optional<double>*>(variable_)) {
     return "none or " + element;
@@ -359,7 +382,7 @@ void Option::assign(const WrittenValue& written) {
             }
             rows.emplace_back();
             for (std::size_t column = 0; column < words.size(); ++column) {
-              rows.back().push_back(number(words[column], column_unit(column)));
+              rows.back().push_back(number(words[column], column_unit(column), column > 0 || !has_key_points()));
             }
           }
           *variable = rows;
@@ -419,7 +442,7 @@ void Option::assign(const WrittenValue& written) {
       variable_);
 }
 
-double Option::number(const std::string& word, const std::string& unit) const {
+double Option::number(const std::string& word, const std::string& unit, bool has_range) const {
   Quantity quantity;
   try {
     quantity = parse_quantity(word);
@@ -433,7 +456,9 @@ double Option::number(const std::string& word, const std::string& unit) const {
   if (quantity.bare && unit == "rad" && std::abs(quantity.value) > full_turn * (1 + 1e-4)) {  // 6.2832 is one
     throw Error(word + ": an angle of more than 2 pi without a unit; expected " + word + " deg or " + word + " rad");
   }
-  check_range(quantity.value, word);
+  if (has_range) {
+    check_range(quantity.value, word);
+  }
   return quantity.value;
 }
 
@@ -461,7 +486,8 @@ std::string Option::chosen(const std::string& word) const {
 }
 
 void Option::check_range(double value, const std::string& word) const {
-  if ((lowest_ && value < *lowest_) || (highest_ && value > *highest_) || (bound_ && value <= *bound_)) {
+  if ((lowest_ && value < *lowest_) || (highest_ && value > *highest_) || (above_ && value <= *above_) ||
+      (below_ && value >= *below_)) {
     refuse("\"" + word + "\" is out of range");
   }
 }

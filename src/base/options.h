@@ -69,10 +69,14 @@ class Option {
   /// SI unit of the stored value, such as "m" or "1/(K s)"; by default "1", a pure number. For Rows: one unit a column,
   /// separated by commas. @throws std::logic_error when it is not an SI unit.
   Option& unit(std::string text);
-  /// Allowed values of every number, both ends included.
+  /// Allowed values of every number, both ends included; of key points, Rows that begin with a time, of what is behind
+  /// the time.
   Option& range(double lowest, double highest);
   Option& at_least(double lowest);
+  Option& at_most(double highest);
+  /// The bound itself is not allowed.
   Option& more_than(double bound);
+  Option& less_than(double bound);
   /// The names that a string option takes; a Choice brings its own.
   Option& choices(std::vector<std::string> names);
   /// How many entries a list (for Rows: a row) must have; any number by default.
@@ -146,10 +150,13 @@ class Option {
   std::string expected() const;
 
  private:
-  double number(const std::string& word, const std::string& unit) const;
+  double number(const std::string& word, const std::string& unit, bool has_range = true) const;
   int integer(const std::string& word) const;
   std::string chosen(const std::string& word) const;
   void check_range(double value, const std::string& word) const;
+  bool has_key_points() const;
+  /// "0 to 1", "more than 0, at most 5"; empty: any number. @param unit of every bound, " K", or nothing
+  std::string limits(const std::string& unit) const;
   [[noreturn]] void refuse(const std::string& problem) const;
   const std::string& column_unit(std::size_t column) const;
 
@@ -160,7 +167,8 @@ class Option {
   std::vector<std::string> units_{"1"};  ///< of each column; one for all when it has one entry
   std::optional<double> lowest_;
   std::optional<double> highest_;
-  std::optional<double> bound_;  ///< itself not allowed
+  std::optional<double> above_;  ///< itself not allowed
+  std::optional<double> below_;  ///< itself not allowed
   std::vector<std::string> choices_;
   std::optional<std::size_t> length_;
   bool is_file_ = false;

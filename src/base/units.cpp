@@ -205,6 +205,9 @@ Quantity parse_quantity(const std::string& text) {
     const bool divide = parsed.factor < 1 && std::abs(reciprocal * parsed.factor - 1) < 1e-12;
     quantity.value = (divide ? quantity.value / reciprocal : quantity.value * parsed.factor) + parsed.offset;
     quantity.dimension = parsed.dimension;
+    if (!std::isfinite(quantity.value)) {
+      throw Error("\"" + text + "\" is not a finite number in SI");
+    }
   }
   return quantity;
 }

@@ -22,6 +22,7 @@ void describe(OptionTable& table, CombustionOptions& options) {
       .source("burning paper, section 8");
   table.add("combustion.mass_loss_range", options.mass_loss_range)
       .length(2)
+      .at_least(0)
       .acts_with({"combustion.mass_loss_texture", [&options] { return !options.mass_loss_texture.empty(); }})
       .help("factors on the mass-loss rate where the image is black and where it is white")
       .source("docs/theory.md: parameters");

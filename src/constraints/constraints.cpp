@@ -86,7 +86,7 @@ Constraints::Constraints(const Surface& points, const std::map<std::string, Symm
       selection.group = given.group;
       members = select(points, key, selection);
     }
-    known.push_back({given.point, given.normal.normalized(), std::move(members)});
+    known.push_back({given.point, given.normal.stableNormalized(), std::move(members)});
     const double nearest = nearest_distance(points, known.back());
     if (nearest > tolerance) {
       throw Error(key + ": the nearest vertex is " + number_text(nearest) + " m away, expected vertices in the plane");

@@ -7,11 +7,13 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "geometry/deepest_point.h"
 #include "geometry/rigid_motion.h"
 #include "meshing/mesh_check.h"
 #include "meshing/readers.h"
 #include "meshing/triangulation.h"
 #include "parallel/collective.h"
+#include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -192,7 +194,7 @@ void describe(OptionTable& table, BodyOptions& options) {
           "normal and relative to the body (of balloons by implicit Euler)");
   table.add("temperature", options.temperature)
       .unit("K")
-      .at_least(0)
+      .more_than(0)
       .help("heats or cools what touches the body; no heat is exchanged unless given");
   table.add("heat_transfer", options.heat_transfer)
       .unit("W/(m^2 K)")
@@ -229,26 +231,75 @@ bool any_rebounds(const std::vector<Body>& bodies) {
   return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.restitution > 0; });
 }
 
+namespace {
+
+/// How many things are in a body.
+struct Inside {
+  PetscInt count = 0;
+  double deepest = 0;  ///< [m]
+
+  void add(double depth, double least) {
+    if (depth > least) {
+      ++count;
+      deepest = std::max(deepest, depth);
+    }
+  }
+};
+
+/// In words. @param inside of this rank @param all how many there are on all ranks @param of what. Collective.
+std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt all, const std::string& what) {
+  MPI_Allreduce(MPI_IN_PLACE, &inside.count, 1, MPIU_INT, MPI_SUM, comm);
+  MPI_Allreduce(MPI_IN_PLACE, &inside.deepest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  if (inside.count == 0) {
+    return "";
+  }
+  char text[100];
+  std::snprintf(text, sizeof text, " lie inside it where the step starts, the deepest by %.3g m, expected none",
+                inside.deepest);
+  return "body " + body.name + ": " + std::to_string(inside.count) + " of " + std::to_string(all) + " " + what + text;
+}
+
+}  // namespace
+
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
                              const Field& positions, const std::vector<bool>& held, double least) {
   for (const Body& body : bodies) {
     const Solid solid = body.at(time);
-    PetscInt inside = 0;
-    double deepest = 0;
+    Inside inside;
     for (PetscInt i = 0; i < particles.owned; ++i) {
-      const double depth = body.margin - signed_distance(solid, positions.vector(i)).distance;
-      if (!held[static_cast<std::size_t>(i)] && depth > least) {
-        ++inside;
-        deepest = std::max(deepest, depth);
+      if (!held[static_cast<std::size_t>(i)]) {
+        inside.add(body.margin - signed_distance(solid, positions.vector(i)).distance, least);
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &inside, 1, MPIU_INT, MPI_SUM, particles.comm);
-    MPI_Allreduce(MPI_IN_PLACE, &deepest, 1, MPI_DOUBLE, MPI_MAX, particles.comm);
-    if (inside > 0) {
-      char text[100];
-      std::snprintf(text, sizeof text,
-                    " vertices lie inside it where the step starts, the deepest by %.3g m, expected none", deepest);
-      return "body " + body.name + ": " + std::to_string(inside) + " of " + std::to_string(particles.global) + text;
+    std::string words = words_of(particles.comm, body, inside, particles.global, "vertices");
+    if (!words.empty()) {
+      return words;
+    }
+  }
+  return "";
+}
+
+std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
+                             const Field& positions, const std::vector<bool>& held, double least) {
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  const auto owned = static_cast<std::size_t>(surface.elements.owned) * per_element;
+  const auto is_held = [&held](PetscInt i) { return held[static_cast<std::size_t>(i)]; };
+  for (const Body& body : bodies) {
+    const Solid solid = body.at(time);
+    Inside inside;
+    for (std::size_t t = 0; t < owned; ++t) {
+      const std::array<PetscInt, 3>& corners = surface.triangles[t];
+      if (std::none_of(corners.begin(), corners.end(), is_held)) {
+        const auto at = DrawnPlaces(surface, positions.data(), t / per_element)(corners);
+        if (const auto deepest = deepest_point(solid, at, 0, 0.1 * least)) {
+          inside.add(-deepest->gap.distance, least);
+        }
+      }
+    }
+    std::string words = words_of(surface.comm(), body, inside,
+                                 surface.elements.global * surface.triangles_per_element, "triangles");
+    if (!words.empty()) {
+      return words;
     }
   }
   return "";

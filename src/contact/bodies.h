@@ -12,6 +12,7 @@
 #include "base/options.h"
 #include "geometry/solids.h"
 #include "parallel/field.h"
+#include "surface/surface.h"
 
 namespace pellicle {
 inline namespace contact {
@@ -89,6 +90,10 @@ bool any_rebounds(const std::vector<Body>& bodies);
 /// Collective.
 /// @param held local particles that do not count @param least depth that counts [m]
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
+                             const Field& positions, const std::vector<bool>& held, double least);
+/// The same of drawn triangles with free corners alone, which a body pierces between the particles, without its margin.
+/// Collective.
+std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& held, double least);
 
 }  // namespace contact

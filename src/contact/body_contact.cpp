@@ -81,8 +81,8 @@ BodyContact::BodyContact(const Surface& surface, const std::map<std::string, Bod
   }
   const double side = mean_side(surface);
   for (const Body& body : this->bodies()) {
-    const double sagitta = side * side / (8 * depth_of(body.shape));
-    is_sampled_.push_back(sagitta > sampled_from * thickness());
+    // The sagitta of a side, side^2 / (8 depth), is more than this share of the thickness.
+    is_sampled_.push_back(side * side > sampled_from * thickness() * 8 * depth_of(body.shape));
     std::vector<double>& of_particles = nearer_.emplace_back();
     for (PetscInt i = 0; i < surface.particles.local(); ++i) {
       of_particles.push_back(nearer(nearer_.size() - 1, surface.rest.col(i)));

@@ -219,10 +219,10 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     double share = 0;
     double spare = begin - bound;
     for (int n = 0; n < most && spare > rounding; ++n) {
-      share += spare / length;
-      if (share >= 1) {
+      if (spare >= (1 - share) * length) {
         return 1.0;
       }
+      share += spare / length;
       spare = gap(share) - bound;
     }
     return share;

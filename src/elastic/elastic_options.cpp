@@ -90,7 +90,7 @@ Stiffness stiffness_of(const SheetMaterial& options) {
             : "sheet.physical_thickness: expected sheet.young_modulus with it; the distance of the layers, from "
               "which curl follows, is sheet.thickness");
   }
-  if (options.warp.isZero()) {
+  if (options.warp.isZero(0)) {
     throw Error("sheet.warp: [0, 0, 0] has no direction, expected a vector other than zero");
   }
   double tensile = default_tensile_stiffness;

@@ -46,7 +46,7 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction) {
   weave.normal.colwise().normalize();
   weave.warp.resizeLike(weave.normal);
   constexpr double upright = 1e-3;  // sine of the angle below which a direction counts as normal to the surface
-  const Eigen::Vector3d wanted = warp_direction.normalized();
+  const Eigen::Vector3d wanted = warp_direction.stableNormalized();
   const Eigen::Vector3d next(wanted.z(), wanted.x(), wanted.y());
   for (Eigen::Index i = 0; i < weave.normal.cols(); ++i) {
     const Eigen::Vector3d n = weave.normal.col(i);

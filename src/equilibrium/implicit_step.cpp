@@ -37,6 +37,12 @@ constexpr PetscInt most_vertices_to_factorise = 200000;
 constexpr std::size_t most_last_values = 8;
 constexpr double most_rise = 16;
 
+/// Rounding of forces over their scale.
+constexpr double rounding_of_forces = 20 * std::numeric_limits<double>::epsilon();
+
+/// Forces over their scale that move nothing by more than this share of its size.
+constexpr double negligible = 1e-6;
+
 /// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
 
@@ -102,7 +108,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   // Rounding of positions alone leaves some 3 to 4 epsilon times this. It does not become smaller with the elements,
   // since their stiffness does not either. Steps of a balloon at rest end here.
   const double vertices = static_cast<double>(objective.vertices().global);
-  rounding_ = 20 * std::numeric_limits<double>::epsilon() * objective_.force_scale() * std::sqrt(vertices);
+  rounding_ = rounding_of_forces * objective_.force_scale() * std::sqrt(vertices);
   NewtonDefaults defaults;
   defaults.fields = {{"x", "y", "z"}, "", 0};
   if (bordered_) {
@@ -198,6 +204,11 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
              result.relative_residual > options_.residual_tolerance) {
     std::snprintf(text, sizeof text, "Newton's method goes no further at a residual of %.2e N, %.1e of the forces",
                   result.residual, result.relative_residual);
+  } else if (newton.ended == SNES_CONVERGED_FNORM_ABS && result.over_tolerance > 1 &&
+             result.residual > std::max(rounding, negligible / rounding_of_forces * rounding_)) {
+    std::snprintf(text, sizeof text,
+                  "Newton's method ended by -%ssnes_atol at a residual of %.2e N, %.1e of the forces, expected %.1e",
+                  options_.solver_prefix.c_str(), result.residual, result.relative_residual, options_.snes_rtol);
   }
   result.converged = text[0] == '\0';
   result.reason = text;

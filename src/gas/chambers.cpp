@@ -35,9 +35,8 @@ struct Quantity {
 };
 
 const std::vector<Quantity>& quantities() {
-  constexpr double any = -std::numeric_limits<double>::infinity();
   static const std::vector<Quantity> all{
-      {"pressure", &ChamberOptions::pressure, any, false, {GasLaw::relative, GasLaw::pressure}},
+      {"pressure", &ChamberOptions::pressure, 0, true, {GasLaw::relative, GasLaw::pressure}},
       {"amount", &ChamberOptions::amount, 0, true, {GasLaw::isothermal, GasLaw::adiabatic}},
       {"amount_ratio", &ChamberOptions::amount_ratio, 0, true, {GasLaw::isothermal, GasLaw::adiabatic}},
       {"temperature", &ChamberOptions::temperature, 0, false, {GasLaw::isothermal, GasLaw::adiabatic}},
@@ -50,7 +49,8 @@ const std::vector<Quantity>& quantities() {
   throw Error(key + ": given, but the law " + law + " does not use it, expected another law or no such key");
 }
 
-void require_valid(const std::string& chamber, const ChamberOptions& options) {
+/// @param ambient_pressure [Pa], by which a gauge pressure may be below 0
+void require_valid(const std::string& chamber, const ChamberOptions& options, double ambient_pressure) {
   for (const Quantity& quantity : quantities()) {
     const Rows& rows = options.*quantity.rows;
     const std::string key = chamber + "." + quantity.key;
@@ -63,10 +63,13 @@ void require_valid(const std::string& chamber, const ChamberOptions& options) {
     if (const std::string fault = fault_of_key_points(rows, {"time", "value"}); !fault.empty()) {
       throw Error(key + ": " + fault);
     }
+    const bool is_gauge = &rows == &options.pressure && options.law == GasLaw::pressure;
+    const double lowest = is_gauge ? -ambient_pressure : quantity.lowest;
     for (const auto& row : rows) {
-      if (!(quantity.may_be_lowest ? row[1] >= quantity.lowest : row[1] > quantity.lowest)) {
+      if (!(quantity.may_be_lowest ? row[1] >= lowest : row[1] > lowest)) {
         throw Error(key + ": " + number_text(row[1]) + " at " + number_text(row[0]) + " s, expected " +
-                    (quantity.may_be_lowest ? "at least " : "more than ") + number_text(quantity.lowest));
+                    (quantity.may_be_lowest ? "at least " : "more than ") + number_text(lowest) +
+                    (is_gauge ? ", a vacuum inside where gas.ambient_pressure is outside" : ""));
       }
     }
   }
@@ -166,7 +169,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
                    const Eigen::Vector3d& origin, const SymmetryPlanes& planes, const Projectors& projectors)
     : surface_(&surface), gas_(gas), origin_(origin), planes_(planes) {
   for (const auto& [name, given] : options) {
-    require_valid("chambers." + name, given);
+    require_valid("chambers." + name, given, gas.ambient_pressure);
   }
   const NamedPieces named = name_pieces(surface, options);
   for (const auto& [name, given] : named.chambers) {
@@ -224,7 +227,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   const auto with_vertex =
       std::count_if(options.begin(), options.end(), [](const auto& chamber) { return chamber.second.vertex >= 0; });
   for (const auto& [name, given] : options) {
-    require_valid("chambers." + name, given);
+    require_valid("chambers." + name, given, gas.ambient_pressure);
     const auto pieces = given.vertex < 0 ? static_cast<int>(last + 1 - parts - with_vertex) : 1;
     for (int piece = 1; piece <= pieces; ++piece) {
       add(name_of(name, piece), given);

@@ -48,6 +48,7 @@ void describe(OptionTable& table, LinkOptions& options) {
       .help("discharge coefficient: by what the area counts; of a hole with a sharp edge about 0.6");
   table.add("opens", options.opens)
       .unit("s,1")
+      .range(0, 1)
       .acts_with(has_area)
       .help(
           "key points (time, share of the area that is open, 0 to 1), linear between, constant outside; open unless "
@@ -55,6 +56,7 @@ void describe(OptionTable& table, LinkOptions& options) {
   table.add("one_way", options.one_way).acts_with(has_area).help("a valve, through which nothing flows back");
   table.add("flow", options.flow)
       .unit("s,mol/s")
+      .at_least(0)
       .help("in place of area, of a pump: key points (time, flow), whatever the pressures are");
   table.add("temperature", options.temperature)
       .unit("K")
@@ -90,11 +92,13 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .source("balloon paper, eq. 14");
   table.add("amount", options.amount)
       .unit("s,mol")
+      .at_least(0)
       .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
       .help("amount n of gas inside")
       .source("balloon paper, eq. 12");
   table.add("amount_ratio", options.amount_ratio)
       .unit("s,1")
+      .at_least(0)
       .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
       .help(
           "in place of amount: n over the amount that fills the undeformed volume at ambient pressure and the "
@@ -102,11 +106,13 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .source("docs/theory.md: readings");
   table.add("temperature", options.temperature)
       .unit("s,K")
+      .more_than(0)
       .acts_with(law({GasLaw::isothermal, GasLaw::adiabatic}))
       .help("law isothermal: T; law adiabatic: one key point, T at the undeformed volume; 293.15 K unless given")
       .source("balloon paper, eq. 12");
   table.add("gamma", options.gamma)
       .more_than(1)
+      .at_most(1.67)  // of one atom a molecule, 5/3 as it is often rounded
       .acts_with(law({GasLaw::adiabatic}))
       .help("ratio of the heat capacities; 1.4, air, unless given")
       .source("docs/theory.md: readings");
@@ -137,11 +143,13 @@ void describe(OptionTable& table, ChamberOptions& options) {
       .help("temperature of the wall");
   table.add("volume_ratio", options.volume_ratio)
       .unit("s,1")
+      .more_than(0)
       .acts_with(law({GasLaw::volume}))
       .help("enclosed volume over the undeformed one")
       .source("docs/theory.md: readings");
   table.add("volume", options.volume)
       .unit("s,m^3")
+      .more_than(0)
       .acts_with(law({GasLaw::volume}))
       .help("in place of volume_ratio")
       .source("docs/theory.md: readings");

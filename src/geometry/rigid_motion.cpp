@@ -19,8 +19,9 @@ Eigen::Matrix3d rotation_matrix(const Eigen::Vector3d& vector) {
 
 // Not Quaterniond::FromTwoVectors, whose singular value decomposition takes long to compile.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Vector3d axis = from.cross(to);
-  const double sine = axis.norm(), cosine = from.dot(to);  // times the lengths
+  const Eigen::Vector3d a = from.stableNormalized(), b = to.stableNormalized();  // of any length
+  const Eigen::Vector3d axis = a.cross(b);
+  const double sine = axis.norm(), cosine = a.dot(b);
   if (sine == 0) {
     return cosine < 0 ? rotation_matrix(pi * from.unitOrthogonal()) : Eigen::Matrix3d::Identity().eval();
   }

@@ -8,7 +8,7 @@ inline namespace heat {
 void describe(OptionTable& table, HeatOptions& options) {
   table.add("heat.initial_temperature", options.initial_temperature)
       .unit("K")
-      .at_least(0)
+      .more_than(0)
       .help("temperature of every particle at the start");
   table.add("heat.operator", options.operator_name)
       .solver_setting()
@@ -28,6 +28,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .source("burning paper, section 8");
   table.add("heat.diffusivity_range", options.diffusivity_range)
       .length(2)
+      .at_least(0)
       .acts_with({"heat.diffusivity_texture", [&options] { return !options.diffusivity_texture.empty(); }})
       .help("factors on the diffusivity where the image is black and where it is white");
   table.add("heat.burning_heat", options.burning_heat)
@@ -42,7 +43,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .source("dry paper");
   table.add("heat.ambient_temperature", options.ambient_temperature)
       .unit("K")
-      .at_least(0)
+      .more_than(0)
       .acts_with({"heat.convection or heat.emissivity: more than 0",
                   [&options] { return options.convection > 0 || options.emissivity > 0; }})
       .help("temperature of the surroundings, to which heat is lost");
@@ -55,6 +56,7 @@ void describe(OptionTable& table, HeatOptions& options) {
       .help("emissivity of each side; 0: no radiation; paper: about 0.9");
   table.add("heat.ksp_rtol", options.ksp_rtol)
       .more_than(0)
+      .at_most(0.1)
       .solver_setting()
       .help("relative tolerance of the linear solve of conduction, also of the temperatures' range");
   table.add("heat.mat_type", options.mat_type)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "geometry/key_points.h"
 
 namespace pellicle {
@@ -22,7 +23,7 @@ void describe(OptionTable& table, HeatSource& source) {
   table.add("shape", source.shape)
       .help("a moving hot ball, or an image on the surface")
       .source("burning paper, section 5");
-  table.add("temperature", source.temperature).unit("K").at_least(0).help("temperature of the source");
+  table.add("temperature", source.temperature).unit("K").more_than(0).help("temperature of the source");
   table.add("rate", source.rate)
       .unit("1/s")
       .at_least(0)
@@ -61,6 +62,10 @@ void validate(const std::string& name, const HeatSource& source) {
   const std::string key = "heat.sources." + name;
   if (source.shape == SourceShape::texture && source.file.empty()) {
     throw Error(key + ".file: a source of shape texture needs an image");
+  }
+  if (source.end_time && !(*source.end_time > source.start_time)) {
+    throw Error(key + ".end_time: " + number_text(*source.end_time) + " s, expected later than start_time, " +
+                number_text(source.start_time) + " s");
   }
   const std::string fault = fault_of_key_points(source.path);
   if (!fault.empty()) {

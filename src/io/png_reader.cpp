@@ -62,7 +62,8 @@ class Decoder {
 
 Picture read_png(const std::string& path) {
   constexpr double most_pixels = 1 << 26;
-  if (!std::filesystem::is_regular_file(path)) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
     throw Error(path + ": no such file: expected a PNG texture");
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
@@ -96,9 +97,17 @@ Picture read_png(const std::string& path) {
   std::size_t row_bytes = 0;
   std::size_t channels = 0;
   std::size_t channel_bytes = 0;
+  png_colorp palette = nullptr;  // the decoder's
+  int colours = 0;
   require(decoder.run([&](png_structp png, png_infop info) {
-    png_set_expand(png);  // palettes and fewer than 8 bits to 8, a transparent colour to a channel
-    png_set_strip_alpha(png);
+    if (png_get_color_type(png, info) == PNG_COLOR_TYPE_PALETTE) {
+      // libpng would give numbers beyond the palette some colour, without a word.
+      png_set_packing(png);
+      png_get_PLTE(png, info, &palette, &colours);
+    } else {
+      png_set_expand(png);  // fewer than 8 bits to 8, a transparent colour to a channel
+      png_set_strip_alpha(png);
+    }
     png_set_interlace_handling(png);
     png_read_update_info(png, info);
     row_bytes = png_get_rowbytes(png, info);
@@ -121,6 +130,17 @@ Picture read_png(const std::string& path) {
   for (std::size_t row = height; row-- > 0;) {
     const unsigned char* value = rows[row];
     for (int column = 0; column < picture.width; ++column) {
+      if (palette != nullptr) {
+        const int number = *value++;
+        if (number >= colours) {
+          throw Error(path + ": the pixel in column " + std::to_string(column) + ", row " + std::to_string(row) +
+                      " (from 0) has colour " + std::to_string(number) + " of a palette of " + std::to_string(colours) +
+                      ", expected one of the palette");
+        }
+        const png_color& colour = palette[number];
+        picture.grey.push_back((colour.red + colour.green + colour.blue) / (3 * white));
+        continue;
+      }
       double sum = 0;
       for (std::size_t channel = 0; channel < channels; ++channel, value += channel_bytes) {
         sum += channel_bytes == 2 ? 256 * value[0] + value[1] : value[0];

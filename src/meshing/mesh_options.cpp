@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/options.h"
+#include "geometry/pi.h"
 #include "meshing/blobs.h"
 #include "meshing/closed_shapes.h"
 #include "meshing/generators.h"
@@ -54,7 +55,7 @@ void describe(OptionTable& table, MeshOptions& options) {
       .unit("m")
       .help("radius of the circle in the middle of the tube");
   add("mesh.tube_radius", options.tube_radius, {MeshShape::torus}).more_than(0).unit("m").help("radius of the tube");
-  add("mesh.arch", options.arch, {MeshShape::roof}).more_than(0).unit("rad").help("angle of its arc");
+  add("mesh.arch", options.arch, {MeshShape::roof}).more_than(0).less_than(2 * pi).unit("rad").help("angle of its arc");
   add("mesh.level", options.level, {MeshShape::icosphere, MeshShape::ellipsoid, MeshShape::quad_ellipsoid})
       .range(0, 9)
       .help(

@@ -16,19 +16,22 @@ void describe(OptionTable& table, PrismOptions& options) {
       .help("Newton iterations of a step at most; 0: 200 with newton: converged, 50 where objects touch, 3 with fixed")
       .source("balloon paper, section 8: 3");
   table.add("prism.snes_rtol", options.snes_rtol)
-      .range(0, 1)
+      .more_than(0)
+      .at_most(0.1)
       .help(
           "norm of the residual at which Newton's iteration ends, relative to the largest norm of one kind of force "
           "(history.csv: relative_residual); with newton: fixed relative to that at the start of the step. Steps that "
           "end above it because places are rounded are counted, and the run's last lines say so");
   table.add("prism.residual_tolerance", options.residual_tolerance)
       .more_than(0)
+      .at_most(1)
       .help(
           "a step of newton: fixed that ends with a residual above this share of the largest of its forces "
           "(history.csv: relative_residual) is counted, and the run's last lines say so; one of newton: converged that "
           "rounding ends above it fails");
   table.add("prism.ksp_rtol", options.ksp_rtol)
       .more_than(0)
+      .less_than(1)
       .help("relative tolerance of the linear solves; by default 1e-4, where sheets touch 1e-3")
       .source("measured: docs/balloons.md");
   table.add("prism.mat_type", options.mat_type)

@@ -29,7 +29,7 @@ void describe(OptionTable& table, VolumeOptions& options) {
           "the paper's formula, which diverges; muller06 the older one of position based dynamics")
       .source("balloon paper, eq. 27; docs/theory.md: readings");
   table.add("volume.tolerance", options.tolerance)
-      .range(1e-13, 1)
+      .range(1e-13, 0.1)
       .help("relative error of the rubber's volume at which volume preservation ends")
       .source("docs/theory.md: parameters");
   table.add("volume.max_iterations", options.max_iterations)

@@ -79,9 +79,10 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
       .acts_with(has_shear_modulus)
       .help("with poisson_ratio, in place of mu and lambda");
   table.add(prefix + "poisson_ratio", material.poisson_ratio)
-      .range(-1, 0.5)
+      .more_than(-1)
+      .less_than(0.5)
       .acts_with(has_shear_modulus)
-      .help("with young_modulus, in place of mu and lambda; both ends themselves are excluded");
+      .help("with young_modulus, in place of mu and lambda");
 }
 
 /// @param wall which has what the region is not given

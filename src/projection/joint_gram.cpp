@@ -28,6 +28,7 @@ JointGram::JointGram(const Sheet& sheet, std::vector<Colour> colours, const std:
   set_matrix_options(matrix_, prefix);
   KspDefaults defaults{KSPCG, PCJACOBI, rtol, 10000};
   defaults.fields = {"lambda"};
+  defaults.largest_rtol = largest_unjudged_rtol;
   ksp_ = make_ksp(matrix_, matrix_, prefix, defaults);
   check(KSPSetInitialGuessNonzero(ksp_, PETSC_TRUE));
   check(MatCreateVecs(matrix_, lambda_.create(), right_hand_side_.create()));
@@ -110,9 +111,9 @@ void JointGram::multiply(Vec in_vector, Vec out_vector) {
 
 void JointGram::copy_diagonal(Vec out) const { copy_to(out, diagonal_); }
 
-StageResult JointGram::solve(const std::vector<double>& right_hand_side) {
+StageResult JointGram::solve(const std::vector<double>& right_hand_side, const LinearNeed& need) {
   copy_to(right_hand_side_, right_hand_side);
-  const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_);
+  const StageResult result = pellicle::solve(ksp_, right_hand_side_, lambda_, &need);
   const double* lambda = nullptr;
   check(VecGetArrayRead(lambda_, &lambda));
   std::copy_n(lambda, lambda_values_.size(), lambda_values_.begin());

@@ -9,6 +9,7 @@
 #include "base/handle.h"
 #include "base/stage_result.h"
 #include "parallel/field.h"
+#include "solvers/ksp.h"
 #include "surface/sheet.h"
 
 namespace pellicle {
@@ -38,7 +39,7 @@ class JointGram {
 
   /// Solves for lambda, starting from the last solution in the step. Collective.
   /// @param right_hand_side of the owned springs, colour after colour
-  StageResult solve(const std::vector<double>& right_hand_side);
+  StageResult solve(const std::vector<double>& right_hand_side, const LinearNeed& need);
 
   /// Lambda of the owned springs of a colour.
   const double* lambda(Colour colour) const {

@@ -496,9 +496,9 @@ void LineElimination::substitute(Vec right_hand_side, Vec lambda) {
       });
 }
 
-StageResult LineElimination::solve(KSP ksp, Vec right_hand_side, Vec lambda) {
+StageResult LineElimination::solve(KSP ksp, Vec right_hand_side, Vec lambda, const LinearNeed* need) {
   eliminate(right_hand_side);
-  StageResult result = pellicle::solve(ksp, kept_right_hand_side_, kept_values_);
+  StageResult result = pellicle::solve(ksp, kept_right_hand_side_, kept_values_, need);
   substitute(right_hand_side, lambda);
   return result;
 }

@@ -10,6 +10,7 @@
 #include "base/handle.h"
 #include "base/stage_result.h"
 #include "projection/gram_block.h"
+#include "solvers/ksp.h"
 #include "solvers/own_preconditioner.h"
 #include "surface/sheet.h"
 
@@ -186,8 +187,8 @@ class LineElimination {
 
   /// Collective.
   /// @param ksp solver for S
-  /// @param right_hand_side,lambda of the owned springs
-  StageResult solve(KSP ksp, Vec right_hand_side, Vec lambda);
+  /// @param right_hand_side,lambda of the owned springs @param need as of pellicle::solve
+  StageResult solve(KSP ksp, Vec right_hand_side, Vec lambda, const LinearNeed* need = nullptr);
 
   /// out = P^-1 in of the owned springs: P is the whole matrix with K's lines for S, symmetric positive definite.
   /// Collective.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/options.h"
+#include "solvers/ksp.h"
 
 namespace pellicle {
 inline namespace projection {
@@ -89,7 +90,8 @@ void describe(OptionTable& table, ProjectOptions& options) {
           "aij: rows, which lines becomes when a pc_type is given; sell: PETSc's sliced ELLPACK; shell: matrix-free")
       .source("burning paper, section 8.1");
   table.add("project.ksp_rtol", options.ksp_rtol)
-      .range(0, 1)
+      .more_than(0)
+      .at_most(largest_unjudged_rtol)
       .help("relative tolerance of the linear solves")
       .source("measured: 1e-3 differs from a direct solve by 6e-7 of the sheet after 5 steps");
   table.add("project.strain_steps", options.strain_steps)

@@ -100,6 +100,7 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
                                          prefix);
     KspDefaults defaults{KSPCG, PCBJACOBI, options_.ksp_rtol, 10000};
     defaults.fields = {"lambda"};
+    defaults.largest_rtol = largest_unjudged_rtol;
     if (eliminates_lines) {
       system.lines = std::make_unique<LineElimination>(springs, sheet.particles, prefix);
       defaults.preconditioner = LineElimination::type;
@@ -144,7 +145,7 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, sheet_.comm());
     const double mean = sums[0] / sums[1];
     std::transform(input.mass.begin(), input.mass.end(), gram_inverse_mass_.begin(),
-                   [mean](double mass) { return mean / mass; });  // Infinite where a particle has left: replaced below.
+                   [mean](double mass) { return mass > 0 ? mean / mass : 0; });
   }
   move_inverse_mass_ = gram_inverse_mass_;
   for (std::size_t i = 0; i < count; ++i) {
@@ -199,8 +200,10 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
                       : system.weight[s] * error;
   }
   check(VecRestoreArrayWrite(system.right_hand_side, &values));
-  StageResult result = system.lines != nullptr ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda)
-                                               : solve(system.ksp, system.right_hand_side, system.lambda);
+  const LinearNeed need = this->need();
+  StageResult result = system.lines != nullptr
+                           ? system.lines->solve(system.ksp, system.right_hand_side, system.lambda, &need)
+                           : solve(system.ksp, system.right_hand_side, system.lambda, &need);
   iterations_[index] += result.iterations;
   if (!result.converged) {
     return result;
@@ -240,7 +243,7 @@ StageResult SuccessiveProjection::project_jointly(Field& x, const ProjectionInpu
   }
   joint_->update(gradients, gram_inverse_mass_, options_.shift,
                  options_.masses == GramMasses::actual ? inverse_mass_at_edges : 1);
-  const StageResult result = joint_->solve(joint_error_);
+  const StageResult result = joint_->solve(joint_error_, need());
   if (!result.converged) {
     return result;
   }

@@ -100,6 +100,8 @@ class SuccessiveProjection {
   void begin(const ProjectionInput& input);
   void set_inverse_masses(const ProjectionInput& input);
   double length_norm(const Living& living) const;
+  /// An error ||C|| at which the projection stops needs no correction.
+  LinearNeed need() const { return {largest_unjudged_rtol, options_.threshold}; }
   /// @param limit if given, only what is strained beyond a share of it is corrected
   StageResult project_colour(Field& x, Colour colour, const ProjectionInput& input,
                              std::optional<double> limit = std::nullopt);

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/spelling.h"
 #include "base/stop_signal.h"
+#include "base/units.h"
 #include "solvers/named_fields.h"
 #include "solvers/own_preconditioner.h"
 #include "solvers/saved_system.h"
@@ -310,6 +311,16 @@ void require_unscaled(KSP ksp, Mat matrix, const std::string& prefix) {
   }
 }
 
+/// Refuses a relative tolerance that would leave the system unsolved.
+void require_tolerance(KSP ksp, const std::string& prefix, double largest) {
+  double rtol = 0;
+  check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
+  if (!(rtol <= largest)) {
+    throw Error(given_name(prefix, "ksp_rtol") + " " + number_text(rtol) +
+                ": leaves too much of the system unsolved, expected at most " + number_text(largest));
+  }
+}
+
 /// Where KSPCHEBYSHEV ends with numbers that are not finite, one of its work vectors is left as its solution, without a
 /// reference: the next solve would free that vector and go on to use it. Here it gets one, and the solution loses its
 /// own.
@@ -449,6 +460,7 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   run_solver(prefix, [&] { check(KSPSetFromOptions(ksp)); });
 
   require_unscaled(ksp, matrix, prefix);
+  require_tolerance(ksp, prefix, defaults.largest_rtol);
 
   PCType type = nullptr;
   check(PCGetType(pc, &type));
@@ -486,7 +498,8 @@ KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, c
   return ksp;
 }
 
-std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution, double rtol) {
+std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
+                              const LinearNeed& need) {
   VecHandle work;
   PetscBool has_diagonal = PETSC_FALSE;
   double size = 0;
@@ -505,15 +518,17 @@ std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_si
   check(VecAYPX(work, -1, right_hand_side));
   check(VecNorm(work, NORM_2, &left));
   const double rounding = 100 * std::numeric_limits<double>::epsilon() * size * reached;
-  if (left <= rtol * wanted + rounding) {
+  const double allowed = std::max(need.relative * wanted, need.absolute);
+  if (left <= allowed + rounding) {
     return "";
   }
   char text[100];
-  std::snprintf(text, sizeof text, "it leaves %.1e of the right-hand side, more than %.1e", left / wanted, rtol);
+  std::snprintf(text, sizeof text, "it leaves %.1e of the right-hand side, more than %.1e", left / wanted,
+                allowed / wanted);
   return text;
 }
 
-LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
+LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed* need) {
   LinearResult result;
   PetscInt iterations = 0;
   leave_before_solve(ksp);
@@ -544,7 +559,8 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
     result.refuse(failure_of(reason), "the linear solver " + prefix_of(ksp) + " did not converge (" +
                                           KSPConvergedReasons[reason] + " after " + std::to_string(iterations) +
                                           " iterations" + words_of(reason, ksp) + ")");
-  } else if (reason == KSP_CONVERGED_ITS) {  // It has tested nothing: the preconditioner alone, or no norm.
+  } else if (reason == KSP_CONVERGED_ITS ||  // It has tested nothing: the preconditioner alone, or no norm.
+             (need != nullptr && reason != KSP_CONVERGED_RTOL)) {
     Mat matrix = nullptr;
     Mat preconditioning = nullptr;
     KSPType type = nullptr;
@@ -552,7 +568,8 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution) {
     check(KSPGetOperators(ksp, &matrix, &preconditioning));
     check(KSPGetType(ksp, &type));
     check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
-    const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, rtol);
+    const LinearNeed needed = reason != KSP_CONVERGED_ITS ? *need : LinearNeed{rtol, need != nullptr ? need->absolute : 0};
+    const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, needed);
     if (!fault.empty()) {
       result.refuse(Solved::no, "the linear solver " + prefix_of(ksp) + " (" + type + ") does not solve: " + fault);
     }

@@ -23,7 +23,17 @@ struct KspDefaults {
   double divtol = 1e5;                ///< growth of the residual that ends a solve
   bool single_reduction = false;      ///< of conjugate gradients, one an iteration in place of three
   std::vector<std::string> fields{};  ///< names of the unknowns of a vertex, a particle or a spring, for the DM
+  double largest_rtol = 1;            ///< relative tolerance, at most, for which the user may ask
 };
+
+/// What of a right-hand side b need not be solved for: a solution x is one if |b - A x| is at most the larger of both.
+struct LinearNeed {
+  double relative = 0;  ///< share of |b|
+  double absolute = 0;  ///< in the unit of b
+};
+
+/// Largest relative tolerance of a solver whose solution nothing judges that comes after it.
+constexpr double largest_unjudged_rtol = 0.1;
 
 /// Additional share that MUMPS gets of the memory that it estimates [%]: on several ranks it needs more, how much
 /// depends on the order of messages, and with the default (20) small systems now and then fail.
@@ -34,7 +44,7 @@ constexpr PetscInt mumps_room_setting = 14;  ///< MUMPS' number of this setting
 /// that PETSc has for one rank only (icc, ilu) becomes block Jacobi with such blocks on several. Collective.
 /// @param preconditioning matrix that the preconditioner is built from
 /// @throws Error that names the option: a type or solver package that PETSc does not have, or that the matrix does not
-/// allow
+/// allow, or a tolerance that is no tolerance
 KspHandle make_ksp(Mat matrix, Mat preconditioning, const std::string& prefix, const KspDefaults& defaults);
 
 /// Whether any of PETSc's options of a prefix is given. @param names such as "ksp_type"
@@ -80,11 +90,14 @@ void make_stoppable(KSP ksp);
 /// Solves and says how it went; divergence is a result. Where the solver tests no residual itself (preonly, no norm),
 /// the true one is tested. Collective. @throws Error that names the solver's options when PETSc cannot do as they say;
 /// Stopped, see make_stoppable
-LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution);
+/// @param need null: what uses the solution judges it. Otherwise the true residual is also tested where the solver has
+/// ended by an absolute tolerance, which says nothing about the right-hand side
+LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed* need = nullptr);
 
-/// What is wrong with a solution whose residual b - A x was not tested; empty if it is within `rtol` of b, or what
-/// rounding leaves of a direct solve. Collective. @param preconditioning a matrix whose diagonal is as large as A's
-std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution, double rtol);
+/// What is wrong with a solution whose residual b - A x was not tested; empty if it is what is needed, or what rounding
+/// leaves of a direct solve. Collective. @param preconditioning a matrix whose diagonal is as large as A's
+std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_side, Vec solution,
+                              const LinearNeed& need);
 
 }  // namespace solvers
 }  // namespace pellicle

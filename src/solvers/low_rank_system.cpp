@@ -145,7 +145,7 @@ LinearResult LowRankSystem::solve_by_woodbury(Vec right_hand_side, Vec solution)
   const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(count(), count()) + scaled.leftCols(count());
   const Eigen::VectorXd weights = -system.partialPivLu().solve(scaled.col(count()));
   check(VecMAXPY(solution, count(), weights.data(), vectors.data()));
-  const std::string fault = fault_of_solution(matrix_, sparse_, right_hand_side, solution, rtol_);
+  const std::string fault = fault_of_solution(matrix_, sparse_, right_hand_side, solution, {rtol_});
   if (!fault.empty()) {
     const char* prefix = nullptr;
     check(KSPGetOptionsPrefix(solver_, &prefix));

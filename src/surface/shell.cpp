@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "base/error.h"
 #include "geometry/quad_area.h"
+#include "parallel/collective.h"
 #include "surface/distribution.h"
 #include "surface/perturbation.h"
 #include "surface/shell_assembly.h"
@@ -83,6 +86,44 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
   return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
 }
 
+/// Refuses springs that have no length but rounding in the undeformed sheet: strains are shares of the length. Two cells
+/// have such a spring between them where the sheet is folded flat at their common side. Collective. @throws Error
+void require_lengths(const Sheet& sheet) {
+  constexpr double least = 1e-6;  // of the colour's mean length
+  constexpr PetscInt none = std::numeric_limits<PetscInt>::max();
+  std::array<PetscInt, 2> first{none, none};  // ids of the ends of the lowest such spring
+  for (const Colour colour : all_colours) {
+    const SpringSet& springs = sheet.of(colour);
+    const auto end = springs.initial_length.begin() + springs.owned();
+    double sum = std::accumulate(springs.initial_length.begin(), end, 0.0);
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
+      const auto spring = static_cast<std::size_t>(s);
+      if (springs.initial_length[spring] * static_cast<double>(springs.layout.global) <= least * sum) {
+        std::array<PetscInt, 2> ids{};
+        std::transform(springs.ends[spring].begin(), springs.ends[spring].end(), ids.begin(),
+                       [&sheet](PetscInt i) { return sheet.persistent_id[static_cast<std::size_t>(i)]; });
+        std::sort(ids.begin(), ids.end());
+        first = std::min(first, ids);
+      }
+    }
+  }
+  const std::vector<std::array<PetscInt, 2>> of_ranks = of_all_ranks(sheet.comm(), std::vector{first});
+  first = *std::min_element(of_ranks.begin(), of_ranks.end());
+  if (first[0] == none) {
+    return;
+  }
+  const auto place = [&sheet](PetscInt id) {
+    return id < sheet.first_lattice_id ? "vertex " + std::to_string(id)
+                                       : "the middle of cell " + std::to_string(id - sheet.first_lattice_id);
+  };
+  const bool is_fold = first[0] >= sheet.first_lattice_id;
+  throw Error("mesh: " + place(first[0]) + " and " + place(first[1]) + " (numbers from 0) lie at one place, expected " +
+              (is_fold ? "less than 180 degrees between neighbouring cells: the undeformed sheet is folded flat on "
+                         "itself at their common side"
+                       : "a distance between them"));
+}
+
 }  // namespace
 
 Sheet make_sheet(MPI_Comm comm, const SurfaceMesh& mesh, const SheetOptions& options) {
@@ -94,7 +135,9 @@ Sheet make_sheet(MPI_Comm comm, MeshRows mesh, const SheetOptions& options) {
   const SheetIds ids = number_lattice(distribution);
   place_lattice(distribution, options);
   add_corner_masses(distribution);
-  return assembled(distribution, ids, options).sheet;
+  Sheet sheet = assembled(distribution, ids, options).sheet;
+  require_lengths(sheet);
+  return sheet;
 }
 
 LoadedSheet make_sheet(MPI_Comm comm, MeshRows rows, const SheetIds& ids, const SheetOptions& options) {

@@ -22,6 +22,7 @@
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
 #include "world/renumbering.h"
+#include "world/step_reach.h"
 
 namespace pellicle {
 inline namespace world {
@@ -185,6 +186,21 @@ void require_error_estimate(const Options& options) {
   }
 }
 
+/// Refuses a threshold below which a projection would leave the sheet as it is. Collective.
+void require_threshold(const Sheet& sheet, const Options& options) {
+  constexpr double most = 0.01;
+  double squares = 0;  // of the lengths
+  for (const SpringSet& springs : sheet.springs) {
+    const auto end = springs.initial_length.begin() + springs.owned();
+    squares = std::inner_product(springs.initial_length.begin(), end, springs.initial_length.begin(), squares);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &squares, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  if (options.dynamics == Dynamics::projection && options.project.threshold > most * std::sqrt(squares)) {
+    throw Error("project.threshold: " + number_text(options.project.threshold) + " m, expected at most " +
+                number_text(most * std::sqrt(squares)) + " m, a hundredth of the norm of all springs' lengths");
+  }
+}
+
 }  // namespace
 
 BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output)
@@ -195,6 +211,7 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
       state_(std::make_unique<State>(burn_->initial_state())),
       ledger_(std::make_unique<SheetLedger>(output_, options_, burn_->chambers())) {
   require_error_estimate(options);
+  require_threshold(*sheet_, options);
   start_lines_ = settle_start(options.contact, *this, burn_->bodies());
 }
 
@@ -216,12 +233,12 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
 }
 
 StepResult BurnRun::advance(double h) {
-  last_ = burn_->advance(*state_, h);
+  last_ = within_reach(options_, *sheet_, *state_, h, [&] { return burn_->advance(*state_, h); });
   return result();
 }
 
 StepResult BurnRun::begin(double h) {
-  last_ = burn_->begin(*state_, h);
+  last_ = within_reach(options_, *sheet_, *state_, h, [&] { return burn_->begin(*state_, h); });
   return {last_.converged, last_.reason, last_.heat_iterations};
 }
 

@@ -268,10 +268,12 @@ std::vector<std::string> settle_start(const ContactOptions& options, TouchingObj
   const Surface& surface = *object.contact_part().surface;
   const double least = BodyContact::tolerance * contact_thickness(surface, options);
   const ObjectState& state = object.state();
-  if (const std::string inside =
-          particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least);
-      !inside.empty()) {
-    lines.push_back(inside + ": the first step has to push them out");
+  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least);
+  if (inside.empty()) {
+    inside = triangles_inside(bodies, state.time, surface, state.position, object.held(), least);
+  }
+  if (!inside.empty()) {
+    throw Error(inside);
   }
   return lines;
 }

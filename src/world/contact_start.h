@@ -23,9 +23,8 @@ struct StartingObject {
 /// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
 /// is more than ten mean sides of its mesh
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
-/// The same for an object by itself, if its surface touches itself and no other object; and tells whether it starts
-/// inside a body, whatever it touches. Collective.
-/// @returns messages, of what there is to say
+/// The same for an object by itself, if its surface touches itself and no other object. Collective.
+/// @returns messages, of what there is to say @throws Error also if it starts inside a body, whatever it touches
 std::vector<std::string> settle_start(const ContactOptions& options, TouchingObject& object,
                                       const std::vector<Body>& bodies);
 

@@ -17,6 +17,7 @@
 #include "world/non_finite.h"
 #include "world/piece_fields.h"
 #include "world/renumbering.h"
+#include "world/step_reach.h"
 
 namespace pellicle {
 inline namespace world {
@@ -79,12 +80,12 @@ InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const
 }
 
 StepResult InflateRun::advance(double h) {
-  last_ = inflate_->advance(*state_, h);
+  last_ = within_reach(options_, *membrane_, *state_, h, [&] { return inflate_->advance(*state_, h); });
   return result();
 }
 
 StepResult InflateRun::begin(double h) {
-  last_ = inflate_->begin(*state_, h);
+  last_ = within_reach(options_, *membrane_, *state_, h, [&] { return inflate_->begin(*state_, h); });
   return {last_.converged, last_.reason, last_.heat_iterations};
 }
 

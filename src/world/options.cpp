@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/object_tables.h"
 #include "base/options.h"
+#include "base/units.h"
 #include "contact/body_heat.h"
 
 namespace pellicle {
@@ -40,7 +41,7 @@ void describe(OptionTable& table, TimeOptions& options) {
       .range(0, 30)
       .help("a step that fails is tried again with half its length, down to time.step halved so many times");
   table.add("time.tolerance", options.tolerance)
-      .at_least(0)
+      .range(0, 1)
       .help(
           "error of a step that is aimed at, as a share of the square root of the object's area; from it follow the "
           "lengths of the steps, the first of time.step; 0: all of time.step");
@@ -49,6 +50,13 @@ void describe(OptionTable& table, TimeOptions& options) {
       .more_than(0)
       .acts_with({"time.tolerance: more than 0", [&options] { return options.tolerance > 0; }})
       .help("longest step with a tolerance; time.step unless given");
+}
+
+void require_valid(const TimeOptions& options) {
+  if (options.max_step && *options.max_step < options.step) {
+    throw Error("time.max_step: " + number_text(*options.max_step) + " s, expected at least time.step, " +
+                number_text(options.step) + " s");
+  }
 }
 
 void describe(OptionTable& table, ForceOptions& options) {

@@ -48,10 +48,12 @@ struct TimeOptions {
   /// The shortest step that follows from failures or from a tolerance [s].
   double shortest_step() const { return std::ldexp(step, -max_retries); }
   /// The longest step with a tolerance [s].
-  double longest_step() const { return std::max(step, max_step.value_or(step)); }
+  double longest_step() const { return max_step.value_or(step); }
 };
 
 void describe(OptionTable& table, TimeOptions& options);
+/// @throws Error where a longest step is shorter than a step
+void require_valid(const TimeOptions& options);
 
 /// External force on a sheet or a balloon.
 struct ForceOptions {

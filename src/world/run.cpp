@@ -301,6 +301,7 @@ class Run {
 void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
   share_links(objects);
   const std::optional<TogetherOptions> together = find_together(objects);
+  require_valid(objects.front().options.time);
   const OutputOptions& output = objects.front().options.output;
   Console console(comm, output.monitor);
   console.say(record.program + " " + record.revision);

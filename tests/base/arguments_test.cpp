@@ -261,6 +261,14 @@ TEST(Arguments, TheEnvironmentLiesBetweenDecksAndCommandLine) {
     EXPECT_EQ(without_files.ignition, 420);
   }
   {
+    const std::string no_name(300, 'x');  // too long for a folder, so that nothing is known of a file in it
+    const Environment home_folder("HOME", no_name);
+    EXPECT_EQ(SampleOptions().command_line_error({deck.path()}),
+              no_name + "/.petscrc: cannot be looked for: File name too long; expected a folder that can be read, or "
+                        "-skip_petscrc");
+    EXPECT_EQ(SampleOptions().command_line_error({deck.path(), "-skip_petscrc"}), "");
+  }
+  {
     const Environment misspelt("PETSC_OPTIONS", "-heat_difusivity 1");
     EXPECT_EQ(SampleOptions().command_line_error({}),
               "PETSC_OPTIONS: -heat_difusivity: unknown option; nearest valid option: -heat_diffusivity");

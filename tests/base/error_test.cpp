@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <new>
+
 namespace pellicle {
 
 int world_rank() {
@@ -48,6 +51,23 @@ TEST(Together, OfSeveralErrorsTheLowestRanksIsThrown) {
             "rank 0");
 }
 
+TEST(Together, WhatIsNoFaultOfTheInputIsAnErrorOnAllToo) {
+  const auto of_last_rank = [](const std::function<void()>& fail) {
+    return error_of([&] {
+      together(PETSC_COMM_WORLD, [&] {
+        if (world_rank() == world_size() - 1) {
+          fail();
+        }
+      });
+    });
+  };
+  EXPECT_EQ(of_last_rank([] { throw std::bad_alloc(); }),
+            "out of memory; expected a smaller mesh, or more memory or machines");
+  EXPECT_EQ(of_last_rank([] { check(PETSC_ERR_MEM, "a.cpp", 1); }),
+            "out of memory; expected a smaller mesh, or more memory or machines");
+  EXPECT_EQ(of_last_rank([] { throw std::runtime_error("a folder without name"); }), "a folder without name");
+}
+
 TEST(OnRoot, RunsOnceAndItsErrorReachesAll) {
   int runs = 0;
   on_root(PETSC_COMM_WORLD, [&] { ++runs; });
@@ -80,6 +100,7 @@ TEST(AsPetscCallback, TurnsExceptionsIntoCodes) {
   EXPECT_EQ(as_petsc_callback([] { check(PETSC_ERR_FP, "a.cpp", 1); }), PETSC_ERR_FP);
   check(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr));
   EXPECT_EQ(as_petsc_callback([] { throw std::runtime_error("bad"); }), PETSC_ERR_LIB);
+  EXPECT_EQ(as_petsc_callback([] { throw std::bad_alloc(); }), PETSC_ERR_MEM);
   check(PetscPopErrorHandler());
 }
 

@@ -84,6 +84,7 @@ TEST(Units, WhatIsNotUnderstoodIsNamed) {
   EXPECT_EQ(failure("nan"), "\"nan\" is not a finite number");
   EXPECT_EQ(failure("inf"), "\"inf\" is not a finite number");
   EXPECT_EQ(failure("1e999"), "\"1e999\" is not a finite number");
+  EXPECT_EQ(failure("1e308 km"), "\"1e308 km\" is not a finite number in SI");
   EXPECT_EQ(failure("1 2"), "unit \"2\" is not understood");
   EXPECT_EQ(failure("1 1"), "\"1 1\" is two numbers");
   EXPECT_EQ(failure("+-1"), "\"+-1\" is not a finite number");

@@ -142,6 +142,12 @@ TEST(Texture, SoundCheckSumsRoundUnsoundDataAreRefused) {
   expect_refused(png(64, 64, 8, 3, few), "Missing PLTE");
   expect_refused(png(64, 64, 8, 5, few), "Invalid IHDR data");
   expect_refused(png(20000, 20000, 8, 0, few), "a.png: a picture of 20000 x 20000 pixels, expected at most 67108864");
+  const std::string colours = chunk("PLTE", std::string("\0\0\0\xFF\xFF\xFF\x33\x33\x33", 9));
+  const std::string row = chunk("IDAT", deflated(std::string({'\0', '\2', '\3'})));
+  expect_refused(png(2, 1, 8, 3, colours + row),
+                 "a.png: the pixel in column 1, row 0 (from 0) has colour 3 of a palette of 3, expected one of");
+  const std::string bits = chunk("IDAT", deflated(std::string({'\0', '\x1B'})));  // 0, 1, 2, 3
+  expect_refused(png(4, 1, 2, 3, colours + bits), "the pixel in column 3, row 0 (from 0) has colour 3 of a palette");
   const std::string endless = png(4, 4, 8, 0, chunk("IDAT", deflated(std::string(20, '\0'))));
   expect_refused(endless.substr(0, endless.size() - 12), "the file is damaged");
 }
@@ -168,6 +174,7 @@ TEST(Texture, EveryKindOfPngIsRead) {
   EXPECT_EQ(values(png(1, 1, 16, 0, data({'\0', '\x33', '\x33'}))), (Row{0.2}));
   const std::string palette = chunk("PLTE", std::string("\0\0\0\xFF\xFF\xFF\x33\x33\x33", 9));
   EXPECT_EQ(values(png(3, 1, 8, 3, palette + data({'\0', '\2', '\1', '\0'}))), (Row{0.2, 1, 0}));
+  EXPECT_EQ(values(png(3, 1, 2, 3, palette + data({'\0', '\x84'}))), (Row{0.2, 0, 1}));  // of two bits: 2, 0, 1
   EXPECT_EQ(values(png(1, 1, 8, 6, data({'\0', '\x33', '\x33', '\x33', '\7'}))), (Row{0.2}));
   // Interlaced: pass 1 has pixel 0, pass 4 pixel 2, pass 6 pixels 1 and 3, each with its filter byte.
   EXPECT_EQ(values(png(4, 1, 8, 0, data({'\0', '\0', '\0', '\x66', '\0', '\x33', '\xFF'}), 1)), (Row{0, 0.2, 0.4, 1}));

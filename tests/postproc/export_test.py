@@ -166,6 +166,27 @@ def check_with_blender(faults, path, triangles):
     faults.unless(f"TRIANGLES {triangles}\n" in told.stdout, f"{path.name}: Blender: {told}")
 
 
+def check_cut_frames(faults, source, out, folder):
+    """That no file is made of a frame that is cut or lacks a piece, and none is cut where the disk is full."""
+    piece = min((out / "tiny_paper_000004").glob("*.vtp"))
+    whole = piece.read_bytes()
+    for what, content in (("cut before its end", whole[:len(whole) // 2]), ("No such file", None)):
+        piece.unlink()
+        if content is not None:
+            piece.write_bytes(content)
+        told = run([sys.executable, f"{source}/postproc/export.py", out, "--format", "ply", "--to", folder])
+        is_told = what in told.stderr and str(piece) in told.stderr and told.stderr.count("\n") == 1
+        faults.unless(told.returncode == 1 and is_told, f"{what}: {told}")
+        faults.unless(not list(folder.glob("*_0004*")), f"{what}: {list(folder.iterdir())}")
+    piece.write_bytes(whole)
+    for kind in ("obj", "ply", "stl", "gltf"):
+        to = folder / kind
+        told = run(["sh", "-c", 'ulimit -f 2; exec "$0" "$@"', sys.executable, f"{source}/postproc/export.py", out,
+                    "--format", kind, "--frames", "1", "--to", to])
+        faults.unless(told.returncode == 1 and told.stderr.count("\n") == 1, f"{kind} on a full disk: {told}")
+        faults.unless(not list(to.iterdir()), f"{kind} on a full disk: {list(to.iterdir())}")
+
+
 def main():
     source, mpiexec, program = sys.argv[1:]
     faults = Faults()
@@ -199,6 +220,7 @@ def main():
                 faults.unless(error < 1e-7, f"stl: places differ by {error}")
             if has_blender:
                 check_with_blender(faults, path, triangles)
+        check_cut_frames(faults, source, out, pathlib.Path(folder) / "cut")
     faults.end()
 
 

@@ -150,6 +150,37 @@ TEST_F(BadInputTest, AThicknessOfManyCells) {
                  {"fine: contact.thickness", "0.1 m", "at most 0.025 m"});
 }
 
+TEST_F(BadInputTest, ASurfaceThatStartsInABody) {
+  const Arguments sheet{write("sheet.yaml",
+                              "mesh: {cells: [4, 4], size: [1, 1]}\n"
+                              "bodies: {iron: {shape: plane, point: [0, 0, 0.02]}}\n")};
+  const Arguments ball{write("ball.yaml",
+                             "chain: inflate\n"
+                             "mesh: {shape: icosphere, level: 1, radius: 0.1}\n"
+                             "bodies: {iron: {radius: 0.2}}\n")};
+  expect_refused(sheet, {"body iron: 41 of 41 vertices lie inside it", "the deepest by 0.02 m, expected none"});
+  expect_refused(sheet + Arguments{"-dynamics", "projection"}, {"body iron: 41 of 41 vertices"}, one_rank);
+  expect_refused(sheet + Arguments{"-dynamics", "spring", "-contact_self"}, {"body iron: 41 of 41 vertices"}, one_rank);
+  expect_refused(ball, {"body iron: 42 of 42 vertices lie inside it", "the deepest by 0.1 m"});
+  expect_refused({write("two.yaml",
+                        "contact: {self: true}\n"
+                        "bodies: {iron: {radius: 0.2}}\n"
+                        "objects:\n"
+                        "  far: {mesh: {cells: [2, 2], shift: [5, 0, 0]}}\n"
+                        "  near: {mesh: {cells: [2, 2], size: [0.1, 0.1]}}\n")},
+                 {"near: body iron: 13 of 13 vertices"}, one_rank);
+  // Within its margin; and a needle through a face, between the vertices.
+  expect_refused(sheet + Arguments{"-bodies_iron_point", "0,0,-0.01", "-bodies_iron_margin", "0.03"},
+                 {"body iron: 41 of 41 vertices", "the deepest by 0.02 m"}, one_rank);
+  const std::string needle = "{shape: capsule, radius: 2 mm, length: 0.3, centre: [0.05, 0.03, 0]}";
+  expect_deck_refused("mesh: {size: [1, 1]}\nbodies: {iron: " + needle + "}\n", {"body iron: 1 of 64 triangles lie inside"},
+                      one_rank);
+  expect_refused({write("needle.yaml",
+                        "chain: inflate\nmesh: {shape: icosphere, level: 1}\nbodies: {iron: " + needle + "}\n")},
+                 {"body iron: 2 of 80 triangles lie inside it"}, one_rank);
+  succeed(1, sheet + Arguments{"-bodies_iron_point", "0,0,-0.5", "-time_max_steps", "1"});
+}
+
 TEST_F(BadInputTest, FilesOfADeck) {
   expect_deck_refused("combustion: {mass_loss_texture: absent.png}\n", {"absent.png"});
   write("broken.png", "not a picture");
@@ -171,6 +202,19 @@ TEST_F(BadInputTest, Meshes) {
   expect_mesh_refused("bow_tie.obj", square + "v -1 0 0\nv -1 -1 0\nv 0 -1 0\nf 1 2 3 4\nf 1 5 6 7\n", {"vertex", "0"});
   expect_mesh_refused("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3 4\n", {"degenerate", "0"});
   expect_mesh_refused("short.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n", {});
+}
+
+TEST_F(BadInputTest, ASheetThatIsFoldedFlat) {
+  write("folded.off",
+        "OFF\n6 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 0\n0 1 0\n"
+        "4 0 1 2 3\n4 2 1 4 5\n");
+  const std::string deck = write("mesh.yaml", "mesh: {file: folded.off, merge: false}\ntime: {max_steps: 1}\n");
+  const std::vector<std::string> words{"mesh: the middle of cell 0 and the middle of cell 1 (numbers from 0) lie at one",
+                                       "expected less than 180 degrees between neighbouring cells"};
+  expect_refused({deck}, words);
+  expect_refused({deck, "-dynamics", "projection", "-sheet_thickness", "0"}, words, one_rank);
+  // With a distance between the layers each spring has a length.
+  EXPECT_EQ(pellicle(1, {deck, "-dynamics", "projection", "-output_directory", "out"}).exit_code, 0);
 }
 
 /// A head like Blender's monkey: three open pieces, of quads and 32 triangles, without texture coordinates.

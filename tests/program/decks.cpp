@@ -225,6 +225,28 @@ TEST_F(OutputInParaViewTest, ComparesRuns) {
   EXPECT_NE(different.output.find("different (tolerance 1e-06)"), std::string::npos) << different;
   EXPECT_EQ(compare({"one", "warmer", "--tolerance", "0.1"}).exit_code, 0);
   EXPECT_NE(compare({"one", "shorter"}).output.find("a frame in "), std::string::npos);
+  // What both lack is not equal.
+  const auto differ_by = [this](const std::string& words) {
+    const CommandResult lacking = compare({"one", "other"});
+    EXPECT_EQ(lacking.exit_code, 1) << lacking;
+    EXPECT_NE(lacking.output.find(words), std::string::npos) << lacking;
+  };
+  run(1, "other", {});
+  for (const char* out : {"one", "other"}) {
+    const std::filesystem::path piece = folder() / out / "hot_ball_000001" / "hot_ball_000001_0.vtp";
+    std::filesystem::resize_file(piece, std::filesystem::file_size(piece) / 2);
+  }
+  differ_by("hot_ball_000001_0.vtp: cut before its end; expected a whole piece of a frame\n");
+  for (const char* out : {"one", "other"}) {
+    std::filesystem::remove(folder() / out / "hot_ball_000001.pvtp");
+  }
+  differ_by("hot_ball_000001.pvtp: No such file or directory; expected a frame of the run\n");
+  for (const char* out : {"one", "other"}) {
+    for (const char* series : {"hot_ball.pvd", "hot_ball_springs.pvd", "hot_ball_bodies.pvd"}) {
+      std::ofstream(folder() / out / series) << "<VTKFile type=\"Collection\"><Collection/></VTKFile>";
+    }
+  }
+  differ_by("no frame in either run\n");
 }
 
 TEST_F(OutputInParaViewTest, OpensABalloon) {

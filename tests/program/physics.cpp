@@ -30,19 +30,6 @@ TEST_F(PhysicsTest, NothingHappensToASheetAtRest) {
   }
 }
 
-TEST_F(PhysicsTest, ASheetThatStartsInABodyIsToldSo) {
-  const std::string deck = write("sunk.yaml",
-                                 "mesh: {shape: rectangle, cells: [10, 10], size: [1 m, 1 m]}\n"
-                                 "bodies: {floor: {shape: plane, point: [0, 0, 0.02]}}\n"
-                                 "time: {max_steps: 1}\n"
-                                 "output: {directory: out}\n");
-  for (const int ranks : {1, 3}) {
-    EXPECT_NE(succeed(ranks, {deck}).output.find("vertices lie inside it where the step starts, the deepest by 0.02"),
-              std::string::npos);
-    EXPECT_EQ(succeed(ranks, {deck, "-bodies_floor_point", "0,0,-0.5"}).output.find("lie inside"), std::string::npos);
-  }
-}
-
 TEST_F(PhysicsTest, TorusStaysOnTheSphereAndFallsThroughWithHookeSprings) {
   const auto mean_height = [&](const std::string& deck, const Arguments& laid_over = {}) {
     succeed(2, Arguments{deck_path(deck), "-mesh_cells", "32,12", "-output_directory", "out", "-output_name", "torus",

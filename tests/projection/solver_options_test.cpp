@@ -87,6 +87,31 @@ TEST(ProjectionSolverOptions, matrix_free_operator_takes_no_factorisation) {
   }
 }
 
+TEST(ProjectionSolverOptions, an_absolute_tolerance_that_moves_nothing_is_a_failed_solve) {
+  SheetOptions sheet_options;
+  sheet_options.thickness = 0.1;
+  sheet_options.perturbation = 0.05;
+  const auto advance = [&](const char* tolerance, const ProjectOptions& project) {
+    SolverOptions options;
+    for (const char* variant : {"red_", "green_", "blue_", "yellow_", "joint_"}) {
+      options.set(std::string("project_") + variant + "ksp_atol", tolerance);
+    }
+    Scene scene(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 6, 0.2), sheet_options));
+    scene.x.values() = perturbed_positions(scene.sheet, sheet_options);
+    SuccessiveProjection projection(scene.sheet, project);
+    return projection.advance(scene.x, scene.input());
+  };
+  for (const ProjectMethod method : {ProjectMethod::successive, ProjectMethod::joint}) {
+    ProjectOptions project;
+    project.method = method;
+    const StageResult result = advance("1e20", project);
+    EXPECT_FALSE(result.converged) << project.method.name();
+    EXPECT_NE(result.reason.find("does not solve: it leaves 1.0e+00 of the right-hand side"), std::string::npos)
+        << result.reason;
+    EXPECT_TRUE(advance("1e-9", project).converged) << project.method.name();
+  }
+}
+
 TEST(ProjectionSolverOptions, one_colour_has_its_own) {
   SolverOptions options;
   options.set("project_blue_ksp_max_it", "1");

@@ -323,6 +323,26 @@ TEST_F(SpringBaselineTest, springs_without_length_or_direction_are_harmless) {
   }
 }
 
+TEST_F(SpringBaselineTest, an_absolute_tolerance_that_moves_nothing_is_a_failed_solve) {
+  const Sheet sheet = grid(PETSC_COMM_WORLD);
+  Field start(sheet.particles, 3);
+  start.values() = sheet.rest;
+  const std::vector<bool> pinned(static_cast<std::size_t>(sheet.particles.local()), false);
+  const auto advance = [&](const char* tolerance, double stretch) {
+    set("-spring_ksp_atol", tolerance);
+    SpringBaseline springs(sheet, SpringOptions());
+    Field positions(sheet.particles, 3);
+    positions.values() = stretch * sheet.rest;
+    return springs.advance(positions, {initial_lengths(sheet), sheet.initial_mass, pinned, Living(sheet), start, 0.1});
+  };
+  const StageResult result = advance("1e20", 1.2);
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.reason.find("the linear solver spring_ (cg) does not solve: it leaves 1.0e+00 of"), 0U)
+      << result.reason;
+  EXPECT_TRUE(advance("1e-6", 1.2).converged);
+  EXPECT_TRUE(advance("1e-6", 1 + 1e-12).converged) << "and where there is nothing to solve";
+}
+
 TEST_F(SpringBaselineTest, failed_solve_is_a_result) {
   set("-spring_ksp_max_it", "1");
   const Sheet sheet = grid(PETSC_COMM_WORLD);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 
 #include "base/error.h"
@@ -23,13 +24,13 @@ struct Chain {
   }
 
   /// With options, given without their prefix "chain_".
-  LinearResult solve(const std::vector<std::pair<std::string, std::string>>& given) {
+  LinearResult solve(const std::vector<std::pair<std::string, std::string>>& given, const LinearNeed* need = nullptr) {
     SolverOptions options;
     for (const auto& [name, value] : given) {
       options.set("chain_" + name, value);
     }
     const KspHandle ksp = make_ksp(matrix, matrix, "chain_", {KSPCG, PCBJACOBI, 1e-10});
-    return pellicle::solve(ksp, b, x);
+    return pellicle::solve(ksp, b, x, need);
   }
 
   double residual() const {
@@ -133,6 +134,46 @@ TEST(Ksp, a_solve_is_left_at_a_signal) {
     }
   }
   defer_stop_signals();
+}
+
+TEST(Ksp, an_absolute_tolerance_is_judged_by_what_is_needed) {
+  const LinearNeed need{0.1, 0};
+  const LinearNeed less_than_all{0.1, 2 * std::sqrt(Chain::size)};
+  for (const char* type : {"cg", "gmres"}) {
+    const std::vector<std::pair<std::string, std::string>> absurd{{"ksp_type", type}, {"ksp_atol", "1e20"}};
+    Chain chain;
+    const LinearResult result = chain.solve(absurd, &need);
+    EXPECT_FALSE(result.converged) << type;
+    EXPECT_EQ(result.reason, std::string("the linear solver chain_ (") + type +
+                                 ") does not solve: it leaves 1.0e+00 of the right-hand side, more than 1.0e-01");
+    EXPECT_TRUE(chain.solve(absurd).converged) << "where its use is judged";
+    EXPECT_TRUE(chain.solve(absurd, &less_than_all).converged);
+    EXPECT_TRUE(chain.solve({{"ksp_type", type}, {"ksp_atol", "1e-3"}}, &need).converged);
+    EXPECT_LT(chain.residual(), 0.1 * std::sqrt(Chain::size));
+  }
+}
+
+TEST(Ksp, a_relative_tolerance_that_is_none_is_refused) {
+  const auto said = [](const std::string& rtol, double largest) -> std::string {
+    SolverOptions options;
+    options.set("chain_ksp_rtol", rtol);
+    KspDefaults defaults;
+    defaults.largest_rtol = largest;
+    Chain chain;
+    try {
+      make_ksp(chain.matrix, chain.matrix, "chain_", defaults);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(said("0.5", 0.1),
+            "-chain_ksp_rtol 0.5: leaves too much of the system unsolved, expected at most 0.1");
+  EXPECT_EQ(said("0.1", 0.1), "");
+  EXPECT_EQ(said("0.9", 1), "");
+  for (const char* rtol : {"1", "nan", "-1"}) {
+    EXPECT_EQ(said(rtol, 1).find("-chain_"), 0U) << rtol << ": " << said(rtol, 1);
+  }
 }
 
 /// What make_ksp says to an option.

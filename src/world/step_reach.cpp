@@ -1,0 +1,83 @@
+#include "world/step_reach.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <limits>
+
+#include "base/units.h"
+#include "geometry/key_points.h"
+#include "geometry/pi.h"
+
+namespace pellicle {
+inline namespace world {
+
+namespace {
+
+/// How far a path or a velocity leads from one time to another [m]; the same of turns [rad].
+double way(const Rows& path, const Eigen::Vector3d& velocity, double from, double to) {
+  return (place_of_motion(path, velocity, to) - place_of_motion(path, velocity, from)).norm();
+}
+
+/// Diagonal of the undeformed surface's box, and the farthest that velocities and gravity alone carry an owned particle
+/// in a step, both [m]. Collective.
+std::array<double, 2> size_and_way(const Options& options, const Surface& surface, const ObjectState& state, double h) {
+  constexpr double none = -std::numeric_limits<double>::max();
+  std::array<double, 7> largest{none, none, none, none, none, none, 0};  // the box's upper and negative lower ends; a way
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<std::size_t>(axis);
+      largest[k] = std::max(largest[k], surface.rest(axis, i));
+      largest[k + 3] = std::max(largest[k + 3], -surface.rest(axis, i));
+    }
+    const Eigen::Vector3d velocity = state.velocity.vector(i) + h * options.force.gravity;
+    largest[6] = std::max(largest[6], h * velocity.norm());
+  }
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 7, MPI_DOUBLE, MPI_MAX, surface.comm());
+  const Eigen::Vector3d diagonal{largest[0] + largest[3], largest[1] + largest[4], largest[2] + largest[5]};
+  return {diagonal.norm(), largest[6]};
+}
+
+}  // namespace
+
+std::string beyond_reach(const Options& options, const Surface& surface, const ObjectState& state, double h) {
+  constexpr double most_sizes = 1000;
+  const double from = state.time;
+  const double to = from + h;
+  const auto [size, of_vertices] = size_and_way(options, surface, state, h);
+  // Negated, so that what is not a number is a fault, too.
+  const auto too_far = [&](const std::string& what, double far) {
+    char text[200] = "";
+    if (!(far <= most_sizes * size)) {
+      std::snprintf(text, sizeof text,
+                    " would move by %.3g m in the step, expected at most %.3g m, 1000 times the object's size", far,
+                    most_sizes * size);
+    }
+    return text[0] == '\0' ? "" : what + text;
+  };
+  std::string words = too_far("a vertex", of_vertices);
+  const auto look_at = [&](const std::string& key, const auto& objects) {
+    for (const auto& [name, object] : objects) {
+      if (words.empty()) {
+        words = too_far(key + name, way(object.path, object.velocity, from, to));
+      }
+    }
+  };
+  look_at("pins.", options.pins);
+  look_at("attachments.", options.attachments);
+  look_at("bodies.", options.bodies);
+  for (const auto& [name, body] : options.bodies) {
+    const double turn = way(body.rotation, body.angular_velocity, from, to);
+    if (words.empty() && !(turn <= pi)) {
+      words = "bodies." + name + " would turn by " + number_text(turn) + " rad in the step, expected at most half a turn";
+    }
+  }
+  if (words.empty() && options.force.air.density > 0 && !options.force.air.wind.velocity.empty()) {
+    words = too_far("the air of force.wind.velocity",
+                    h * place_on_key_points(options.force.air.wind.velocity, to).norm());
+  }
+  return words;
+}
+
+}  // namespace world
+}  // namespace pellicle
