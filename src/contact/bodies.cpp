@@ -196,11 +196,20 @@ void describe(OptionTable& table, BodyOptions& options) {
       .unit("K")
       .more_than(0)
       .help("heats or cools what touches the body; no heat is exchanged unless given");
+  const Condition hot{"temperature", [&options] { return options.temperature.has_value(); }};
   table.add("heat_transfer", options.heat_transfer)
       .unit("W/(m^2 K)")
       .more_than(0)
-      .acts_with({"temperature", [&options] { return options.temperature.has_value(); }})
+      .acts_with(hot)
       .help("heat that flows between the body and what touches it, by area and difference of temperature");
+  table.add("heat_reach", options.heat_reach)
+      .unit("m")
+      .more_than(0)
+      .acts_with(hot)
+      .help(
+          "gap over which heat_transfer falls smoothly to 0, beyond the gap at which a surface rests on the body; a "
+          "few "
+          "times the gaps that the mesh leaves where it touches a round body");
 }
 
 std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOptions>& options) {
@@ -210,7 +219,7 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
     const RigidMotion motion = motion_of(given);
     require_valid(key, given, motion);
     bodies.push_back({name, shape_of(comm, key, given), motion, given.friction, given.margin, given.restitution,
-                      given.temperature, given.heat_transfer});
+                      given.temperature, given.heat_transfer, given.heat_reach});
   }
   return bodies;
 }

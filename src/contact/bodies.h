@@ -45,6 +45,7 @@ struct BodyOptions {
   double restitution = 0;             ///< speed off the body over speed towards it, when something comes to touch it
   std::optional<double> temperature;  ///< [K]; none: exchanges no heat
   double heat_transfer = 500;         ///< to what touches it [W/(m^2 K)]
+  double heat_reach = 5e-3;           ///< gap, beyond that of contact, over which heat_transfer falls to 0 [m]
 };
 
 void describe(OptionTable& table, BodyOptions& options);
@@ -59,6 +60,7 @@ struct Body {
   double restitution = 0;
   std::optional<double> temperature;  ///< [K]
   double heat_transfer = 0;           ///< [W/(m^2 K)]
+  double heat_reach = 0;              ///< [m]
 
   /// Its pose at a time [s].
   Solid at(double time) const { return {shape, motion.at(time)}; }

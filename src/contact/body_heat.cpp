@@ -1,31 +1,260 @@
 #include "contact/body_heat.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+
+#include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace contact {
+
+namespace {
+
+using Triangle = std::array<Eigen::Vector3d, 3>;  ///< places, or the barycentric coordinates, of three points
+
+/// When a part of a triangle is small enough for one quadrature.
+struct Fineness {
+  double change;  ///< from a bound of the gap to the largest gap found, as a share of the reach
+  int divisions;  ///< after so many, whatever the change
+};
+constexpr Fineness at_convex{0.5, 8};
+constexpr Fineness elsewhere{1, 4};  ///< the bound is rough, and distances take long
+
+/// Points and weights that integrate polynomials of degree 4 over a triangle exactly (Strang and Fix 1973).
+struct QuadraturePoint {
+  Eigen::Vector3d at;  ///< barycentric coordinates
+  double weight;
+};
+const std::array<QuadraturePoint, 6>& quadrature() {
+  constexpr double a = 0.445948490915965;
+  constexpr double b = 0.091576213509771;
+  constexpr double weight_a = 0.223381589678011;
+  constexpr double weight_b = 1.0 / 3 - weight_a;
+  static const std::array<QuadraturePoint, 6> points{{{{a, a, 1 - 2 * a}, weight_a},
+                                                      {{a, 1 - 2 * a, a}, weight_a},
+                                                      {{1 - 2 * a, a, a}, weight_a},
+                                                      {{b, b, 1 - 2 * b}, weight_b},
+                                                      {{b, 1 - 2 * b, b}, weight_b},
+                                                      {{1 - 2 * b, b, b}, weight_b}}};
+  return points;
+}
+
+std::array<Triangle, 4> quarters(const Triangle& w) {
+  const Triangle middle{(w[0] + w[1]) / 2, (w[1] + w[2]) / 2, (w[2] + w[0]) / 2};
+  return {Triangle{w[0], middle[0], middle[2]}, Triangle{middle[0], w[1], middle[1]},
+          Triangle{middle[2], middle[1], w[2]}, middle};
+}
+
+/// A body where it is, and how the heat that it gives falls with the distance from it.
+struct HotSolid {
+  Solid solid;
+  double touching;  ///< distance up to which it gives all [m]
+  double reach;     ///< over which that falls to nothing [m]
+
+  double farthest() const { return touching + reach; }
+  double weight(double distance) const {
+    const double s = std::clamp((distance - touching) / reach, 0.0, 1.0);
+    return 1 - s * s * s * (10 - s * (15 - 6 * s));
+  }
+};
+
+/// What a drawn triangle takes of a body's heat.
+class DrawnTriangle {
+ public:
+  /// @param lift from the drawn layer to the other one [m]; none: there is one layer
+  /// @param has_centre whether its last corner is the centre of a quad
+  DrawnTriangle(const HotSolid& hot, const Triangle& corners, const std::optional<Eigen::Vector3d>& lift,
+                bool has_centre)
+      : hot_(hot), corners_(corners), lift_(lift), has_centre_(has_centre) {}
+
+  /// Integral over the triangle of weight times share of each corner [m^2].
+  Eigen::Vector3d integral() const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    add({Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}, area(), 0, sum);
+    return sum;
+  }
+  double area() const { return (corners_[1] - corners_[0]).cross(corners_[2] - corners_[0]).norm() / 2; }
+
+ private:
+  Eigen::Vector3d at(const Eigen::Vector3d& w) const {
+    return w[0] * corners_[0] + w[1] * corners_[1] + w[2] * corners_[2];
+  }
+  Eigen::Vector3d shares(const Eigen::Vector3d& w) const {
+    return has_centre_ ? Eigen::Vector3d(w[0] * (1 - w[2]), w[1] * (1 - w[2]), w[2] * (2 - w[2])) : w;
+  }
+  double distance(const Eigen::Vector3d& w) const {
+    const double drawn = signed_distance(hot_.solid, at(w)).distance;
+    return lift_ ? std::min(drawn, signed_distance(hot_.solid, at(w) + *lift_).distance) : drawn;
+  }
+
+  /// A bound: no point of a part of one layer is nearer. The distance from a convex body lies above its tangent plane.
+  double least_of_layer(const Triangle& part, const Eigen::Vector3d& lift) const {
+    const Eigen::Vector3d middle = (part[0] + part[1] + part[2]) / 3;
+    const SignedDistance gap = signed_distance(hot_.solid, at(middle) + lift);
+    double rise = 0;
+    for (const Eigen::Vector3d& corner : part) {
+      const Eigen::Vector3d arm = at(corner - middle);
+      rise = std::min(rise, hot_.solid.is_convex() ? gap.normal.dot(arm) : -arm.norm());
+    }
+    return gap.distance + rise;
+  }
+
+  void add(const Triangle& part, double area, int divisions, Eigen::Vector3d& sum) const {
+    double least = least_of_layer(part, Eigen::Vector3d::Zero());
+    if (lift_) {
+      least = std::min(least, least_of_layer(part, *lift_));
+    }
+    if (least >= hot_.farthest()) {
+      return;
+    }
+    std::array<Eigen::Vector3d, 6> points;
+    std::array<double, 6> distances{};
+    for (std::size_t q = 0; q < points.size(); ++q) {
+      const Eigen::Vector3d& w = quadrature()[q].at;
+      points[q] = w[0] * part[0] + w[1] * part[1] + w[2] * part[2];
+      distances[q] = distance(points[q]);
+    }
+    const double most = *std::max_element(distances.begin(), distances.end());
+    const double change = most - least;
+    const bool touches = most + change / 2 <= hot_.touching;  // at the corners, too
+    const Fineness& fine = hot_.solid.is_convex() ? at_convex : elsewhere;
+    if (!touches && change > fine.change * hot_.reach && divisions < fine.divisions) {
+      for (const Triangle& quarter : quarters(part)) {
+        add(quarter, area / 4, divisions + 1, sum);
+      }
+      return;
+    }
+    for (std::size_t q = 0; q < points.size(); ++q) {
+      sum += area * quadrature()[q].weight * hot_.weight(distances[q]) * shares(points[q]);
+    }
+  }
+
+  const HotSolid& hot_;
+  const Triangle& corners_;
+  std::optional<Eigen::Vector3d> lift_;
+  bool has_centre_;
+};
+
+/// From the drawn layer of an element to the other layer of a shell that has two, if its lattice particle is there.
+std::optional<Eigen::Vector3d> lift_of(const Surface& surface, std::size_t element, const BodyHeatInput& input) {
+  constexpr double least = 1e-6;  // of a cell's diagonal
+  if (!surface.has_quads() || input.mass.data()[surface.lattice[element]] == 0) {
+    return std::nullopt;
+  }
+  const std::array<PetscInt, 4>& cell = surface.cells[element];
+  const PetscInt lattice = surface.lattice[element];
+  const auto above = [&](const auto& x) {
+    return Eigen::Vector3d(x.col(lattice) - (x.col(cell[0]) + x.col(cell[1]) + x.col(cell[2]) + x.col(cell[3])) / 4);
+  };
+  if (above(surface.rest).norm() <= least * (surface.rest.col(cell[2]) - surface.rest.col(cell[0])).norm()) {
+    return std::nullopt;
+  }
+  return above(input.positions.values());
+}
+
+/// Whether no point of an element can be nearer to the box round a body than `farthest`.
+bool is_far(const Surface& surface, std::size_t element, const BodyHeatInput& input, const Pose& pose,
+            const Eigen::AlignedBox3d& box, double farthest, const std::optional<Eigen::Vector3d>& lift) {
+  const Eigen::Vector3d first = input.positions.vector(surface.corner(element, 0));
+  double radius = 0;
+  for (std::size_t k = 1; k < static_cast<std::size_t>(surface.sides_per_element()); ++k) {
+    radius = std::max(radius, (input.positions.vector(surface.corner(element, k)) - first).norm());
+  }
+  radius += lift ? lift->norm() : 0;
+  return box.exteriorDistance(pose.to_own(first)) > farthest + radius;
+}
+
+/// What the corners of a quad get of its heat, where `given` are the integrals of weight times share: in the same
+/// proportions, but that each corner counts as if the living triangles of the quad had the same area.
+/// @param area of the quad's triangles, 0 where they do not live
+std::array<double, 4> divided(const std::array<double, 4>& given, const std::array<double, 4>& area) {
+  const auto living = static_cast<double>(std::count_if(area.begin(), area.end(), [](double a) { return a > 0; }));
+  const double mean = (area[0] + area[1] + area[2] + area[3]) / living;
+  std::array<double, 4> result{};
+  double sum_given = 0;
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double before = area[(k + 3) % 4];
+    if (given[k] > 0) {
+      const int triangles = (before > 0 ? 1 : 0) + (area[k] > 0 ? 1 : 0);
+      result[k] = given[k] * triangles * mean / (before + area[k]);
+    }
+    sum_given += given[k];
+    sum += result[k];
+  }
+  for (double& value : result) {
+    value *= sum > 0 ? sum_given / sum : 0;
+  }
+  return result;
+}
+
+}  // namespace
 
 bool exchange_heat(const std::map<std::string, BodyOptions>& bodies) {
   return std::any_of(bodies.begin(), bodies.end(),
                      [](const auto& body) { return body.second.temperature.has_value(); });
 }
 
-BodyHeat exchange_with_bodies(Field& temperature, const std::vector<Body>& bodies, const BodyHeatInput& input) {
+Eigen::VectorXd body_conductance(const Surface& surface, const Body& body, const BodyHeatInput& input) {
+  const HotSolid hot{body.at(input.time), body.margin + input.resting_gap, body.heat_reach};
+  const Eigen::AlignedBox3d box = box_round(body.shape);
+  const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
+  Eigen::VectorXd integral = Eigen::VectorXd::Zero(surface.particles.local());
+  for (std::size_t e = 0; e < surface.triangles.size() / per_element; ++e) {
+    const std::optional<Eigen::Vector3d> lift = lift_of(surface, e, input);
+    if (is_far(surface, e, input, hot.solid.pose, box, hot.farthest(), lift)) {
+      continue;
+    }
+    const DrawnPlaces places(surface, input.positions.data(), e);
+    std::array<double, 4> area{};
+    std::array<double, 4> of_corner{};
+    for (std::size_t k = 0; k < per_element; ++k) {
+      const std::size_t t = per_element * e + k;
+      if (!input.living.triangles[t]) {
+        continue;
+      }
+      const Triangle corners = places(surface.triangles[t]);
+      const DrawnTriangle triangle(hot, corners, lift, surface.has_quads());
+      const Eigen::Vector3d taken = triangle.integral();
+      area[k] = triangle.area();
+      if (surface.has_quads()) {
+        of_corner[k] += taken[0];
+        of_corner[(k + 1) % 4] += taken[1];
+        integral[surface.triangles[t][2]] += taken[2];
+      } else {
+        for (std::size_t i = 0; i < 3; ++i) {
+          integral[surface.triangles[t][i]] += taken[static_cast<Eigen::Index>(i)];
+        }
+      }
+    }
+    if (surface.has_quads()) {
+      of_corner = divided(of_corner, area);
+      for (std::size_t k = 0; k < 4; ++k) {
+        integral[surface.cells[e][k]] += of_corner[k];
+      }
+    }
+  }
+  return body.heat_transfer * integral.head(surface.particles.owned);
+}
+
+BodyHeat exchange_with_bodies(Field& temperature, const Surface& surface, const std::vector<Body>& bodies,
+                              const BodyHeatInput& input) {
   BodyHeat heat;
   for (const Body& body : bodies) {
     if (!body.temperature) {
       continue;
     }
-    const Solid solid = body.at(input.time);
-    for (PetscInt i = 0; i < input.particles.owned; ++i) {
+    const Eigen::VectorXd conductance = body_conductance(surface, body, input);
+    for (PetscInt i = 0; i < surface.particles.owned; ++i) {
       const double capacity = input.mass.data()[i] * input.capacity;
-      if (capacity <= 0 || signed_distance(solid, input.positions.vector(i)).distance - body.margin > input.reach) {
+      if (capacity <= 0 || conductance[i] == 0) {
         continue;
       }
       double& value = temperature.data()[i];
-      const double share = -std::expm1(-body.heat_transfer * input.area[i] * input.h / capacity);
-      const double change = share * (*body.temperature - value);
+      const double change = -std::expm1(-conductance[i] * input.h / capacity) * (*body.temperature - value);
       value += change;
       heat.gained += capacity * std::max(change, 0.0);
       heat.lost += capacity * std::max(-change, 0.0);

@@ -26,6 +26,7 @@ class ClosedMesh {
   /// The sign is that of the angle-weighted normal at the nearest point (Baerentzen and Aanaes 2005).
   SignedDistance signed_distance(const Eigen::Vector3d& point) const;
 
+  const Eigen::AlignedBox3d& box() const { return nodes_.front().box; }  ///< round all of it [m]
   const std::vector<Eigen::Vector3d>& points() const { return points_; }
   const Triangles& triangles() const { return triangles_; }
 

@@ -84,6 +84,27 @@ SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point)
   return gap;
 }
 
+Eigen::AlignedBox3d box_round(const Shape& shape) {
+  struct Round {
+    static Eigen::AlignedBox3d of(const Eigen::Vector3d& half) { return {-half, half}; }
+    static Eigen::AlignedBox3d of(double sideways, double upward) { return of({sideways, sideways, upward}); }
+
+    Eigen::AlignedBox3d operator()(const Sphere& sphere) const { return of(sphere.radius, sphere.radius); }
+    Eigen::AlignedBox3d operator()(const HalfSpace&) const {
+      constexpr double far = std::numeric_limits<double>::infinity();
+      return {Eigen::Vector3d::Constant(-far), Eigen::Vector3d(far, far, 0)};
+    }
+    Eigen::AlignedBox3d operator()(const Box& box) const { return of(box.half); }
+    Eigen::AlignedBox3d operator()(const Capsule& capsule) const {
+      return of(capsule.radius, capsule.half + capsule.radius);
+    }
+    Eigen::AlignedBox3d operator()(const Cylinder& cylinder) const { return of(cylinder.radius, cylinder.half); }
+    Eigen::AlignedBox3d operator()(const Ring& ring) const { return of(ring.radius + ring.tube, ring.tube); }
+    Eigen::AlignedBox3d operator()(const std::shared_ptr<const ClosedMesh>& mesh) const { return mesh->box(); }
+  };
+  return std::visit(Round{}, shape);
+}
+
 double depth_of(const Shape& shape) {
   struct Depth {
     double operator()(const Sphere& sphere) const { return sphere.radius; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <memory>
 #include <variant>
 
@@ -63,6 +64,9 @@ struct Solid {
 };
 
 SignedDistance signed_distance(const Solid& solid, const Eigen::Vector3d& point);
+
+/// A box along the axes of the shape's own frame round all of it; infinite sideways and below for a half space [m].
+Eigen::AlignedBox3d box_round(const Shape& shape);
 
 /// How deep the inside of a shape is: about the largest depth of a point on its way through the thinnest part. Infinite
 /// for a half space [m].

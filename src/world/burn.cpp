@@ -108,8 +108,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       textures_(std::move(textures)),
       burning_(sheet, options, clock, textures_),
       pins_(state == nullptr ? Pins(sheet, options.pins) : Pins(sheet, options.pins, state->pin)),
-      bodies_(sheet, bodies_are_balanced(options) ? no_bodies : options.bodies,
-              contact_thickness(sheet, options.contact)),
+      bodies_(sheet, balances_bodies(options) ? no_bodies : options.bodies, contact_thickness(sheet, options.contact)),
       chambers_(state == nullptr ? Chambers(sheet, options.gas, options.chambers)
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
@@ -130,7 +129,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
     contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
                      !on_any_rank(sheet.comm(), !is_free));
   }
-  if (bodies_are_balanced(options) && !options.bodies.empty()) {
+  if (balances_bodies(options) && !options.bodies.empty()) {
     body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
   }
   if (options.force.air.density > 0) {

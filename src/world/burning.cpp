@@ -39,7 +39,7 @@ Burning::Burning(const Surface& surface, const Options& options, StageClock& clo
   }
   if (exchange_heat(options.bodies)) {
     bodies_ = make_bodies(surface.comm(), options.bodies);
-    contact_reach_ = contact_thickness(surface, options.contact);
+    resting_gap_ = balances_bodies(options) ? contact_thickness(surface, options.contact) : 0;
   }
 }
 
@@ -64,10 +64,9 @@ StageResult Burning::heat(BurningFields& fields, const ObjectState& state, doubl
   fields.heat_in += exchange.gained;
   fields.heat_out += exchange.lost;
   if (!bodies_.empty()) {
-    const Eigen::VectorXd area = particle_areas(surface_, state.position, fields.living);
-    const BodyHeat of_bodies = exchange_with_bodies(
-        fields.temperature, bodies_,
-        {surface_.particles, state.position, fields.mass, area, state.time, h, heat.capacity, contact_reach_});
+    const BodyHeat of_bodies =
+        exchange_with_bodies(fields.temperature, surface_, bodies_,
+                             {state.position, fields.mass, fields.living, state.time, h, heat.capacity, resting_gap_});
     fields.heat_in += of_bodies.gained;
     fields.heat_out += of_bodies.lost;
   }

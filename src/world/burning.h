@@ -55,7 +55,7 @@ class Burning {
   std::vector<double> mass_loss_factor_;                       ///< of the local particles, or empty
   std::map<std::string, std::vector<double>> source_texture_;  ///< sampled values of the heat textures
   std::vector<Body> bodies_;                                   ///< if any of them exchanges heat
-  double contact_reach_ = 0;                                   ///< gap up to which they do [m]
+  double resting_gap_ = 0;                                     ///< at which the surface comes to rest on them [m]
   Conduction conduction_;
   Ablation ablation_;
   Field rise_;                 ///< of the temperatures by conduction [K]

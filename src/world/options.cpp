@@ -95,6 +95,10 @@ bool balloon_burns(const Options& options) {
           heat.initial_temperature > options.combustion.ignition_temperature);
 }
 
+bool balances_bodies(const Options& options) {
+  return options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic || options.contact.together;
+}
+
 AblationOptions cracks_of(const Options& options) {
   AblationOptions cracks = options.ablation;
   if (options.chain == ChainKind::inflate && options.wall.strength) {

@@ -127,6 +127,9 @@ SheetOptions shell_options(const Options& options);
 double velocity_damping(const Options& options);
 /// Whether a run is that of a balloon whose wall heats, burns or tears, which needs something that heats or strains it.
 bool balloon_burns(const Options& options);
+/// Whether the forces of bodies are brought into balance, with inertia at least (BodyContact): the surface comes to
+/// rest at a gap of contact.thickness. Otherwise it is moved out of them (BodyCorrection).
+bool balances_bodies(const Options& options);
 /// How an object cracks, with the strength of `ablation.strength` or `wall.strength`, if either is given.
 /// @throws Error if both are
 AblationOptions cracks_of(const Options& options);

@@ -18,16 +18,12 @@ std::array<KindOfWork, kinds_of_work> kinds_of(const Options& options) {
            {"damping_work", true},
            {"pin_work", !options.pins.empty()},
            {"pressure_work", !options.chambers.empty()},
-           {"body_work", !options.bodies.empty() && bodies_are_balanced(options)},
+           {"body_work", !options.bodies.empty() && balances_bodies(options)},
            {"air_work", options.force.air.density > 0},
            {"load_work", !options.attachments.empty() || !options.forces.empty()}}};
 }
 
 }  // namespace
-
-bool bodies_are_balanced(const Options& options) {
-  return options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic || options.contact.together;
-}
 
 std::vector<History::Column> work_columns(const Options& options) {
   std::vector<History::Column> columns;

@@ -31,9 +31,5 @@ std::vector<History::Column> work_columns(const Options& options);
 /// Their values. @param works of the object since time 0
 std::vector<double> work_values(const Options& options, const Eigen::VectorXd& works);
 
-/// Whether the forces of bodies on an object are brought into balance, with inertia at least (BodyContact), so that
-/// their work is known.
-bool bodies_are_balanced(const Options& options);
-
 }  // namespace world
 }  // namespace pellicle

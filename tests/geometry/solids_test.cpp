@@ -74,6 +74,25 @@ TEST(Solids, normals_lead_to_the_surface) {
   }
 }
 
+// A point outside the box is at least as far from the shape, and points of the surface reach every side of the box.
+TEST(Solids, fill_the_boxes_round_them) {
+  RandomPoints points;
+  for (const Shape& shape : all_shapes()) {
+    const Eigen::AlignedBox3d box = box_round(shape);
+    Eigen::AlignedBox3d found;
+    for (int n = 0; n < 2000; ++n) {
+      const Point p = points.next(0.8);
+      const SignedDistance gap = signed_distance(Solid{shape, {}}, p);
+      EXPECT_LE(box.exteriorDistance(p), std::max(gap.distance, 0.0) + 1e-12) << shape.index();
+      found.extend(p - gap.distance * gap.normal);
+    }
+    EXPECT_NEAR(found.max().z(), box.max().z(), 0.02) << shape.index();
+    if (!std::holds_alternative<HalfSpace>(shape)) {
+      EXPECT_LT((found.sizes() - box.sizes()).norm(), 0.05) << shape.index();
+    }
+  }
+}
+
 TEST(Solids, middles_and_surfaces_have_unit_normals) {
   for (const Shape& shape : all_shapes()) {
     for (const Point& p : {Point(0, 0, 0), Point(0.5, 0, 0), Point(0, 0, 0.2), Point(0.5, 0.3, 0.2)}) {

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "contact/body_heat.h"
 #include "meshing/closed_shapes.h"
 #include "parallel/collective.h"
 #include "tests/io/files.h"
@@ -129,6 +130,31 @@ TEST(BurningBalloon, CharShrinksAsTheVolumeOfItsMatter) {
   }
   const double stiffness = 1 - 0.75 * burnt_share(0.4, options.combustion);
   EXPECT_NEAR(balloon.energy(), stiffness * v * v * whole, 1e-12 * whole);
+}
+
+// It rests on bodies at a gap of the thickness of contact.
+TEST(BurningBalloon, AHotPlaneHeatsWhatIsNearIt) {
+  Options options = burning_options();
+  options.heat.sources.clear();
+  options.heat.convection = 0;
+  options.contact.thickness = 2e-3;
+  BodyOptions& floor = options.bodies["floor"];
+  floor.shape = "plane";
+  floor.point = {0, 0, -0.1005};
+  floor.temperature = 500;
+  Stretched balloon(options);
+  balloon.state.position.values() = balloon.membrane.rest;
+  constexpr double short_step = 1e-6;
+  const BurningFields& fields = *balloon.state.burning;
+  const double conductance =
+      body_conductance(balloon.membrane, make_bodies(PETSC_COMM_WORLD, options.bodies).front(),
+                       {balloon.state.position, fields.mass, fields.living, 0, short_step, 0, 2e-3})
+          .sum();
+  const InflateStep step = balloon.chain.advance(balloon.state, short_step);
+  EXPECT_TRUE(step.converged) << step.reason;
+  const double expected = summed(conductance) * 200 * short_step;
+  EXPECT_GT(expected, 1e-4);
+  EXPECT_NEAR(summed(fields.heat_in), expected, 1e-6 * expected);
 }
 
 TEST(BurningBalloon, AVertexWithoutElementsStaysWhereItIs) {

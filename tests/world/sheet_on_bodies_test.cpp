@@ -359,5 +359,52 @@ TEST(SheetOnBodies, ATurningDrumDragsTheSheet) {
   EXPECT_NEAR(sheet.mean_velocity().x(), 0.505 * (std::sin(0.7) + std::sin(0.1)) / 0.8, 0.02);
 }
 
+/// A strip of n x n/20 cells that lies over a drum and hangs down by its weight.
+SurfaceMesh strip(int n) {
+  SurfaceMesh mesh = grid_mesh(n, n / 20, 0.4 / n);
+  for (Vector3d& point : mesh.points) {
+    point.x() -= 0.2;
+  }
+  return mesh;
+}
+
+/// Heat that the strip has got in 0.4 s [J].
+double heat_of_drum(Dynamics dynamics, double thickness, int n) {
+  Options options = elastic_options();
+  options.dynamics = dynamics;
+  options.material.bending_stiffness = 1e-6;
+  options.sheet.thickness = 5e-4;
+  options.force.damping = 10;
+  options.contact.thickness = thickness;
+  options.heat.diffusivity = 0;
+  BodyOptions& drum = options.bodies["drum"];
+  drum.shape = "cylinder";
+  drum.axis = {0, 1, 0};
+  drum.length = 1;
+  drum.radius = 0.05;
+  drum.centre = {0, 0, -0.05};
+  drum.friction = 1;
+  drum.temperature = 400;
+  MovingSheet sheet(options, 5e-3, strip(n));
+  sheet.state.position.values().row(2).array() += 2e-3;
+  sheet.reach(0.4);
+  return sheet.sum([&](PetscInt i) {
+    return options.heat.capacity * sheet.state.mass.data()[i] *
+           (sheet.state.temperature.data()[i] - options.heat.initial_temperature);
+  });
+}
+
+// The strip rests on the drum at a gap of the thickness, or of 0 if it is projected, and touches it by the same length.
+TEST(SheetOnBodies, HeatOfADrumDependsNeitherOnTheMeshNorOnTheThicknessOfContact) {
+  const double heat = heat_of_drum(Dynamics::elastic, 5e-4, 40);
+  EXPECT_GT(heat, 10);
+  EXPECT_NEAR(heat_of_drum(Dynamics::elastic, 2e-4, 40), heat, 0.02 * heat);
+  EXPECT_NEAR(heat_of_drum(Dynamics::elastic, 1e-3, 40), heat, 0.02 * heat);
+  EXPECT_NEAR(heat_of_drum(Dynamics::elastic, 5e-4, 20), heat, 0.05 * heat);
+  EXPECT_NEAR(heat_of_drum(Dynamics::projection, 5e-4, 40), heat, 0.05 * heat);
+  EXPECT_NEAR(heat_of_drum(Dynamics::projection, 5e-4, 20), heat, 0.05 * heat);
+  EXPECT_NEAR(heat_of_drum(Dynamics::spring, 5e-4, 20), heat, 0.05 * heat);
+}
+
 }  // namespace
 }  // namespace pellicle::sheet_on_bodies_test
