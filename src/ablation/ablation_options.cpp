@@ -47,16 +47,38 @@ void describe(OptionTable& table, AblationOptions& options, const Condition& tea
       .range(0, 1)
       .acts_with(tears)
       .help("share of the strength that is left at the least mass; in between the strength is linear in the mass");
+  table.add("ablation.strength_length", options.strength_length)
+      .unit("m")
+      .at_least(0)
+      .acts_with(tears)
+      .help(
+          "length l over which the stress is averaged that is compared with the strength, so that the load which cracks "
+          "a sheet at a clamp or a notch does not depend on the mesh where cells are smaller than 1.17 l. A crack much "
+          "longer than l grows at a stress intensity of strength sqrt(pi l). 0: the stress of two cells, whatever their "
+          "size")
+      .source("docs/burning.md: cracks");
+  const Condition scatters{"ablation.strength_scatter: more than 0",
+                           [&options] { return options.strength_scatter > 0; }};
   table.add("ablation.strength_scatter", options.strength_scatter)
       .range(0, 1)
       .acts_with(tears)
       .help(
-          "largest share by which the strength of a side of cells differs at random; depends on the seed and the "
-          "persistent ids only");
+          "largest share by which the strength differs at random from place to place: every value up to it is equally "
+          "frequent")
+      .source("docs/burning.md: cracks");
+  table.add("ablation.scatter_length", options.scatter_length)
+      .unit("m")
+      .at_least(1e-6)
+      .acts_with(tears)
+      .acts_with(scatters)
+      .help(
+          "length over which the scatter of the strength varies: places twice as far from each other differ "
+          "independently. The field depends on the seed and the undeformed place alone, not on the mesh")
+      .source("docs/burning.md: cracks");
   table.add("ablation.seed", options.seed)
       .at_least(0)
       .acts_with(tears)
-      .acts_with({"ablation.strength_scatter: more than 0", [&options] { return options.strength_scatter > 0; }})
+      .acts_with(scatters)
       .help("seed of the scatter of the strength");
 }
 

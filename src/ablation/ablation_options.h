@@ -30,8 +30,13 @@ struct AblationOptions {
   std::string strength_texture;    ///< file of an image that weights the strength; none when empty
   std::vector<double> strength_range{0.2, 1.8};  ///< factors on the strength at black and at white
   double char_strength = 0.1;                    ///< share of the strength that is left at the least mass
-  double strength_scatter = 0;                   ///< largest share by which the strength of a side differs at random
+  double strength_length = 0.02;                 ///< over which stress is averaged; 0: not [m]
+  double strength_scatter = 0;                   ///< largest share by which the strength differs at random
+  double scatter_length = 0.02;                  ///< over which it does [m]
   int seed = 1;                                  ///< of the scatter
+  /// Prefix of PETSc's options for the solver that averages; in a run of several objects `objects_NAME_` stands before
+  /// it.
+  std::string solver_prefix = "ablation_";
 };
 
 /// Declares the options `ablation.*`. @param tears whether anything can tear, for which there may be other options

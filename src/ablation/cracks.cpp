@@ -3,26 +3,67 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdint>
+#include <array>
+#include <cmath>
 
 #include "base/noise.h"
+#include "base/units.h"
 #include "geometry/quad_area.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace ablation {
 
 namespace {
 
-/// One number for each pair of ids, the same in either order.
-std::uint64_t number_of_pair(PetscInt a, PetscInt b) {
-  return (static_cast<std::uint64_t>(std::min(a, b)) << 32) + static_cast<std::uint64_t>(std::max(a, b));
-}
-
 /// A vector along the normal of a local element.
 Eigen::Vector3d normal_of(const Surface& surface, const Field& position, std::size_t element) {
   const auto corner = [&](std::size_t k) { return position.vector(surface.corner(element, k)); };
   return surface.has_quads() ? quad_area_vector(corner(0), corner(1), corner(2), corner(3))
                              : Eigen::Vector3d((corner(1) - corner(0)).cross(corner(2) - corner(0)));
+}
+
+/// Into how many parts a length, in units of the field's, is divided so that none is longer than a quarter. Not into
+/// more than 32: the least of so many nearly independent numbers is close to -1 anyway.
+int parts_of(double length) { return static_cast<int>(std::clamp(std::ceil(4 * length), 1.0, 32.0)); }
+
+/// The least value of the field of noise at places all over a local element.
+double least_noise(const Surface& surface, std::size_t element, int seed, double length) {
+  std::array<Eigen::Vector3d, 5> corners;  // in units of the length
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    corners[k] = surface.rest.col(surface.corner(element, k)) / length;
+  }
+  const auto side = [&](std::size_t k) { return (corners[k + 1] - corners[k]).norm(); };
+  double least = 1;
+  const auto look_at = [&](const Eigen::Vector3d& place) { least = std::min(least, noise(seed, place)); };
+  if (surface.has_quads()) {
+    const int columns = parts_of(std::max(side(0), side(2)));
+    const int rows = parts_of(std::max(side(1), side(3)));
+    for (int i = 0; i < columns; ++i) {
+      for (int j = 0; j < rows; ++j) {
+        const double u = (i + 0.5) / columns;
+        const double v = (j + 0.5) / rows;
+        look_at((1 - v) * ((1 - u) * corners[0] + u * corners[1]) + v * ((1 - u) * corners[3] + u * corners[2]));
+      }
+    }
+  } else {
+    const int parts = parts_of(std::max({side(0), side(1), side(2)}));
+    const Eigen::Vector3d along = (corners[1] - corners[0]) / parts;
+    const Eigen::Vector3d up = (corners[2] - corners[0]) / parts;
+    for (int i = 0; i < parts; ++i) {
+      for (int j = 0; i + j < parts; ++j) {
+        look_at(corners[0] + (i + 1 / 3.0) * along + (j + 1 / 3.0) * up);
+        if (i + j + 1 < parts) {
+          look_at(corners[0] + (i + 2 / 3.0) * along + (j + 2 / 3.0) * up);
+        }
+      }
+    }
+  }
+  return least;
+}
+
+double largest_eigenvalue(const Eigen::Matrix3d& stress) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(stress, Eigen::EigenvaluesOnly).eigenvalues()[2];
 }
 
 }  // namespace
@@ -36,20 +77,17 @@ double share_of_strength(double mass_ratio, double min_mass, double char_strengt
 Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std::vector<double>& texture)
     : surface_(surface),
       char_strength_(options.char_strength),
+      strength_length_(options.strength_length),
+      texture_(texture),
+      element_strength_(static_cast<std::size_t>(surface.elements.local()), options.strength.value()),
       overload_(surface.of(Colour::blue).layout, 1),
       largest_overload_(surface.particles, 1) {
-  const SpringSet& edges = surface.of(Colour::blue);
-  for (std::size_t s = 0; s < static_cast<std::size_t>(edges.owned()); ++s) {
-    const auto a = static_cast<std::size_t>(edges.ends[s][0]);
-    const auto b = static_cast<std::size_t>(edges.ends[s][1]);
-    const auto id = [&](PetscInt side) {
-      return side < 0 ? 0 : surface.element_id[surface.element_of_side(static_cast<std::size_t>(side))];
-    };
-    // Uses the ids of the elements, which stay when corners double.
-    const auto [first, second] = surface.sides_along(s);
-    const double random = noise(options.seed, number_of_pair(id(first), id(second)));
-    unburnt_strength_.push_back(options.strength.value() * (1 + options.strength_scatter * random) *
-                                (texture.empty() ? 1 : (texture[a] + texture[b]) / 2));
+  for (std::size_t e = 0; e < element_strength_.size() && options.strength_scatter > 0; ++e) {
+    element_strength_[e] *=
+        1 + options.strength_scatter * least_noise(surface, e, options.seed, options.scatter_length);
+  }
+  if (options.strength_length > 0) {
+    average_.emplace(surface, options.strength_length, options.solver_prefix);
   }
 }
 
@@ -57,6 +95,9 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
   const SpringSet& edges = surface_.of(Colour::blue);
   for (std::size_t s = 0; s < static_cast<std::size_t>(edges.owned()); ++s) {
     overload_.data()[s] = overload(input, s);
+  }
+  if (average_) {
+    spare_what_bears_its_average(input);
   }
   overload_.update_ghosts();
   largest_overload_.values().setZero();
@@ -96,12 +137,41 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
   return cracks;
 }
 
+std::string Cracks::remark() const {
+  if (!average_ || average_->least_length() <= strength_length_) {
+    return "";
+  }
+  return "where a clamp, a notch or a crack concentrates stress, the load that makes it crack depends on the mesh: cells "
+         "average the stress over up to " +
+         number_text(average_->least_length()) + " m by themselves, more than ablation.strength_length " +
+         number_text(strength_length_) + " m";
+}
+
 /// Each side counts once: springs of quads are owned by one rank; an edge of a membrane is owned by every rank that has
 /// it, and counts on the rank that owns its end of the lower id.
 bool Cracks::is_counted_here(std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto id = [this](PetscInt particle) { return surface_.persistent_id[static_cast<std::size_t>(particle)]; };
   return surface_.has_quads() || (id(a) < id(b) ? a : b) < surface_.particles.owned;
+}
+
+/// What an owned blue spring's side withstands.
+Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) const {
+  const auto [a, b] = surface_.of(Colour::blue).ends[blue];
+  const auto left_at = [&](PetscInt particle) {
+    const double left = input.mass.data()[particle] / surface_.initial_mass[static_cast<std::size_t>(particle)];
+    return share_of_strength(left, input.min_mass, char_strength_);
+  };
+  const auto texture_at = [&](PetscInt particle) {
+    return texture_.empty() ? 1 : texture_[static_cast<std::size_t>(particle)];
+  };
+  const double factor = (left_at(a) + left_at(b)) / 2 * (texture_at(a) + texture_at(b)) / 2;
+  const auto [first, second] = surface_.sides_along(blue);
+  const auto of_element = [&](PetscInt side) {
+    return element_strength_[surface_.element_of_side(static_cast<std::size_t>(side))];
+  };
+  return {factor * std::min(of_element(first), of_element(second)),
+          factor * (of_element(first) + of_element(second)) / 2};
 }
 
 /// Stress across an owned blue spring's side over the strength; 0 where it cannot crack.
@@ -123,18 +193,38 @@ double Cracks::overload(const CrackInput& input, std::size_t blue) const {
     stress += input.stress[element] / 2;
     across += normal.dot(input.stress[element] * normal) / 2;
   }
-  const auto share_at = [&](PetscInt particle) {
-    const double left = input.mass.data()[particle] / surface_.initial_mass[static_cast<std::size_t>(particle)];
-    return share_of_strength(left, input.min_mass, char_strength_);
-  };
-  const double strength = unburnt_strength_[blue] * (share_at(a) + share_at(b)) / 2;
-  if (across <= 0 || stress.norm() <= strength) {
+  const Strength withstands = strength(input, blue);
+  if (across <= 0 || stress.norm() <= withstands.weakest) {
     return 0;
   }
-  const double principal =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(stress, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  const double principal = largest_eigenvalue(stress);
   constexpr double least_share = 0.25;  // up to 60 degrees: sides of other directions are nearer
-  return principal > strength && across >= least_share * principal ? across / strength : 0;
+  return principal > withstands.weakest && across >= least_share * principal ? across / withstands.mean : 0;
+}
+
+/// Leaves those of the owned sides that could crack whose stress also exceeds their strength on average. Collective.
+void Cracks::spare_what_bears_its_average(const CrackInput& input) {
+  const auto owned = overload_.values().leftCols(surface_.of(Colour::blue).owned());
+  if (!on_any_rank(surface_.comm(), (owned.array() > 0).any())) {
+    return;
+  }
+  std::vector<double> tension;
+  tension.reserve(input.stress.size());
+  for (const Eigen::Matrix3d& stress : input.stress) {
+    tension.push_back(std::max(largest_eigenvalue(stress), 0.0));
+  }
+  const std::vector<double> average = average_->of(tension, input.living);
+  for (std::size_t s = 0; s < static_cast<std::size_t>(owned.cols()); ++s) {
+    if (overload_.data()[s] > 0) {
+      double stress = 0;
+      for (const PetscInt side : surface_.sides_along(s)) {
+        stress += average[surface_.element_of_side(static_cast<std::size_t>(side))] / 2;
+      }
+      if (stress <= strength(input, s).weakest) {
+        overload_.data()[s] = 0;
+      }
+    }
+  }
 }
 
 }  // namespace ablation

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "ablation/ablation_options.h"
+#include "ablation/stress_average.h"
 #include "parallel/field.h"
 #include "surface/living.h"
 
@@ -31,12 +34,18 @@ struct CrackInput {
 ///
 ///     sigma_1 > strength c (1 + scatter u) t
 ///
-/// of the mean stress of both elements, whatever the direction of the mesh. Here t is the mean of the texture at both
-/// ends, u in [-1, 1) a random number from the seed and the elements' ids, and c the mean over both ends of
-/// c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min). Which of these sides cracks depends on the stress across the
-/// side, n . sigma n with the normal n of the side in its elements, over the strength: of the sides that can crack and
-/// meet at a corner, or belong to one element, only the one with the largest such ratio cracks in a step, and none with
-/// less than a quarter of sigma_1 across it. The load that this puts on the others shows in the next step.
+/// of the mean stress of both elements, whatever the direction of the mesh, and when the average of sigma_1 over the
+/// length `strength_length` (StressAverage), the mean of both elements, exceeds the same. Here t is the mean of the
+/// texture at both ends and c the mean over both ends of c^char + (1 - c^char) (m/m^init - m^min) / (1 - m^min).
+///
+/// u is the least value that a random field takes in both elements. The field follows from the seed and the undeformed
+/// place and varies over the length `scatter_length` (noise): so elements larger than this length are as weak as the
+/// weakest of their places, and a surface is as strong on any mesh.
+///
+/// Which of these sides cracks depends on the stress across the side, n . sigma n with the normal n of the side in its
+/// elements, over the strength, here with the mean of both elements' u: of the sides that can crack and meet at a
+/// corner, or belong to one element, only the one with the largest such ratio cracks in a step, and none with less than
+/// a quarter of sigma_1 across it. The load that this puts on the others shows in the next step.
 class Cracks {
  public:
   /// The surface must have masses and springs (set_burnable), and outlive this object. Collective.
@@ -45,16 +54,28 @@ class Cracks {
   Cracks(const Surface& surface, const AblationOptions& options, const std::vector<double>& texture);
 
   /// Sides that crack: the blue springs along them, each on one rank, where both elements are local. Sides of burnt
-  /// elements do not crack, nor those between two pinned particles. Collective.
+  /// elements do not crack, nor those between two pinned particles. Collective. @throws Error as StressAverage does
   std::vector<PetscInt> sides(const CrackInput& input);
 
+  /// Says so if elements are so large that the load at which they crack depends on the mesh; else empty.
+  std::string remark() const;
+
  private:
+  struct Strength {
+    double weakest;  ///< of all places in both elements
+    double mean;     ///< of the elements
+  };
+  Strength strength(const CrackInput& input, std::size_t blue) const;
   double overload(const CrackInput& input, std::size_t blue) const;
+  void spare_what_bears_its_average(const CrackInput& input);
   bool is_counted_here(std::size_t blue) const;
 
   const Surface& surface_;
   double char_strength_;
-  std::vector<double> unburnt_strength_;  ///< that each owned blue spring's side withstands
+  double strength_length_;
+  std::vector<double> texture_;           ///< of the local particles, or empty
+  std::vector<double> element_strength_;  ///< of each local element, unburnt and without texture
+  std::optional<StressAverage> average_;  ///< if there is a length over which to average
   Field overload_;                        ///< stress across each local side over its strength, 0 where it cannot crack
   Field largest_overload_;  ///< of the sides at each local corner, and of each local quad at its lattice point
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "ablation/ablation_options.h"
@@ -47,6 +48,8 @@ class Tearing {
 
   /// Sides that crack (see Cracks): the owned blue springs along them. Collective.
   std::vector<PetscInt> cracks(const TearingInput& input);
+  /// See Cracks::remark.
+  std::string remark() const { return cracks_.remark(); }
 
  private:
   void find_stress(const TearingInput& input);

@@ -144,6 +144,8 @@ class Burn {
   std::string solver_words() const {
     return elastic_ != nullptr && !options_.contact.together ? elastic_->solver_words() : "";
   }
+  /// See Cracks::remark; empty if nothing can crack.
+  std::string crack_remark() const { return tearing_ ? tearing_->remark() : ""; }
   /// See ElasticStep; 1 of what is not elastic. Collective.
   double largest_excess() const { return elastic_ != nullptr ? elastic_->largest_excess() : 1; }
 

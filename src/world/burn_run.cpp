@@ -475,6 +475,9 @@ std::vector<std::string> BurnRun::first_remarks() const {
     lines.push_back("some cells are so long that the sheet is " + std::string(times) +
                     " times as stiff along them as asked for; expected sides that differ by 1.7 at most");
   }
+  if (const std::string words = burn_->crack_remark(); !words.empty()) {
+    lines.push_back(words);
+  }
   return lines;
 }
 

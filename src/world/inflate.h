@@ -91,6 +91,8 @@ class Inflate {
   std::string solver_words() const { return implicit_->solver_words(); }
   bool burns() const { return burning_.has_value(); }
   bool can_crack() const { return cracks_.has_value(); }
+  /// See Cracks::remark; empty if nothing can crack.
+  std::string crack_remark() const { return cracks_ ? cracks_->remark() : ""; }
   double heat_capacity() const { return options_.heat.capacity; }   ///< [J/(kg K)]
   double loss_mass() const { return options_.ablation.loss_mass; }  ///< m^loss as a share of m^init
   const Options& options() const { return options_; }

@@ -283,6 +283,9 @@ std::vector<std::string> InflateRun::first_remarks() const {
       lines.push_back(line);
     }
   }
+  if (const std::string words = inflate_->crack_remark(); !words.empty()) {
+    lines.push_back(words);
+  }
   return lines;
 }
 

@@ -166,7 +166,8 @@ void describe_burning(OptionTable& table, Options& options) {
            {"ablation.strength or wall.strength",
             [&options] { return options.ablation.strength.has_value() || options.wall.strength.has_value(); }});
   const Condition has_tension = one_of("dynamics", options.dynamics, {Dynamics::projection, Dynamics::elastic});
-  for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_scatter"}) {
+  for (const char* name : {"strength", "strength_texture", "strength_range", "char_strength", "strength_length",
+                           "strength_scatter", "scatter_length"}) {
     table.find_key(std::string("ablation.") + name)->acts_with(has_tension);
   }
 }
@@ -322,7 +323,7 @@ namespace {
 void name_solvers(Options& options, const std::string& prefix) {
   for (std::string* solver :
        {&options.heat.solver_prefix, &options.project.solver_prefix, &options.spring.solver_prefix,
-        &options.elastic.solver_prefix, &options.prism.solver_prefix}) {
+        &options.elastic.solver_prefix, &options.prism.solver_prefix, &options.ablation.solver_prefix}) {
     *solver = prefix + *solver;
   }
 }

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <map>
 
 #include "tests/ablation/sheets.h"
 
@@ -67,6 +66,7 @@ struct TearScene {
 AblationOptions strength_100() {
   AblationOptions options;
   options.strength = 100;
+  options.strength_length = 0;
   return options;
 }
 
@@ -233,6 +233,7 @@ TEST(Tearing, of_the_sides_that_meet_only_the_most_overloaded_cracks) {
   TearScene scene;
   AblationOptions options = strength_100();
   options.strength_scatter = 0.5;
+  options.scatter_length = edge;
   Tearing tearing(scene.sheet, options, {});
   scene.pull_along_x(400);  // beyond the strength of each
   const std::vector<PetscInt> cracked = cracked_ids(scene, tearing.cracks(scene.input()));
@@ -249,58 +250,6 @@ TEST(Tearing, of_the_sides_that_meet_only_the_most_overloaded_cracks) {
   Tearing tearing_alone(alone.sheet, options, {});
   alone.pull_along_x(400);
   EXPECT_EQ(cracked, cracked_ids(alone, tearing_alone.cracks(alone.input()))) << "the same on any ranks";
-}
-
-/// The stress along x at which each side along y cracks where no other one does. By the ids of its ends.
-std::map<IdPair, double> strengths(int seed) {
-  TearScene scene(PETSC_COMM_SELF);
-  AblationOptions options = strength_100();
-  options.strength_scatter = 0.4;
-  options.seed = seed;
-  std::map<IdPair, double> result;
-  const SpringSet& blue = scene.sheet.of(Colour::blue);
-  for (std::size_t s = 0; s < static_cast<std::size_t>(blue.owned()); ++s) {
-    const IdPair ids = ids_of(scene.sheet, Colour::blue, static_cast<PetscInt>(s));
-    if (ids.second != ids.first + cells + 1 || blue.triangles[s][1] < 0) {
-      continue;
-    }
-    // So weak that it is the one.
-    std::vector<double> texture(scene.pinned.size(), 1e3);
-    texture[static_cast<std::size_t>(blue.ends[s][0])] = 1e-3;
-    texture[static_cast<std::size_t>(blue.ends[s][1])] = 1e-3;
-    Tearing tearing(scene.sheet, options, texture);
-    double below = 0;
-    double above = 1;
-    for (int k = 0; k < 30; ++k) {
-      const double middle = (below + above) / 2;
-      scene.pull_along_x(middle);
-      (tearing.cracks(scene.input()).empty() ? below : above) = middle;
-    }
-    result[ids] = above / 0.1;
-  }
-  return result;
-}
-
-TEST(Tearing, scatter_is_uniform_and_depends_on_the_seed) {
-  const std::map<IdPair, double> first = strengths(3);
-  const std::map<IdPair, double> second = strengths(4);
-  double sum = 0;
-  double squares = 0;
-  double difference = 0;
-  for (const auto& [ids, share] : first) {
-    EXPECT_GE(share, 0.6 - 1e-6);
-    EXPECT_LE(share, 1.4 + 1e-6);
-    const double u = (share - 1) / 0.4;
-    sum += u;
-    squares += u * u;
-    difference += std::abs(share - second.at(ids)) / 0.4;
-  }
-  // Uniform in [-1, 1]: mean 0 and variance 1/3, within three standard deviations.
-  const auto count = static_cast<double>(first.size());
-  ASSERT_EQ(first.size(), static_cast<std::size_t>(cells * (cells - 1)));
-  EXPECT_NEAR(sum / count, 0, 3 * std::sqrt(1 / 3.0 / count));
-  EXPECT_NEAR(squares / count, 1 / 3.0, 3 * std::sqrt((1 / 5.0 - 1 / 9.0) / count));
-  EXPECT_NEAR(difference / count, 2 / 3.0, 3 * std::sqrt(2 / 9.0 / count)) << "the mean distance of two such numbers";
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ MAY_INCLUDE = {
     "io": FLOOR | {"state"},
     "heat": FLOOR | {"solvers"},
     "combustion": FLOOR,
-    "ablation": FLOOR,
+    "ablation": FLOOR | {"heat"},
     "projection": FLOOR | {"solvers"},
     "prism": FLOOR | {"solvers"},
     "elastic": FLOOR | {"solvers"},

@@ -181,6 +181,32 @@ SurfaceMesh notched(int cells, int cut) {
   return mesh;
 }
 
+/// The stress at which a strip cracks first that is not weaker anywhere, as a share of the strength.
+/// @param notch the part of its width to which it is slit
+double share_at_first_crack(const TestFolder& folder, int cells, double notch, double averaged_over) {
+  Options options = pulled_strip();
+  options.output.directory = folder / (std::to_string(cells) + "_" + std::to_string(notch + averaged_over));
+  options.ablation.strength_length = averaged_over;
+  Pulled run(notched(cells, static_cast<int>(std::lround(notch * cells))), options, 1e-3);
+  return run.first_crack(0.1) * speed / length * stiffness / strength;
+}
+
+// The stress at the corners of its clamps, and much more at the tip of a slit, is the greater the finer the mesh.
+TEST(Cracks, begin_at_clamps_and_notches_under_a_load_that_does_not_depend_on_the_mesh) {
+  if (ranks() > 2) {
+    GTEST_SKIP() << "on one and two ranks only";
+  }
+  const TestFolder folder;
+  constexpr double averaged_over = 0.04;  // [m]
+  const double clamped = share_at_first_crack(folder, 6, 0, averaged_over);
+  EXPECT_NEAR(share_at_first_crack(folder, 12, 0, averaged_over), clamped, 0.03 * clamped);
+  EXPECT_LT(clamped, 1);
+  const double slit = share_at_first_crack(folder, 6, 0.5, averaged_over);
+  EXPECT_NEAR(share_at_first_crack(folder, 12, 0.5, averaged_over), slit, 0.06 * slit);
+  EXPECT_LT(slit, 0.8 * clamped);
+  EXPECT_LT(share_at_first_crack(folder, 12, 0.5, 0), 0.8 * share_at_first_crack(folder, 6, 0.5, 0)) << "not averaged";
+}
+
 TEST(Cracks, run_on_from_a_notch) {
   const TestFolder folder;
   Options options = pulled_strip();

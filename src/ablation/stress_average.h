@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "heat/conduction.h"
+#include "parallel/field.h"
+#include "surface/living.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace ablation {
+
+/// Averages tension over a length of the undeformed surface, so that the load at which a singular stress makes the
+/// surface crack, at the corner of a clamp or at the tip of a crack, does not depend on the mesh.
+///
+/// The average <s> solves <s> - lambda^2 Laplacian <s> = s on what lives of the surface, so that nothing passes through
+/// cracks and holes. Its largest value lies a part of lambda ahead of the tip of a crack. With the tension itself as
+/// weight,
+///
+///     s_average = <s^2> / <s>
+///
+/// is finite and largest at the tip, and in proportion to the stress intensity K of a crack that is much longer than
+/// lambda. The length l is that for which it is K / sqrt(pi l). The mesh averages as well, over a length in proportion
+/// to the size of its elements: lambda is in proportion to what remains of l, which on large elements is nothing.
+class StressAverage {
+ public:
+  /// @param surface with masses (set_burnable); it must outlive this object. Collective.
+  /// @param length l [m]
+  /// @param solver_prefix of PETSc's options
+  StressAverage(const Surface& surface, double length, const std::string& solver_prefix);
+
+  /// Averages over elements. Collective.
+  /// @param tension s of the local elements, not below 0
+  /// @returns s_average of the local elements; 0 of those that have burnt
+  /// @throws Error if the solver fails
+  std::vector<double> of(const std::vector<double>& tension, const Living& living);
+
+  /// The length l over which the largest elements of all ranks average by themselves [m].
+  double least_length() const { return least_length_; }
+
+ private:
+  StressAverage(const Surface& surface, double length, const std::string& solver_prefix, const Field& own_length);
+  void average(Field& values, const Living& living);
+
+  const Surface& surface_;
+  double least_length_ = 0;
+  Conduction conduction_;       ///< whose step of 1 s averages
+  Field rest_;                  ///< undeformed positions [m]
+  Field mass_;                  ///< undeformed, the weight of a place [kg]
+  Field tension_;               ///< s, then <s>
+  Field square_;                ///< s^2, then <s^2>
+  std::vector<double> weight_;  ///< of the local particles: what lives round them
+};
+
+}  // namespace ablation
+}  // namespace pellicle
