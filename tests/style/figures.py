@@ -8,6 +8,23 @@ below it come, with a digest of what these were like then. Likewise docs/picture
 pictures of docs/gallery.md, which tools/gallery keeps. Comments in decks and scripts do not count. Where a file has
 changed, make the figures anew by the commands of the page, or see that they stay, then renew the digests of the
 page, or of the scene.
+
+A second comment, between the first and the table, says how figures are made, so that measure_figures.py can make them
+again. It is YAML:
+
+  <!-- measured by
+  rows:
+    (\\w+): pellicle input/\\1.yaml
+    (\\w+), on (\\d) ranks: mpirun -n \\2 pellicle input/\\1.yaml
+  figures:
+    mean strain: 100 * mean_strain[-1] within 3 %
+    at half the step: 100 * mean_strain[-1] within 0.1 with -time_step 1ms
+  -->
+
+The keys of rows are regular expressions, the first of which that matches the beginning of a row (its cells joined by
+" | ", without backticks) gives the row's command. Rows that none matches are not measured. The keys of figures are
+headings of columns; the value is an expression of Python (measure_figures.py says of what), how far it may be from the
+first number of the cell, in per cent of that number or absolutely, and options that are added to the command.
 """
 
 import argparse
@@ -25,6 +42,9 @@ SCENE = re.compile(r"^## `(\w+)`.*?^```console\n(.*?)^```", re.MULTILINE | re.DO
 FILE_OF_A_DECK = re.compile(r"\w*(?:file|texture): ([\w./]+\.\w+)")
 PAGES = ("README.md", "docs/*.md", "tests/benchmark/README.md", "postproc/plots/README.md")
 PICTURES = "docs/pictures/gallery/sources.txt"
+MEASURED = re.compile(r"^<!-- measured by\n(.*?)^-->\n+((?:^\|[^\n]*\n)+)", re.MULTILINE | re.DOTALL)
+FIGURE = re.compile(r"(?P<expression>.+?) within (?P<tolerance>[\d.e-]+)(?P<per_cent> %)?(?: with (?P<options>.+))?")
+NUMBER = re.compile(r"-?\d[\d,]*(?:\.\d+)?(?:e-?\d+)?")
 
 
 def meaning(path):
@@ -42,6 +62,58 @@ def digest(root, names):
     for name in names:
         total.update(meaning(root / name) if (root / name).is_file() else b"no such file")
     return total.hexdigest()[:12]
+
+
+class Figure:
+    """A number of a table: where it is, the command that makes it, the expression that it is of what comes out."""
+
+    def __init__(self, where, command, told, cell):
+        parts = FIGURE.fullmatch(told)
+        if not parts:
+            raise ValueError(f"{told}: expected EXPRESSION within NUMBER[ %][ with OPTIONS]")
+        if not NUMBER.search(cell):
+            raise ValueError(f"{where}: '{cell}': expected a number")
+        self.where, self.expression = where, parts["expression"]
+        self.command = command + (" " + parts["options"] if parts["options"] else "")
+        self.printed = float(NUMBER.search(cell)[0].replace(",", ""))
+        self.tolerance = float(parts["tolerance"]) * (abs(self.printed) / 100 if parts["per_cent"] else 1)
+
+
+def measured_rows(page, text):
+    """The figures of each row of the page's tables that can be measured. Throws ValueError for a comment that cannot be
+    read or does not fit its table."""
+    rows = []
+    for found in MEASURED.finditer(text):
+        told, line = yaml.safe_load(found[1]), text.count("\n", 0, found.start(2)) + 1
+        lines = [[cell.strip() for cell in row.strip("|").split("|")] for row in found[2].splitlines()]
+        headings, unused = lines[0], set(told["rows"])
+        missing = told["figures"].keys() - set(headings)
+        if missing:
+            raise ValueError(f"{page}:{line}: no column {', '.join(sorted(missing))}")
+        for number, cells in enumerate(lines[2:], line + 2):
+            row = " | ".join(cells).replace("`", "")
+            matches = ((pattern, re.match(pattern, row)) for pattern in told["rows"])
+            pattern, match = next(((pattern, match) for pattern, match in matches if match), (None, None))
+            if match:
+                unused.discard(pattern)
+                command = match.expand(told["rows"][pattern])
+                rows.append([Figure(f"{page}:{number}: {row.split(' | ')[0]}: {heading}", command, figure,
+                                    cells[headings.index(heading)])
+                             for heading, figure in told["figures"].items() if cells[headings.index(heading)]])
+        if unused:
+            raise ValueError(f"{page}:{line}: no row begins with {', '.join(sorted(unused))}")
+    return rows
+
+
+def faults_of_readme(root):
+    """The README's table of other programs repeats figures of docs/performance.md."""
+    tables = {page: re.findall(r"^\|.*$", (root / page).read_text(encoding="utf-8").split("<!-- figures of", 1)[1],
+                               re.MULTILINE) for page in ("README.md", "docs/performance.md")}
+    known = {number for row in tables["docs/performance.md"] for number in NUMBER.findall(row)}
+    for row in tables["README.md"]:
+        for number in NUMBER.findall(row.split("|", 2)[2]):
+            if number not in known:
+                yield f"README.md:1: {number}, of '{row.split('|')[1].strip()}', is not in docs/performance.md"
 
 
 def sources_of_scenes(root):
@@ -70,7 +142,7 @@ def main():
     parser.add_argument("root", type=pathlib.Path)
     parser.add_argument("--renew", nargs="+", default=[], metavar="PAGE|SCENE")
     options = parser.parse_args()
-    root, faults, marks = options.root.resolve(), [], 0
+    root, faults, marks, rows = options.root.resolve(), [], 0, 0
     sources = sources_of_scenes(root)
     renew_scenes(root, [name for name in options.renew if name in sources])
     for path in sorted(path for pattern in PAGES for path in root.glob(pattern)):
@@ -85,10 +157,16 @@ def main():
             faults += [f"{page}:{line}: {name}: no such file" for name in missing]
             if mark[2] != digest(root, mark[1].split()):
                 faults.append(f"{page}:{line}: the figures below are older than one of {mark[1]} (figures.py --help)")
+        try:
+            rows += len(measured_rows(page, text))
+        except ValueError as fault:
+            faults.append(f"{page}: {fault}")
+    faults += faults_of_readme(root)
     known = dict(line.split() for line in (root / PICTURES).read_text(encoding="utf-8").splitlines())
     faults += [f"docs/gallery.md:1: the picture of {scene} is older than one of {' '.join(names)} (figures.py --help)"
                for scene, names in sources.items() if known.get(scene) != digest(root, names)]
-    print(*faults, f"{marks} tables, {len(sources)} pictures, {len(faults)} faults", sep="\n")
+    print(*faults, f"{marks} tables, {rows} rows that can be measured, {len(sources)} pictures, {len(faults)} faults",
+          sep="\n")
     sys.exit(1 if faults else 0)
 
 
