@@ -117,14 +117,14 @@ const std::string objects =
     "one. One clock steps all: they accept a step together.";
 
 const std::string not_done =
-    "What the program does not do stands in docs/limits.md: flames, air that the sheet moves, gas that flows "
-    "between objects, and others.";
+    "What the program does not do stands in docs/limits.md: flames, air that the sheet moves, folds that "
+    "stay, and others.";
 
 const std::string no_effect =
     "An option that is given but cannot act in the run, because what it needs is missing (in braces below; in the "
     "table under \"needs\"), is refused. Two exceptions are named once as not used: settings of solvers (project, "
-    "spring, prism, "
-    "volume, the solvers of heat and gas) in a deck after the first, or in PETSc's files of options, which may be for "
+    "spring, elastic, prism, volume, the solvers of heat and gas) in a deck after the first, or in PETSc's files of "
+    "options, which may be for "
     "both chains; and what a later deck or the command line has made useless.";
 
 const std::string petsc_sources =
@@ -135,7 +135,7 @@ const std::string petsc_sources =
 
 std::string help_text(const OptionTable& table) {
   std::string text =
-      "pellicle simulates thin sheets that heat, burn, shrink and wrinkle.\n\n"
+      "pellicle simulates thin sheets that heat, burn, shrink, wrinkle, tear and inflate.\n\n"
       "usage: mpirun -n N pellicle DECK.yaml [MORE.yaml ...] [options]\n"
       "       pellicle -help | -options_table | -version\n\n";
   text += wrapped(

@@ -12,6 +12,7 @@ FENCE = re.compile(r"^```(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+PATH = re.compile(r"(?:src|tests|tools|postproc|input|meshes|cmake|docs)/[\w./-]+")
 # Options of PETSc's solvers stand below these, and those of the program itself beside the table.
 SOLVERS = {"project", "spring", "elastic", "prism", "heat", "gas", "replay"}
 OF_THE_PROGRAM = {"help", "version", "options_table", "log_view", "options_file", "mesh_only"}
@@ -151,6 +152,29 @@ class Book:
                         yield f"{where}: {key[1]}: no such option"
                 for word in re.findall(r"(?:^| )-([a-z]+_[a-z_0-9]+)", code[1]):
                     if not self.is_argument(word) and not code[1].startswith(("cmake", "ctest", "srun")):
+                        yield f"{where}: -{word}: no such option"
+
+    def faults_of_paths(self):
+        """Inline code that looks like a file or folder of the repository is one."""
+        for name, text in self.pages.items():
+            prose = FENCE.sub(lambda block: "\n" * block[0].count("\n"), text)
+            for code in INLINE.finditer(prose):
+                for word in code[1].split():
+                    if PATH.fullmatch(word) and not (self.root / word).exists():
+                        yield f"{name}:{line_of(prose, code.start())}: {word}: no such file"
+
+    def faults_of_decks(self):
+        """Comments of decks name files and options that exist; a command stands on lines of its own, indented."""
+        for deck in sorted((self.root / "input").glob("*.yaml")):
+            lines = deck.read_text(encoding="utf-8").splitlines()
+            for number, line in enumerate(lines, 1):
+                where, comment = f"input/{deck.name}:{number}", line.partition("#")[2]
+                command = re.match(r"   ((?:mpirun|build/|postproc/|tools/).*)", comment)
+                if command:
+                    for words in Block(where, number, "sh", command[1]).commands():
+                        yield from (f"{where}: {fault}" for fault in self.faults_of_command(words, set()))
+                for word in re.findall(r"(?:^|[ (])-([a-z]+_[a-z_0-9]+)", "" if command else comment):
+                    if not self.is_argument(word):
                         yield f"{where}: -{word}: no such option"
 
     def documented(self):
