@@ -1,7 +1,6 @@
 """That the site which tools/docs has made works in a browser: site_in_browser.py SITE_FOLDER
 
-Starts Debian's chromium without a window. Opens every page of the site from the disk; searches from the front page, and
-follows the first hit, from the disk and from a server of this machine. A fault is a file that is not there, an error of
+Starts Debian's chromium without a window. Opens every page of the site from the disk; searches, and follows the first hit, from the disk and from a server of this machine. A fault is a file that is not there, an error of
 a script, a picture that is not shown, a table whose cells have no padding, or a search that does not find. Ends with 77
 where chromium is not installed.
 """
@@ -110,7 +109,7 @@ def faults_of_page(browser):
 
 def faults_of_search(browser, site):
     for words, expected in SEARCHES.items():
-        browser.go(f"{site}/index.html")
+        browser.go(f"{site}/docs/limits.html")
         yield from browser.faults()
         browser.act("document.querySelector('[role=search] input').value = '" + words + "';"
                     "document.querySelector('[role=search] form').submit()")

@@ -7,7 +7,8 @@ const AROUND = 100;   // characters before the first word found, and twice as ma
 
 // The words of a query, as a regular expression each; a word is found where a word of the text begins with it.
 function patterns(query) {
-  return query.split(/\s+/).map(word => word.replace(/^[-`"'(]+|[`"'),;:]+$/g, "")).filter(word => word).map(word =>
+  const words = query.split(/\s+/).map(word => word.replace(/^[-`"'([{]+|[`"')\]},;:]+$/g, ""));
+  return words.filter(word => /[\p{L}\p{N}]/u.test(word)).map(word =>
     new RegExp("(?<![A-Za-z0-9])" + word.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"), "gi"));
 }
 
