@@ -80,6 +80,8 @@ void describe(OptionTable& table, AblationOptions& options, const Condition& tea
       .acts_with(tears)
       .acts_with(scatters)
       .help("seed of the scatter of the strength");
+  const Condition averages{"ablation.strength_length: more than 0", [&options] { return options.strength_length > 0; }};
+  table.add_under(tears, [&] { table.add_under(averages, [&] { table.add_solver_prefix("ablation_"); }); });
 }
 
 }  // namespace ablation
