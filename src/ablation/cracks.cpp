@@ -141,7 +141,8 @@ std::string Cracks::remark() const {
   if (!average_ || average_->least_length() <= strength_length_) {
     return "";
   }
-  return "where a clamp, a notch or a crack concentrates stress, the load that makes it crack depends on the mesh: cells "
+  return "where a clamp, a notch or a crack concentrates stress, the load that makes it crack depends on the mesh: "
+         "cells "
          "average the stress over up to " +
          number_text(average_->least_length()) + " m by themselves, more than ablation.strength_length " +
          number_text(strength_length_) + " m";

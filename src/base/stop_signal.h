@@ -31,8 +31,9 @@ void catch_stop_signals(int rank);
 void release_stop_signals();
 
 /// From here on the first of these signals is only noted, and stop_signal tells of it; a second one ends the process at
-/// once, unless both are SIGXCPU, which comes every second. SIGCONT is noted, too, and asks for a checkpoint: Open MPI's
-/// mpirun sends it to its ranks some time before it ends them. Signals noted before are forgotten. Not collective.
+/// once, unless both are SIGXCPU, which comes every second. SIGCONT is noted, too, and asks for a checkpoint: Open
+/// MPI's mpirun sends it to its ranks some time before it ends them. Signals noted before are forgotten. Not
+/// collective.
 void defer_stop_signals();
 
 /// The signal that has been noted on any rank, SIGCONT only if there is no other, and only once; 0 if there is none.
@@ -54,8 +55,8 @@ class StopPoint {
   bool pass();
 
  private:
-  int passes_ = 1;  ///< from one question to the next
-  int left_ = 1;    ///< of them
+  int passes_ = 1;   ///< from one question to the next
+  int left_ = 1;     ///< of them
   double last_ = 0;  ///< when the ranks last asked [s]
 };
 

@@ -244,10 +244,14 @@ namespace {
 
 /// How many things are in a body.
 struct Inside {
+  /// @param most of the depth that counts [m]: half of that of the body counts in any case
+  Inside(const Body& body, double most) : least(std::min(most, depth_of(body.shape) / 2)) {}
+
+  double least;  ///< depth that counts [m]
   PetscInt count = 0;
   double deepest = 0;  ///< [m]
 
-  void add(double depth, double least) {
+  void add(double depth) {
     if (depth > least) {
       ++count;
       deepest = std::max(deepest, depth);
@@ -274,10 +278,10 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
                              const Field& positions, const std::vector<bool>& held, double least) {
   for (const Body& body : bodies) {
     const Solid solid = body.at(time);
-    Inside inside;
+    Inside inside(body, least);
     for (PetscInt i = 0; i < particles.owned; ++i) {
       if (!held[static_cast<std::size_t>(i)]) {
-        inside.add(body.margin - signed_distance(solid, positions.vector(i)).distance, least);
+        inside.add(body.margin - signed_distance(solid, positions.vector(i)).distance);
       }
     }
     std::string words = words_of(particles.comm, body, inside, particles.global, "vertices");
@@ -295,18 +299,18 @@ std::string triangles_inside(const std::vector<Body>& bodies, double time, const
   const auto is_held = [&held](PetscInt i) { return held[static_cast<std::size_t>(i)]; };
   for (const Body& body : bodies) {
     const Solid solid = body.at(time);
-    Inside inside;
+    Inside inside(body, least);
     for (std::size_t t = 0; t < owned; ++t) {
       const std::array<PetscInt, 3>& corners = surface.triangles[t];
       if (std::none_of(corners.begin(), corners.end(), is_held)) {
         const auto at = DrawnPlaces(surface, positions.data(), t / per_element)(corners);
-        if (const auto deepest = deepest_point(solid, at, 0, 0.1 * least)) {
-          inside.add(-deepest->gap.distance, least);
+        if (const auto deepest = deepest_point(solid, at, 0, 0.1 * inside.least)) {
+          inside.add(-deepest->gap.distance);
         }
       }
     }
-    std::string words = words_of(surface.comm(), body, inside,
-                                 surface.elements.global * surface.triangles_per_element, "triangles");
+    std::string words =
+        words_of(surface.comm(), body, inside, surface.elements.global * surface.triangles_per_element, "triangles");
     if (!words.empty()) {
       return words;
     }

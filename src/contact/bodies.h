@@ -90,7 +90,8 @@ bool any_rebounds(const std::vector<Body>& bodies);
 
 /// In words, the first body that free particles are in at a time, beyond its margin, and how many of them; empty: none.
 /// Collective.
-/// @param held local particles that do not count @param least depth that counts [m]
+/// @param held local particles that do not count
+/// @param least depth that counts, or half of that of the body if this is less [m]
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
                              const Field& positions, const std::vector<bool>& held, double least);
 /// The same of drawn triangles with free corners alone, which a body pierces between the particles, without its margin.

@@ -23,11 +23,11 @@ struct ImplicitResult {
   std::string reason;  ///< of a failure, in words
   int newton_iterations = 0;
   int linear_iterations = 0;
-  bool is_factorised = false;       ///< from some Newton iteration on
-  int concave_iterations = 0;       ///< Newton iterations in which the tangent was not positive definite
-  double residual = 0;              ///< norm of the sum of all forces at the end [N]
-  double relative_residual = 0;     ///< over StepObjective::residual_scale, such as the largest norm of a kind of force
-  double over_tolerance = 0;        ///< residual over what is allowed; more than 1 only where rounding leaves more
+  bool is_factorised = false;    ///< from some Newton iteration on
+  int concave_iterations = 0;    ///< Newton iterations in which the tangent was not positive definite
+  double residual = 0;           ///< norm of the sum of all forces at the end [N]
+  double relative_residual = 0;  ///< over StepObjective::residual_scale, such as the largest norm of a kind of force
+  double over_tolerance = 0;     ///< residual over what is allowed; more than 1 only where rounding leaves more
   /// Whether the relative residual is more than PrismOptions::snes_rtol, with newton: fixed residual_tolerance, and
   /// there are forces: more than the rounding of a surface at rest, at the origin, is left.
   bool is_above_tolerance = false;

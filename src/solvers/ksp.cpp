@@ -311,13 +311,17 @@ void require_unscaled(KSP ksp, Mat matrix, const std::string& prefix) {
   }
 }
 
-/// Refuses a relative tolerance that would leave the system unsolved.
+/// Refuses a relative tolerance that would leave the system unsolved, or is none.
 void require_tolerance(KSP ksp, const std::string& prefix, double largest) {
   double rtol = 0;
   check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
-  if (!(rtol <= largest)) {
-    throw Error(given_name(prefix, "ksp_rtol") + " " + number_text(rtol) +
-                ": leaves too much of the system unsolved, expected at most " + number_text(largest));
+  const std::string given = given_name(prefix, "ksp_rtol") + " " + number_text(rtol) + ": ";
+  if (!(rtol >= 0)) {
+    throw Error(given + "no tolerance, expected at least 0");
+  }
+  if (rtol >= 1 || rtol > largest) {
+    throw Error(given + "leaves too much of the system unsolved, expected " +
+                (largest < 1 ? "at most " + number_text(largest) : "less than 1"));
   }
 }
 
@@ -568,7 +572,8 @@ LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed*
     check(KSPGetOperators(ksp, &matrix, &preconditioning));
     check(KSPGetType(ksp, &type));
     check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
-    const LinearNeed needed = reason != KSP_CONVERGED_ITS ? *need : LinearNeed{rtol, need != nullptr ? need->absolute : 0};
+    const LinearNeed needed =
+        reason != KSP_CONVERGED_ITS ? *need : LinearNeed{rtol, need != nullptr ? need->absolute : 0};
     const std::string fault = fault_of_solution(matrix, preconditioning, right_hand_side, solution, needed);
     if (!fault.empty()) {
       result.refuse(Solved::no, "the linear solver " + prefix_of(ksp) + " (" + type + ") does not solve: " + fault);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <hdf5.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -153,6 +154,18 @@ void Hdf5File::agree(bool succeeded, const std::string& what) const {
   }
 }
 
+/// Refuses what would make the file larger than files may be: HDF5 could not close it, and would end the process when
+/// it closes what is left open. Collective. @param bytes of a table to be written
+void Hdf5File::require_room(long long bytes) const {
+  constexpr rlim_t of_structure = 65536;  // at most, of what describes the tables
+  rlimit limit{};
+  hsize_t size = 0;
+  const bool is_known = getrlimit(RLIMIT_FSIZE, &limit) == 0 && H5Fget_filesize(file_, &size) >= 0;
+  const bool fits = !is_known || limit.rlim_cur == RLIM_INFINITY ||
+                    size + static_cast<rlim_t>(bytes) + of_structure <= limit.rlim_cur;
+  agree(fits, "cannot be written: it would be larger than a file may be here, see ulimit -f");
+}
+
 void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
                            std::size_t number_size) {
   long long first = 0;
@@ -160,6 +173,7 @@ void Hdf5File::write_bytes(const std::string& name, long long type, const void* 
   MPI_Exscan(&own_rows, &first, 1, MPI_LONG_LONG, MPI_SUM, comm_);
   first = rank_ == 0 ? 0 : first;
   MPI_Allreduce(&own_rows, &all, 1, MPI_LONG_LONG, MPI_SUM, comm_);
+  require_room(all * columns * static_cast<long long>(number_size));
   const std::array<hsize_t, 2> size{static_cast<hsize_t>(all), static_cast<hsize_t>(columns)};
   const Id space(H5Screate_simple(2, size.data(), nullptr), H5Sclose);
   const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);

@@ -68,6 +68,7 @@ class Hdf5File {
   static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }
 
  private:
+  void require_room(long long bytes) const;
   void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
                    std::size_t number_size);
   void read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows, int columns,

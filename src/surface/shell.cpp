@@ -86,8 +86,8 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
   return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
 }
 
-/// Refuses springs that have no length but rounding in the undeformed sheet: strains are shares of the length. Two cells
-/// have such a spring between them where the sheet is folded flat at their common side. Collective. @throws Error
+/// Refuses springs that have no length but rounding in the undeformed sheet: strains are shares of the length. Two
+/// cells have such a spring between them where the sheet is folded flat at their common side. Collective. @throws Error
 void require_lengths(const Sheet& sheet) {
   constexpr double least = 1e-6;  // of the colour's mean length
   constexpr PetscInt none = std::numeric_limits<PetscInt>::max();

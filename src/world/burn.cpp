@@ -303,9 +303,14 @@ double Burn::kinetic_energy(const State& state) const {
   return sum;
 }
 
-/// Of the springs of a sheet that is not elastic, as `dynamics` has left them. Collective. [N]
-Field Burn::spring_forces(const State& state) const {
-  Field forces(sheet_.particles, 3);
+/// Adds those of the springs of a sheet that is not elastic, as `dynamics` has left them. Collective.
+/// @param sum of the owned particles [N]
+void Burn::add_spring_forces(const State& state, Eigen::Matrix3Xd& sum) {
+  if (!spring_force_) {
+    spring_force_.emplace(sheet_.particles, 3);
+  }
+  Field& forces = *spring_force_;
+  forces.values().setZero();
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet_.of(colour);
     const std::vector<double>& pull = force_[static_cast<std::size_t>(colour)];
@@ -317,7 +322,7 @@ Field Burn::spring_forces(const State& state) const {
     }
   }
   forces.add_ghosts();
-  return forces;
+  sum += forces.values().leftCols(sheet_.particles.owned);
 }
 
 /// Of the step, by the forces with which it has ended. To be called before what gas does is known (end_gas).
@@ -326,26 +331,31 @@ void Burn::add_work(State& state) {
   const PetscInt owned = sheet_.particles.owned;
   const double h = moving_->h;
   const double phi = exact_share(fading_);
-  const Eigen::Matrix3Xd moved = (state.position.values() - start_.values()).leftCols(owned);
-  Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, owned);  // forces [N]
-  Eigen::VectorXd works = Eigen::VectorXd::Zero(kinds_of_work);
-  const auto add = [&](Work kind, const Eigen::Matrix3Xd& forces) {
-    of(works, kind) += forces.cwiseProduct(moved).sum();
-    all += forces;
+  Eigen::Matrix3Xd& moved = work_.moved;
+  Eigen::Matrix3Xd& forces = work_.forces;
+  Eigen::Matrix3Xd& all = work_.all;
+  Eigen::VectorXd& works = work_.works;
+  moved = (state.position.values() - start_.values()).leftCols(owned);
+  all.setZero(3, owned);
+  works.setZero(kinds_of_work);
+  const auto add = [&](Work kind, const Eigen::Matrix3Xd& added) {
+    of(works, kind) += added.cwiseProduct(moved).sum();
+    all += added;
   };
   const auto mass = [&](PetscInt i) { return phi * mass_[static_cast<std::size_t>(i)]; };
   const auto is_free = [&](PetscInt i) { return !held_[static_cast<std::size_t>(i)]; };
-  const auto by_particle = [owned](const auto& force) {
-    Eigen::Matrix3Xd forces(3, owned);
+  const auto by_particle = [&](const auto& force) -> const Eigen::Matrix3Xd& {
+    forces.resize(3, owned);
     for (PetscInt i = 0; i < owned; ++i) {
       forces.col(i) = force(i);
     }
     return forces;
   };
-  const auto of_potential = [&](const Potential& potential) {
-    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, owned);
-    potential.add_gradient(state.position, gradient);
-    return Eigen::Matrix3Xd(-gradient);
+  const auto of_potential = [&](const Potential& potential) -> const Eigen::Matrix3Xd& {
+    forces.setZero(3, owned);
+    potential.add_gradient(state.position, forces);
+    forces *= -1;
+    return forces;
   };
   add(Work::gravity, by_particle([&](PetscInt i) -> Eigen::Vector3d { return mass(i) * options_.force.gravity; }));
   if (fading_ > 0) {  // See move_freely.
@@ -388,7 +398,7 @@ void Burn::add_work(State& state) {
         all += of_potential(*contact_);
       }
     } else {
-      all += spring_forces(state).values().leftCols(owned);
+      add_spring_forces(state, all);
     }
     for (PetscInt i = 0; i < owned; ++i) {
       if (pins_.pinned()[static_cast<std::size_t>(i)]) {

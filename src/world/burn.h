@@ -191,7 +191,7 @@ class Burn {
   void begin_bodies(const State& state, double h);
   void ask_bodies(const State& state, DynamicsResult& result) const;
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
-  Field spring_forces(const State& state) const;
+  void add_spring_forces(const State& state, Eigen::Matrix3Xd& sum);
   double step_error(const State& state, double h) const;
   void look_at_contact(State& state, BurnStep& step) const;
   ElasticInput elastic_input(const State& state, double h) const;
@@ -231,17 +231,25 @@ class Burn {
   std::unique_ptr<Settling> settling_;      ///< if it does not touch others
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
-  Field start_;                           ///< positions at the beginning
-  Field end_;                             ///< of a sheet that gas pushes: where it has come to
-  Field start_velocity_;                  ///< velocities then [m/s]
-  Eigen::Matrix3Xd unconstrained_;        ///< positions without springs and bodies
-  std::optional<GasPush> push_;           ///< of a sheet that gas pushes
-  Eigen::Matrix3Xd free_position_;        ///< likewise: positions without springs, bodies and gas
-  Eigen::Matrix3Xd free_velocity_;        ///< velocities without them
-  std::vector<bool> held_;                ///< those that are pinned or have left
-  std::vector<double> mass_;              ///< that moves with them, as inertia: see move_freely [kg]
-  bool pins_move_ = false;                ///< some are led along paths
-  double fading_ = 0;                     ///< c h of velocities, see move_freely
+  Field start_;                     ///< positions at the beginning
+  Field end_;                       ///< of a sheet that gas pushes: where it has come to
+  Field start_velocity_;            ///< velocities then [m/s]
+  Eigen::Matrix3Xd unconstrained_;  ///< positions without springs and bodies
+  std::optional<GasPush> push_;     ///< of a sheet that gas pushes
+  Eigen::Matrix3Xd free_position_;  ///< likewise: positions without springs, bodies and gas
+  Eigen::Matrix3Xd free_velocity_;  ///< velocities without them
+  std::vector<bool> held_;          ///< those that are pinned or have left
+  std::vector<double> mass_;        ///< that moves with them, as inertia: see move_freely [kg]
+  bool pins_move_ = false;          ///< some are led along paths
+  double fading_ = 0;               ///< c h of velocities, see move_freely
+  /// What add_work uses, kept so that a step allocates nothing; of the owned particles.
+  struct {
+    Eigen::Matrix3Xd moved;   ///< in the step [m]
+    Eigen::Matrix3Xd forces;  ///< of one kind [N]
+    Eigen::Matrix3Xd all;     ///< their sum [N]
+    Eigen::VectorXd works;    ///< on this rank, then on all [J]
+  } work_;
+  std::optional<Field> spring_force_;     ///< see add_spring_forces; where pins move
   Eigen::Matrix3Xd lift_;                 ///< forces of the weights of gas and air, and of jets, if there are any [N]
   double size_ = 0;                       ///< square root of its undeformed area, with time.tolerance [m]
   double usual_stiffness_ = 0;            ///< of contact in steps of the deck's length [Pa/m]

@@ -186,7 +186,8 @@ void require_error_estimate(const Options& options) {
   }
 }
 
-/// Refuses a threshold below which a projection would leave the sheet as it is. Collective.
+/// Refuses a threshold below which a projection would leave the sheet as it is, unless a limit of the strain bounds
+/// that. Collective.
 void require_threshold(const Sheet& sheet, const Options& options) {
   constexpr double most = 0.01;
   double squares = 0;  // of the lengths
@@ -195,9 +196,11 @@ void require_threshold(const Sheet& sheet, const Options& options) {
     squares = std::inner_product(springs.initial_length.begin(), end, springs.initial_length.begin(), squares);
   }
   MPI_Allreduce(MPI_IN_PLACE, &squares, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
-  if (options.dynamics == Dynamics::projection && options.project.threshold > most * std::sqrt(squares)) {
+  if (options.dynamics == Dynamics::projection && !options.project.strain_limit &&
+      options.project.threshold > most * std::sqrt(squares)) {
     throw Error("project.threshold: " + number_text(options.project.threshold) + " m, expected at most " +
-                number_text(most * std::sqrt(squares)) + " m, a hundredth of the norm of all springs' lengths");
+                number_text(most * std::sqrt(squares)) +
+                " m, a hundredth of the norm of all springs' lengths, or project.strain_limit");
   }
 }
 

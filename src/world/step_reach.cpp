@@ -23,7 +23,8 @@ double way(const Rows& path, const Eigen::Vector3d& velocity, double from, doubl
 /// in a step, both [m]. Collective.
 std::array<double, 2> size_and_way(const Options& options, const Surface& surface, const ObjectState& state, double h) {
   constexpr double none = -std::numeric_limits<double>::max();
-  std::array<double, 7> largest{none, none, none, none, none, none, 0};  // the box's upper and negative lower ends; a way
+  std::array<double, 7> largest{none, none, none, none,
+                                none, none, 0};  // the box's upper and negative lower ends; a way
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const auto k = static_cast<std::size_t>(axis);
@@ -69,12 +70,13 @@ std::string beyond_reach(const Options& options, const Surface& surface, const O
   for (const auto& [name, body] : options.bodies) {
     const double turn = way(body.rotation, body.angular_velocity, from, to);
     if (words.empty() && !(turn <= pi)) {
-      words = "bodies." + name + " would turn by " + number_text(turn) + " rad in the step, expected at most half a turn";
+      words =
+          "bodies." + name + " would turn by " + number_text(turn) + " rad in the step, expected at most half a turn";
     }
   }
   if (words.empty() && options.force.air.density > 0 && !options.force.air.wind.velocity.empty()) {
-    words = too_far("the air of force.wind.velocity",
-                    h * place_on_key_points(options.force.air.wind.velocity, to).norm());
+    words =
+        too_far("the air of force.wind.velocity", h * place_on_key_points(options.force.air.wind.velocity, to).norm());
   }
   return words;
 }

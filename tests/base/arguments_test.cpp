@@ -264,8 +264,9 @@ TEST(Arguments, TheEnvironmentLiesBetweenDecksAndCommandLine) {
     const std::string no_name(300, 'x');  // too long for a folder, so that nothing is known of a file in it
     const Environment home_folder("HOME", no_name);
     EXPECT_EQ(SampleOptions().command_line_error({deck.path()}),
-              no_name + "/.petscrc: cannot be looked for: File name too long; expected a folder that can be read, or "
-                        "-skip_petscrc");
+              no_name +
+                  "/.petscrc: cannot be looked for: File name too long; expected a folder that can be read, or "
+                  "-skip_petscrc");
     EXPECT_EQ(SampleOptions().command_line_error({deck.path(), "-skip_petscrc"}), "");
   }
   {

@@ -173,11 +173,11 @@ TEST_F(BadInputTest, ASurfaceThatStartsInABody) {
   expect_refused(sheet + Arguments{"-bodies_iron_point", "0,0,-0.01", "-bodies_iron_margin", "0.03"},
                  {"body iron: 41 of 41 vertices", "the deepest by 0.02 m"}, one_rank);
   const std::string needle = "{shape: capsule, radius: 2 mm, length: 0.3, centre: [0.05, 0.03, 0]}";
-  expect_deck_refused("mesh: {size: [1, 1]}\nbodies: {iron: " + needle + "}\n", {"body iron: 1 of 64 triangles lie inside"},
-                      one_rank);
-  expect_refused({write("needle.yaml",
-                        "chain: inflate\nmesh: {shape: icosphere, level: 1}\nbodies: {iron: " + needle + "}\n")},
-                 {"body iron: 2 of 80 triangles lie inside it"}, one_rank);
+  expect_deck_refused("mesh: {size: [1, 1]}\nbodies: {iron: " + needle + "}\n",
+                      {"body iron: 1 of 64 triangles lie inside"}, one_rank);
+  expect_refused(
+      {write("needle.yaml", "chain: inflate\nmesh: {shape: icosphere, level: 1}\nbodies: {iron: " + needle + "}\n")},
+      {"body iron: 2 of 80 triangles lie inside it"}, one_rank);
   succeed(1, sheet + Arguments{"-bodies_iron_point", "0,0,-0.5", "-time_max_steps", "1"});
 }
 
@@ -209,8 +209,9 @@ TEST_F(BadInputTest, ASheetThatIsFoldedFlat) {
         "OFF\n6 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 0\n0 1 0\n"
         "4 0 1 2 3\n4 2 1 4 5\n");
   const std::string deck = write("mesh.yaml", "mesh: {file: folded.off, merge: false}\ntime: {max_steps: 1}\n");
-  const std::vector<std::string> words{"mesh: the middle of cell 0 and the middle of cell 1 (numbers from 0) lie at one",
-                                       "expected less than 180 degrees between neighbouring cells"};
+  const std::vector<std::string> words{
+      "mesh: the middle of cell 0 and the middle of cell 1 (numbers from 0) lie at one",
+      "expected less than 180 degrees between neighbouring cells"};
   expect_refused({deck}, words);
   expect_refused({deck, "-dynamics", "projection", "-sheet_thickness", "0"}, words, one_rank);
   // With a distance between the layers each spring has a length.

@@ -122,7 +122,7 @@ TEST_F(BalloonInputTest, Chambers) {
   expect_refused(link("from: air, area: 1 cm^2, flow: [[0, 1]]"), {"gas_network.links.tube", "both area and flow"});
   expect_refused(link("to: air, flow: [[0, -1]]"), {"gas_network.links.tube.flow", "-1", "at least 0"});
   expect_refused(link("area: 1 cm^2"), {"gas_network.links.tube", "from and to are the same"});
-  expect_refused(link("from: air, area: 1 cm^2, opens: [[0, 2]]"), {"gas_network.links.tube.opens", "at most 1"});
+  expect_refused(link("from: air, area: 1 cm^2, opens: [[0, 2]]"), {"gas_network.links.tube.opens", "0 to 1"});
   expect_refused(link("from: air, area: 1 cm^2", "relative, pressure: [[0, 1]]"),
                  {"gas_network.links.tube.from", "relative", "isothermal or adiabatic"});
   expect_refused(link("from: air, area: 1 cm^2", "isothermal, amount: [[0, 1], [1, 2]]"),
@@ -200,14 +200,14 @@ TEST_F(BalloonInputTest, StepsAndSolvers) {
                  several_ranks);
   expect_refused(sphere + gas + "prism: {newton: never}\n", {"prism.newton", "never", "fixed"});
   expect_refused(sphere + gas + "prism: {snes_max_it: -1}\n", {"prism.snes_max_it", "at least 0"});
-  expect_refused(sphere + gas + "prism: {snes_rtol: 2}\n", {"prism.snes_rtol", "2", "0 to 1"});
+  expect_refused(sphere + gas + "prism: {snes_rtol: 2}\n", {"prism.snes_rtol", "2", "at most 0.1"});
   expect_refused(sphere + gas + "prism: {ksp_rtol: 0}\n", {"prism.ksp_rtol", "more than 0"});
   expect_refused(sphere + gas + "prism: {mat_type: dense}\n", {"prism.mat_type", "dense", "baij"});
   expect_refused(sphere + gas + "prism: {mass_damping: -1}\n", {"prism.mass_damping", "-1", "at least 0"});
   expect_refused(sphere + gas + "prism: {stiffness_damping: 1 m}\n", {"prism.stiffness_damping", "1 m", "wrong dim"});
   expect_refused(sphere + gas + "volume: {rule: area}\n", {"volume.rule", "area", "mass"});
-  expect_refused(sphere + gas + "volume: {tolerance: 0}\n", {"volume.tolerance", "1e-13 to 1"});
-  expect_refused(sphere + gas + "time: {tolerance: -1}\n", {"time.tolerance", "-1", "at least 0"});
+  expect_refused(sphere + gas + "volume: {tolerance: 0}\n", {"volume.tolerance", "1e-13 to 0.1"});
+  expect_refused(sphere + gas + "time: {tolerance: -1}\n", {"time.tolerance", "-1", "0 to 1"});
   expect_refused(sphere + gas + "output: {fields: [temperature]}\n",
                  {"output.fields", "temperature", "velocity, thickness"}, several_ranks);
 }

@@ -235,24 +235,26 @@ TEST_F(WorldTest, NamesThatWouldShareAFileAreRefused) {
   const std::string balls = "{heat: {sources: {flame: {centre: [0, 0, 9]}, b_flame: {centre: [0, 0, 9]}}}}";
   const std::vector<std::array<std::string, 3>> collisions{
       {"objects: {bodies_b: {}, other: {}}\nbodies: {b" + at_rest + "}\n", "objects.bodies_b and bodies.b",
-       "names_bodies_b_000000.pvtp"},
+       "file names_bodies_b_000000.pvtp"},
       {"objects: {a: " + balls + ", a_b: " + balls + "}\n",
-       "objects.a.heat.sources.b_flame and objects.a_b.heat.sources.flame", "names_bodies_heat_a_b_flame_000000.pvtp"},
+       "objects.a.heat.sources.b_flame and objects.a_b.heat.sources.flame",
+       "file names_bodies_heat_a_b_flame_000000.pvtp"},
       {"heat: {sources: {flame: {centre: [0, 0, 9]}}}\nbodies: {heat_flame" + at_rest + "}\n",
-       "bodies.heat_flame and heat.sources.flame", "names_bodies_heat_flame_000000.pvtp"},
+       "bodies.heat_flame and heat.sources.flame", "file names_bodies_heat_flame_000000.pvtp"},
       {"objects: {springs_a: {}, a: {}}\noutput: {springs: true}\n", "objects.springs_a and objects.a",
-       "names_springs_a_000000.pvtp"},
-      {"objects: {failed_a: {}, a: {}}\n", "objects.failed_a and objects.a", "names_failed_a_000000.pvtp"},
+       "file names_springs_a_000000.pvtp"},
+      {"objects: {failed_a: {}, a: {}}\n", "objects.failed_a and objects.a", "file names_failed_a_000000.pvtp"},
       {"objects: {Sheet: {}, sheet: {}}\n", "objects.Sheet and objects.sheet",
-       "pieces_sheet.csv (or pieces_Sheet.csv, which differs by upper and lower case alone)"},
-      {"bodies: {b" + at_rest + ", B" + at_rest + "}\n", "bodies.B and bodies.b", "names_bodies_b_000000.pvtp"},
+       "file pieces_sheet.csv (or pieces_Sheet.csv, which differs by upper and lower case alone)"},
+      {"bodies: {b" + at_rest + ", B" + at_rest + "}\n", "bodies.B and bodies.b",
+       "column force_b_x (or force_B_x, which differs by upper and lower case alone)"},
   };
-  for (const auto& [names, owners, file] : collisions) {
+  for (const auto& [names, owners, name] : collisions) {
     for (const int ranks : names.find("bodies_b") != std::string::npos ? std::vector{1, 2} : one_rank) {
       const CommandResult result = run(ranks, names);
       EXPECT_EQ(result.exit_code, 1) << result;
       ASSERT_EQ(result.error_lines().size(), 1U) << result;
-      EXPECT_NE(result.errors.find(owners + " both name the file " + file), std::string::npos) << result;
+      EXPECT_NE(result.errors.find(owners + " both name the " + name), std::string::npos) << result;
       EXPECT_FALSE(fs::exists(at("out"))) << result;
     }
   }
@@ -270,7 +272,7 @@ TEST_F(WorldTest, NamesThatWouldShareAFileAreRefused) {
 TEST_F(WorldTest, AColumnHasOneMeaning) {
   const std::string deck = write("balls.yaml",
                                  "chain: inflate\ntime: {max_steps: 1}\nmesh: {file: balls.obj}\n"
-                                 "chambers: {ratio: {vertex: 0, law: relative}, other: {law: relative}}\n");
+                                 "chambers: {ratio: {vertex: 0, pressure: [[0, 10]]}, other: {pressure: [[0, 10]]}}\n");
   const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\nf 5 7 6\nf 5 6 8\nf 6 7 8\nf 5 8 7\n";
   write("balls.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 2 0 0\nv 3 0 0\nv 2 1 0\nv 2 0 1\n" + faces);
   const CommandResult result = pellicle(1, {deck, "-output_directory", "out"});

@@ -167,8 +167,7 @@ TEST(Ksp, a_relative_tolerance_that_is_none_is_refused) {
     }
     return "";
   };
-  EXPECT_EQ(said("0.5", 0.1),
-            "-chain_ksp_rtol 0.5: leaves too much of the system unsolved, expected at most 0.1");
+  EXPECT_EQ(said("0.5", 0.1), "-chain_ksp_rtol 0.5: leaves too much of the system unsolved, expected at most 0.1");
   EXPECT_EQ(said("0.1", 0.1), "");
   EXPECT_EQ(said("0.9", 1), "");
   for (const char* rtol : {"1", "nan", "-1"}) {

@@ -1,9 +1,9 @@
 """That the site which tools/docs has made works in a browser: site_in_browser.py SITE_FOLDER
 
-Starts Debian's chromium without a window. Opens every page of the site from the disk; searches, and follows the first
-hit, from the disk and from a server of this machine. A fault is a file that is not there, an error of a script, a picture
-that is not shown, a table whose cells have no padding, or a search that does not find. Ends with 77 where chromium is not
-installed.
+Starts Debian's chromium without a window. Opens every page of the site from the disk; searches, and follows the
+first hit, from the disk and from a server of this machine. A fault is a file that is not there, an error of a script,
+a picture that is not shown, a table whose cells have no padding, or a search that does not find. Ends with 77 where
+chromium is not installed.
 """
 
 import contextlib

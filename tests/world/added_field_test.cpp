@@ -107,7 +107,10 @@ TEST_F(AddedField, IsInACheckpointAndComparedWithIt) {
     file.close();
   }
   const Hdf5File file(PETSC_COMM_WORLD, folder_ / "state.h5", Hdf5File::Mode::read);
-  BurnRun again(file, options_, {run_folder_.output, console_, run_.clock(), ""});
+  OutputOptions elsewhere = options_.output;
+  elsewhere.directory = folder_ / "again";
+  RunFolder other(elsewhere);
+  BurnRun again(file, options_, {other.output, console_, run_.clock(), ""});
   expect_there(again);
   for (const auto& [name, difference] : differences(run_.object().state(), again.state())) {
     EXPECT_EQ(difference, 0) << name;

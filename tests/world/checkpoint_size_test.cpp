@@ -64,7 +64,10 @@ TEST(CheckpointSize, IsLittleMoreThanTheFieldsAndASheetThatHasBurntIsWhole) {
   EXPECT_LT(static_cast<double>(std::filesystem::file_size(path)), 1.3 * bytes);
 
   const Hdf5File file(PETSC_COMM_WORLD, path, Hdf5File::Mode::read);
-  BurnRun again(file, options, {run_folder.output, console, run.clock(), ""});
+  OutputOptions elsewhere = options.output;
+  elsewhere.directory = folder / "again";
+  RunFolder other(elsewhere);
+  BurnRun again(file, options, {other.output, console, run.clock(), ""});
   EXPECT_EQ(again.sheet().persistent_id, sheet.persistent_id);
   EXPECT_EQ(again.sheet().cells, sheet.cells);
   EXPECT_EQ(again.sheet().rest, sheet.rest);

@@ -52,11 +52,11 @@ std::deque<ObjectOptions> sheet_and_balloon(const std::string& directory) {
 struct Scene {
   explicit Scene(const std::string& directory) : objects(sheet_and_balloon(directory)) {}
 
-  World::Member member(std::size_t object) {
+  World::Member member(std::size_t object, OutputFolder& where) {
     const Options& options = objects[object].options;
     World::Member member{objects[object].name, object == 0 ? clock_of<BurnRun>(options) : clock_of<InflateRun>(options),
                          nullptr};
-    const ObjectOutput output{folder.output, console, *member.clock, member.name};
+    const ObjectOutput output{where, console, *member.clock, member.name};
     if (object == 0) {
       member.object =
           std::make_unique<BurnRun>(make_sheet(PETSC_COMM_WORLD, grid_mesh(7, 1, 0.1), options.sheet), options, output);
@@ -67,6 +67,10 @@ struct Scene {
     return member;
   }
 
+  static OutputOptions elsewhere(OutputOptions output) {
+    output.directory += "_other";
+    return output;
+  }
   static std::vector<World::Member> list(World::Member first, World::Member second) {
     std::vector<World::Member> members;
     members.push_back(std::move(first));
@@ -74,8 +78,9 @@ struct Scene {
     return members;
   }
 
+  /// In a folder of its own.
   World world_of(World::Member first, World::Member second) {
-    return {folder.output, objects.front().options.output, list(std::move(first), std::move(second))};
+    return {other_folder.output, objects.front().options.output, list(std::move(first), std::move(second))};
   }
   /// Steps of length h to the end.
   void run(World& other) {
@@ -88,7 +93,8 @@ struct Scene {
   std::ostringstream said;
   Console console{PETSC_COMM_WORLD, 0, said, false};
   RunFolder folder{objects.front().options.output};
-  World world = world_of(member(0), member(1));
+  RunFolder other_folder{elsewhere(objects.front().options.output)};
+  World world{folder.output, objects.front().options.output, list(member(0, folder.output), member(1, folder.output))};
 };
 
 /// A step of the world, which must succeed, with its frame and rows.
@@ -245,28 +251,30 @@ TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
   Scene scene(folder / "out");
   OutputOptions output = scene.objects.front().options.output;
   output.fields = {"temperature", "thickness"};  // of the sheet, and of the balloon
+  output.directory = folder / "chosen";
   {
-    World world(scene.folder.output, output, Scene::list(scene.member(0), scene.member(1)));
+    RunFolder chosen(output);
+    World world(chosen.output, output, Scene::list(scene.member(0, chosen.output), scene.member(1, chosen.output)));
     world.draw();
     world.record(0, 0);
   }
   MPI_Barrier(MPI_COMM_WORLD);
   if (folder.rank() == 0) {
-    const auto sheet = read_pvd(folder / "out/both.pvd", "sheet");
-    const auto balloon = read_pvd(folder / "out/both.pvd", "balloon");
+    const auto sheet = read_pvd(folder / "chosen/both.pvd", "sheet");
+    const auto balloon = read_pvd(folder / "chosen/both.pvd", "balloon");
     ASSERT_EQ(sheet.size(), 1U);
     ASSERT_EQ(balloon.size(), 1U);
     EXPECT_EQ(sheet[0].second.filename(), "both_sheet_000000.pvtp");
     EXPECT_EQ(read_frame(0, sheet[0].second).point_fields.count("temperature"), 1U);
     EXPECT_EQ(read_frame(0, sheet[0].second).cell_fields.count("burn_time"), 0U);
     EXPECT_EQ(read_frame(0, balloon[0].second).cell_fields.count("thickness"), 1U);
-    EXPECT_EQ(read_csv(folder / "out/history_sheet.csv").at("step").size(), 1U);
-    EXPECT_EQ(read_csv(folder / "out/history_balloon.csv").at("step").size(), 1U);
+    EXPECT_EQ(read_csv(folder / "chosen/history_sheet.csv").at("step").size(), 1U);
+    EXPECT_EQ(read_csv(folder / "chosen/history_balloon.csv").at("step").size(), 1U);
   }
   output.fields = {"temperature", "stres"};
   output.directory = folder / "other";
   RunFolder other(output);
-  World world(other.output, output, Scene::list(scene.member(0), scene.member(1)));
+  World world(other.output, output, Scene::list(scene.member(0, other.output), scene.member(1, other.output)));
   std::string fault;
   try {
     world.draw();
