@@ -156,13 +156,12 @@ void Hdf5File::agree(bool succeeded, const std::string& what) const {
 
 /// Refuses what would make the file larger than files may be: HDF5 could not close it, and would end the process when
 /// it closes what is left open. Collective. @param bytes of a table to be written
-void Hdf5File::require_room(long long bytes) const {
-  constexpr rlim_t of_structure = 65536;  // at most, of what describes the tables
+void Hdf5File::require_room(long long bytes) {
+  constexpr long long of_structure = 2048;  // at most, of what describes a table
   rlimit limit{};
-  hsize_t size = 0;
-  const bool is_known = getrlimit(RLIMIT_FSIZE, &limit) == 0 && H5Fget_filesize(file_, &size) >= 0;
-  const bool fits = !is_known || limit.rlim_cur == RLIM_INFINITY ||
-                    size + static_cast<rlim_t>(bytes) + of_structure <= limit.rlim_cur;
+  written_ += bytes + of_structure;
+  const bool fits = getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+                    static_cast<rlim_t>(written_) <= limit.rlim_cur;
   agree(fits, "cannot be written: it would be larger than a file may be here, see ulimit -f");
 }
 

@@ -68,7 +68,7 @@ class Hdf5File {
   static long long first_of_share(long long rows, int rank, int ranks) { return rows * rank / ranks; }
 
  private:
-  void require_room(long long bytes) const;
+  void require_room(long long bytes);
   void write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
                    std::size_t number_size);
   void read_bytes(const std::string& name, long long type, void* rows, long long first, long long own_rows, int columns,
@@ -82,6 +82,7 @@ class Hdf5File {
   int rank_ = 0;
   int ranks_ = 1;
   long long file_ = -1;
+  long long written_ = 0;  ///< bytes that the tables written so far take at most
 };
 
 /// CRC-32 of a file's first bytes, read by all ranks together. Collective. @throws Error, on all ranks

@@ -112,25 +112,6 @@ TEST_F(FaultsTest, NobodyReadsWhatRanksPrint) {
   EXPECT_EQ(expect_last_state(), last + 1);
 }
 
-// On one rank: with more of them Open MPI itself has files that are larger.
-TEST_F(FaultsTest, AFileOfTheLargestSizeEndsARunByOneLine) {
-  const Arguments scene = endless() + Arguments{"-output_interval_steps", "1"};
-  succeed(1, scene + Arguments{"-time_max_steps", "2"});
-  const auto size = std::filesystem::file_size(checkpoints_of(folder() / "out").back());
-  std::string line = "ulimit -f " + std::to_string((size + 32768) / 512) + "; exec";
-  for (const std::string& word : command(1, scene + Arguments{"-restart", "out", "-time_max_steps", "4"})) {
-    line += " '" + word + "'";
-  }
-  const CommandResult result = run_command({"sh", "-c", line});
-  EXPECT_EQ(result.exit_code, 1) << result;
-  ASSERT_EQ(result.error_lines().size(), 1U) << result;
-  const std::string said = result.error_lines().front();
-  EXPECT_EQ(said.find("pellicle: out/run.part/checkpoint_000004.h5: cannot be written: "), 0U) << said;
-  EXPECT_NE(said.find("the checkpoint before it is out/checkpoint_000002.h5"), std::string::npos) << said;
-  succeed(2, scene + Arguments{"-restart", "out", "-time_max_steps", "4"});
-  expect_whole_output(folder() / "out", "scene", 4);
-}
-
 TEST_F(FaultsTest, ASignalBeforeTheFirstStep) {
   const std::filesystem::path deck = folder() / "slow.yaml";
   ASSERT_EQ(mkfifo(deck.c_str(), 0600), 0);
@@ -243,6 +224,26 @@ heat:
     spot: {shape: ball, centre: [-0.3, 0, 0], radius: 0.3 m, temperature: 1000 K, rate: 100}
 output: {directory: out, name: scene, monitor: 1}
 )";
+
+// On one rank: with more of them Open MPI itself has files that are larger.
+TEST_F(FaultsTest, AFileOfTheLargestSizeEndsARunByOneLine) {
+  // So many cells that a checkpoint is larger than a frame of the hot ball.
+  const Arguments scene{write("sheet.yaml", hanging_sheet), "-mesh_cells", "24,24"};
+  succeed(1, scene);
+  const auto size = std::filesystem::file_size(checkpoints_of(folder() / "out").back());
+  std::string line = "ulimit -f " + std::to_string(size / 512) + "; exec";
+  for (const std::string& word : command(1, scene + Arguments{"-restart", "out", "-time_max_steps", "4"})) {
+    line += " '" + word + "'";
+  }
+  const CommandResult result = run_command({"sh", "-c", line});
+  EXPECT_EQ(result.exit_code, 1) << result;
+  ASSERT_EQ(result.error_lines().size(), 1U) << result;
+  const std::string said = result.error_lines().front();
+  EXPECT_EQ(said.find("pellicle: out/run.part/checkpoint_000004.h5: cannot be written: "), 0U) << said;
+  EXPECT_NE(said.find("the checkpoint before it is out/checkpoint_000002.h5"), std::string::npos) << said;
+  succeed(2, scene + Arguments{"-restart", "out", "-time_max_steps", "4"});
+  expect_whole_output(folder() / "out", "scene", 4);
+}
 
 /// Signals within a step that would never end.
 class EndlessStepTest : public ProgramTest {
