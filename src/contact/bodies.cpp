@@ -230,7 +230,7 @@ std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<
       char text[200];
       std::snprintf(text, sizeof text, " is entered by %.2e m, expected at most %.2e m, a tenth of contact.thickness",
                     -loads[b].gap, tolerance);
-      return "body " + bodies[b].name + text;
+      return "bodies." + bodies[b].name + text;
     }
   }
   return "";
@@ -269,7 +269,7 @@ std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt al
   char text[100];
   std::snprintf(text, sizeof text, " lie inside it where the step starts, the deepest by %.3g m, expected none",
                 inside.deepest);
-  return "body " + body.name + ": " + std::to_string(inside.count) + " of " + std::to_string(all) + " " + what + text;
+  return "bodies." + body.name + ": " + std::to_string(inside.count) + " of " + std::to_string(all) + " " + what + text;
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
 }
 
 const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& living) {
-  if (living.triangles == living_before_ && living.cracked == cracked_before_) {
+  if (living.triangles == living_before_ && living.cracked == cracked_before_) {  // They decide which springs live.
     return stiffness_;
   }
   living_before_ = living.triangles;
@@ -148,7 +148,7 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       double& stiffness = stiffness_[index][s];
       stiffness = 0;
-      if (per_area_[index][s] == 0) {
+      if (per_area_[index][s] == 0 || !living.springs[index][s]) {
         continue;
       }
       const auto& triangles = set.triangles[s];

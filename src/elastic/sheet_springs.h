@@ -45,8 +45,8 @@ Weave weave_of(const Sheet& sheet, const Eigen::Vector3d& warp_direction);
 /// no stiffness in whole cells, where they would resist a fold along the other diagonal; in a cell that has lost a part
 /// they hold the corners that nothing else holds.
 ///
-/// Springs have the stiffness of their living triangles. Those of other ranks that end at no particle of this one have
-/// none.
+/// Living springs have the stiffness of their living triangles, dead ones none. Those of other ranks that end at no
+/// particle of this one have none.
 class SheetSprings {
  public:
   /// The sheet must outlive it.

@@ -110,7 +110,7 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
   }
   MPI_Allreduce(MPI_IN_PLACE, &piece, 1, MPI_INT, MPI_MAX, surface.comm());
   if (piece < 0) {
-    throw Error(chamber + ".vertex: " + std::to_string(vertex) + " is no vertex of the mesh");
+    throw Error(chamber + ".vertex: " + std::to_string(vertex) + " is no vertex of the mesh, expected the number of one");
   }
   return piece;
 }
@@ -433,7 +433,7 @@ void Chambers::join() {
                   ", expected isothermal or adiabatic, by which it has an amount of gas");
     }
     if (self.options.amount.size() > 1) {
-      throw Error(key + ": the amount in chamber " + self.name + " is given in " +
+      throw Error(key + ": the amount of chambers." + self.name + " is given in " +
                   std::to_string(self.options.amount.size()) +
                   " key points, expected one, the amount at first: links change it");
     }

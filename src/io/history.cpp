@@ -3,11 +3,13 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 #include <utility>
 
 #include "base/error.h"
+#include "base/units.h"
 #include "io/distinct_names.h"
 
 namespace pellicle {
@@ -43,11 +45,12 @@ void keep_tables(OutputFolder& folder, const Hdf5File& checkpoint) {
 }
 
 History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const std::string& owner)
-    : folder_(folder), name_(std::move(name)), columns_(columns.size()) {
+    : folder_(folder), name_(std::move(name)) {
   folder_.reserve(name_, owner);
   DistinctNames distinct("column", " of " + name_);
   for (const Column& column : columns) {
     distinct.add(column.name, column.owner);
+    columns_.push_back(column.name);
     names_ += (names_.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
   }
   names_ += "\n";
@@ -91,12 +94,17 @@ void History::save(Hdf5File& checkpoint) const {
 }
 
 void History::add(const std::vector<double>& values) {
-  if (values.size() != columns_) {
+  if (values.size() != columns_.size()) {
     throw std::logic_error(name_ + ": a row of " + std::to_string(values.size()) + " values for " +
-                           std::to_string(columns_) + " columns");
+                           std::to_string(columns_.size()) + " columns");
   }
   start();
   on_root(folder_.comm(), [&] {
+    const auto odd = std::find_if_not(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+    if (odd != values.end()) {
+      throw Error(name_ + ": " + columns_[static_cast<std::size_t>(odd - values.begin())] + " is " + number_text(*odd) +
+                  ", expected a finite number: some option is beyond what can be computed with");
+    }
     std::string line;
     for (const double value : values) {
       char text[32];

@@ -157,6 +157,10 @@ Blobs::Blobs(const std::map<std::string, BlobOptions>& options) {
   for (const auto& [name, given] : options) {
     require_valid("mesh.blobs." + name, given);
     Solid solid{name, given, rotation_of(given).transpose(), distance_function(given), width_of_blend * given.blend};
+    if (const double least = 1e-6 * solid.reach(); given.blend < least) {
+      refuse("mesh.blobs." + name + ".blend", given.blend,
+             "at least " + number_text(least) + ", a millionth of its size");
+    }
     (given.operation == BlobOperation::add ? added_ : subtracted_).push_back(solid);
   }
   if (added_.empty()) {

@@ -62,8 +62,8 @@ void require_stable(const Material& material, const std::string& key) {
   if (!(shear > 0)) {
     throw Error(key + shear_key + ": the shear modulus of the undeformed material is " + number_text(shear) +
                 " Pa, expected more than 0" +
-                (material.law == Material::Law::ogden           ? " (half the sum of mu alpha)"
-                 : material.law == Material::Law::mooney_rivlin ? " (2 c1 + 2 c2)"
+                (material.law == Material::Law::ogden ? " (half the sum of mu alpha, see " + key + "ogden_alpha)"
+                 : material.law == Material::Law::mooney_rivlin ? std::string(" (2 c1 + 2 c2)")
                                                                 : ""));
   }
   if (!(3 * first + 2 * shear > 0)) {

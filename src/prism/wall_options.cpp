@@ -30,6 +30,7 @@ struct LawConditions {
 template <class Law, class Number>
 void describe_material(OptionTable& table, const std::string& prefix, MaterialOptions<Law, Number>& material,
                        const LawConditions& laws, const std::function<bool()>& keeps_volume) {
+  constexpr double stiffest = 1e13;  // [Pa], more than that of diamond
   const Condition has_shear_modulus = laws.of({Material::Law::st_venant_kirchhoff, Material::Law::neo_hookean});
   const Condition without_young{"no " + prefix + "young_modulus",
                                 [&material] { return !material.young_modulus.has_value(); }};
@@ -39,6 +40,7 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
   table.add(prefix + "mu", material.mu)
       .unit("Pa")
       .more_than(0)
+      .at_most(stiffest)
       .acts_with(has_shear_modulus)
       .acts_with(without_young)
       .help("shear modulus")
@@ -56,16 +58,17 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
       .source("balloon paper, eq. 6; docs/theory.md: parameters");
   table.add(prefix + "c1", material.c1)
       .unit("Pa")
-      .at_least(0)
+      .range(0, stiffest)
       .acts_with(laws.of({Material::Law::mooney_rivlin}))
       .help("first constant");
   table.add(prefix + "c2", material.c2)
       .unit("Pa")
-      .at_least(0)
+      .range(0, stiffest)
       .acts_with(laws.of({Material::Law::mooney_rivlin}))
       .help("second constant");
   table.add(prefix + "ogden_mu", material.ogden_mu)
       .unit("Pa")
+      .range(-stiffest, stiffest)
       .acts_with(laws.of({Material::Law::ogden}))
       .help("moduli of the terms, any number of terms")
       .source("Ogden's rubber");
@@ -76,6 +79,7 @@ void describe_material(OptionTable& table, const std::string& prefix, MaterialOp
   table.add(prefix + "young_modulus", material.young_modulus)
       .unit("Pa")
       .more_than(0)
+      .at_most(stiffest)
       .acts_with(has_shear_modulus)
       .help("with poisson_ratio, in place of mu and lambda");
   table.add(prefix + "poisson_ratio", material.poisson_ratio)

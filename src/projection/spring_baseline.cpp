@@ -46,7 +46,7 @@ void describe(OptionTable& table, SpringOptions& options) {
       .range(1, 100)
       .help("linear solves a time step, at most; one is the usual linearised backward Euler");
   table.add("spring.newton_tolerance", options.newton_tolerance)
-      .range(0, 1)
+      .range(1e-14, 0.1)
       .help("largest update at which Newton's method ends, as a share of the mean spring length");
   table.add_solver_prefix("spring_");
 }

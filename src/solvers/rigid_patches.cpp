@@ -111,7 +111,8 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
                            int patch_size)
     : solver_(solver), tangent_(tangent) {
   const Layout& vertices = tangent.vertices();
-  const int count = (static_cast<int>(vertices.owned) + patch_size - 1) / patch_size;
+  const auto owned = static_cast<int>(vertices.owned);
+  const int count = owned / patch_size + (owned % patch_size > 0 ? 1 : 0);
   std::vector<int> patch;
   together(vertices.comm, [&] { patch = split_in_patches(vertex_graph(vertices.owned, triangles), count); });
   first_patch_ = number_owned(vertices.comm, count).first;

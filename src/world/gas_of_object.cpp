@@ -203,9 +203,12 @@ std::string torn_open(const Chambers& chambers, const Surface& surface, const Fi
   if (id == HUGE_VAL) {
     return "";
   }
+  // A coordinate that is rounding is 0, so that the words do not depend on the ranks.
+  const double rounding = 1e-9 * std::hypot(x, y, z);
+  const auto shown = [rounding](double coordinate) { return std::abs(coordinate) < rounding ? 0.0 : coordinate; };
   char text[160];
   std::snprintf(text, sizeof text, " is open: it has torn at vertex %d at (%.4g, %.4g, %.4g) m", static_cast<int>(id),
-                x, y, z);
+                shown(x), shown(y), shown(z));
   return "chamber " + chambers.name(static_cast<int>(chamber)) + text;
 }
 

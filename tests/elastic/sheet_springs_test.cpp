@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -85,6 +86,32 @@ TEST(SheetSpringsTest, textures_and_directions_change_what_they_should) {
     const double k = along_y[static_cast<std::size_t>(Colour::green)][s];
     EXPECT_NEAR(k, is_warp ? 500 : 4.5, is_warp ? 1 : 0.1);
     EXPECT_NEAR(softer[static_cast<std::size_t>(Colour::green)][s], k / 2, 1e-12 * k);
+  }
+}
+
+TEST(SheetSpringsTest, dead_springs_have_none_though_a_triangle_lives) {
+  const Sheet sheet = sheet_of(1, 0);
+  Stiffness stiffness;
+  stiffness.tensile = {900, 700};
+  stiffness.shear = 250;
+  Living living(sheet);
+  // Of each cell one triangle is left, so that some springs hold corners without a surface.
+  for (std::size_t t = 0; t < living.triangles.size(); ++t) {
+    living.triangles[t] = t % 4 == 0;
+  }
+  const auto stiff = [&](Colour colour) {
+    const std::vector<double> springs =
+        SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitX()), MaterialFactors())
+            .stiffness(living)[static_cast<std::size_t>(colour)];
+    const auto owned = static_cast<std::size_t>(sheet.of(colour).owned());
+    return std::count_if(springs.begin(), springs.begin() + static_cast<std::ptrdiff_t>(owned),
+                         [](double k) { return k > 0; });
+  };
+  for (const Colour colour : all_colours) {
+    EXPECT_TRUE(sheet.of(colour).owned() == 0 || stiff(colour) > 0) << static_cast<int>(colour);
+    std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
+    springs.assign(springs.size(), false);
+    EXPECT_EQ(stiff(colour), 0) << static_cast<int>(colour);
   }
 }
 

@@ -158,26 +158,27 @@ TEST_F(BadInputTest, ASurfaceThatStartsInABody) {
                              "chain: inflate\n"
                              "mesh: {shape: icosphere, level: 1, radius: 0.1}\n"
                              "bodies: {iron: {radius: 0.2}}\n")};
-  expect_refused(sheet, {"body iron: 41 of 41 vertices lie inside it", "the deepest by 0.02 m, expected none"});
-  expect_refused(sheet + Arguments{"-dynamics", "projection"}, {"body iron: 41 of 41 vertices"}, one_rank);
-  expect_refused(sheet + Arguments{"-dynamics", "spring", "-contact_self"}, {"body iron: 41 of 41 vertices"}, one_rank);
-  expect_refused(ball, {"body iron: 42 of 42 vertices lie inside it", "the deepest by 0.1 m"});
+  expect_refused(sheet, {"bodies.iron: 41 of 41 vertices lie inside it", "the deepest by 0.02 m, expected none"});
+  expect_refused(sheet + Arguments{"-dynamics", "projection"}, {"bodies.iron: 41 of 41 vertices"}, one_rank);
+  expect_refused(sheet + Arguments{"-dynamics", "spring", "-contact_self"}, {"bodies.iron: 41 of 41 vertices"},
+                 one_rank);
+  expect_refused(ball, {"bodies.iron: 42 of 42 vertices lie inside it", "the deepest by 0.1 m"});
   expect_refused({write("two.yaml",
                         "contact: {self: true}\n"
                         "bodies: {iron: {radius: 0.2}}\n"
                         "objects:\n"
                         "  far: {mesh: {cells: [2, 2], shift: [5, 0, 0]}}\n"
                         "  near: {mesh: {cells: [2, 2], size: [0.1, 0.1]}}\n")},
-                 {"near: body iron: 13 of 13 vertices"}, one_rank);
+                 {"near: bodies.iron: 13 of 13 vertices"}, one_rank);
   // Within its margin; and a needle through a face, between the vertices.
   expect_refused(sheet + Arguments{"-bodies_iron_point", "0,0,-0.01", "-bodies_iron_margin", "0.03"},
-                 {"body iron: 41 of 41 vertices", "the deepest by 0.02 m"}, one_rank);
+                 {"bodies.iron: 41 of 41 vertices", "the deepest by 0.02 m"}, one_rank);
   const std::string needle = "{shape: capsule, radius: 2 mm, length: 0.3, centre: [0.05, 0.03, 0]}";
   expect_deck_refused("mesh: {size: [1, 1]}\nbodies: {iron: " + needle + "}\n",
-                      {"body iron: 1 of 64 triangles lie inside"}, one_rank);
+                      {"bodies.iron: 1 of 64 triangles lie inside"}, one_rank);
   expect_refused(
       {write("needle.yaml", "chain: inflate\nmesh: {shape: icosphere, level: 1}\nbodies: {iron: " + needle + "}\n")},
-      {"body iron: 2 of 80 triangles lie inside it"}, one_rank);
+      {"bodies.iron: 2 of 80 triangles lie inside it"}, one_rank);
   succeed(1, sheet + Arguments{"-bodies_iron_point", "0,0,-0.5", "-time_max_steps", "1"});
 }
 

@@ -217,7 +217,8 @@ TEST_F(BalloonSolversTest, AStepThatEndsOutOfBalanceIsSaid) {
   EXPECT_LT(history_.at("relative_residual").back(), 1e-9);
   EXPECT_EQ(output_.find("residual:"), std::string::npos) << output_;
   // So far from the origin that places are rounded to more than what the tolerance asks for.
-  run(2, {"-mesh_shift", "1e5,0,0"});
+  run(2, {"-mesh_shift", "0,1e5,0", "-pins_top_centre", "0,1e5,0.25", "-attachments_side_box",
+          "-0.07,99999.98,0.001,-0.04,100000.02,0.03"});
   EXPECT_GT(history_.at("relative_residual")[1], 1e-8);
   EXPECT_NE(output_.find("steps ended above prism.snes_rtol, as far as the rounding of the places lets Newton's method "
                          "go: out of balance by"),

@@ -438,8 +438,8 @@ TEST(Together, AStartInsideABodyIsNamed) {
         std::count_if(meshes[0].points.begin(), meshes[0].points.end(),
                       [](const Eigen::Vector3d& point) { return point.tail<2>().norm() < 0.01 - 3e-4; });
     ASSERT_GT(inside, 0);
-    const std::string words =
-        "body rod: " + std::to_string(inside) + " of 162 vertices lie inside it where the step starts, the deepest by ";
+    const std::string words = "bodies.rod: " + std::to_string(inside) +
+                              " of 162 vertices lie inside it where the step starts, the deepest by ";
     try {
       const Scene scene(std::move(objects), meshes);
       ADD_FAILURE() << "taken, expected " << words;
