@@ -110,7 +110,7 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
   }
   MPI_Allreduce(MPI_IN_PLACE, &piece, 1, MPI_INT, MPI_MAX, surface.comm());
   if (piece < 0) {
-    throw Error(chamber + ".vertex: " + std::to_string(vertex) + " is no vertex of the mesh, expected the number of one");
+    throw Error(chamber + ".vertex: " + std::to_string(vertex) + " is no vertex of the mesh, expected one of it");
   }
   return piece;
 }

@@ -268,10 +268,10 @@ GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<Vess
 
 GasNetwork::End GasNetwork::solve(const Step& step) const {
   constexpr int most_iterations = 100;
-  constexpr double rounding = 1e-14;      // shares of amounts and heats: at which iterations end,
-  constexpr double tolerance = 1e-9;      // and at which they have converged, where rounding allows no more
-  constexpr double most_rounding = 1e-6;  // and what rounding may leave of them where links are very wide
-  constexpr double most_lost = 0.9;       // of what a vessel has, in an iteration
+  constexpr double rounding = 1e-14;   // shares of amounts and heats: at which iterations end,
+  constexpr double tolerance = 1e-9;   // and at which they have converged, where rounding allows no more
+  constexpr double most_rounding = 1;  // and what rounding may leave of them where links are very wide
+  constexpr double most_lost = 0.9;    // of what a vessel has, in an iteration
   // Factor by which a whole iteration has to reduce the residual: between flows like the square root of a difference of
   // pressures, forwards and backwards, Newton's method jumps back and forth.
   constexpr double least_gain = 0.1;

@@ -49,7 +49,7 @@ class History {
   OutputFolder& folder_;
   std::string name_;
   std::vector<std::string> columns_;  ///< their names
-  std::string names_;  ///< the first line
+  std::string names_;                 ///< the first line
   bool is_started_ = false;
   OpenFile file_;  ///< open on rank 0 only
 };

@@ -444,7 +444,7 @@ TEST_F(BadGas, values) {
 TEST_F(BadGas, pieces) {
   ChamberOptions options = relative(1);
   options.vertex = 99999;
-  expect_error({{"air", options}}, "chambers.air.vertex: 99999 is no vertex of the mesh");
+  expect_error({{"air", options}}, "chambers.air.vertex: 99999 is no vertex of the mesh, expected one of it");
   options.vertex = 3;
   ChamberOptions other = relative(1);
   other.vertex = 4;
