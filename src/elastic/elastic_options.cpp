@@ -131,7 +131,7 @@ void describe(OptionTable& table, ElasticOptions& options) {
 
 void describe_balance(OptionTable& table, ElasticOptions& options) {
   table.add("elastic.newton_tolerance", options.newton_tolerance)
-      .range(1e-12, 0.1)
+      .range(1e-12, 1)
       .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add_solver_prefix("elastic_");
 }
