@@ -53,11 +53,9 @@ void describe(OptionTable& table, AblationOptions& options, const Condition& tea
       .acts_with(tears)
       .help(
           "length l over which the stress is averaged that is compared with the strength, so that the load which "
-          "cracks "
-          "a sheet at a clamp or a notch does not depend on the mesh where cells are smaller than 1.17 l. A crack much "
-          "longer than l grows at a stress intensity of strength sqrt(pi l). 0: the stress of two cells, whatever "
-          "their "
-          "size")
+          "cracks a sheet at a clamp or a notch does not depend on the mesh where cells are smaller than 1.17 l. A "
+          "crack much longer than l grows at a stress intensity of strength sqrt(pi l). 0: the stress of two cells, "
+          "whatever their size")
       .source("docs/burning.md: cracks");
   const Condition scatters{"ablation.strength_scatter: more than 0",
                            [&options] { return options.strength_scatter > 0; }};

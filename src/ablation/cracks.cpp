@@ -142,8 +142,7 @@ std::string Cracks::remark() const {
     return "";
   }
   return "where a clamp, a notch or a crack concentrates stress, the load that makes it crack depends on the mesh: "
-         "cells "
-         "average the stress over up to " +
+         "cells average the stress over up to " +
          number_text(average_->least_length()) + " m by themselves, more than ablation.strength_length " +
          number_text(strength_length_) + " m";
 }
@@ -156,7 +155,7 @@ bool Cracks::is_counted_here(std::size_t blue) const {
   return surface_.has_quads() || (id(a) < id(b) ? a : b) < surface_.particles.owned;
 }
 
-/// What an owned blue spring's side withstands.
+/// The strength of the side of elements along an owned blue spring.
 Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto left_at = [&](PetscInt particle) {

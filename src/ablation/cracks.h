@@ -42,10 +42,10 @@ struct CrackInput {
 /// place and varies over the length `scatter_length` (noise): so elements larger than this length are as weak as the
 /// weakest of their places, and a surface is as strong on any mesh.
 ///
-/// Which of these sides cracks depends on the stress across the side, n . sigma n with the normal n of the side in its
-/// elements, over the strength, here with the mean of both elements' u: of the sides that can crack and meet at a
-/// corner, or belong to one element, only the one with the largest such ratio cracks in a step, and none with less than
-/// a quarter of sigma_1 across it. The load that this puts on the others shows in the next step.
+/// Of the sides that can crack and meet at a corner, or belong to one element, only one cracks in a step: that with the
+/// largest stress across it, n . sigma n with the normal n of the side in its elements, over its strength (here with
+/// the mean of both elements' u). A side with less than a quarter of sigma_1 across it does not crack. The next step
+/// shows what load the crack has put on the other sides.
 class Cracks {
  public:
   /// The surface must have masses and springs (set_burnable), and outlive this object. Collective.

@@ -55,7 +55,7 @@ HeatOptions conducting(double length, const std::string& solver_prefix) {
   return options;
 }
 
-/// Of the diffusivity, for each local particle.
+/// Factors on the diffusivity of the local particles.
 std::vector<double> factors(const Field& own_length, double length) {
   std::vector<double> result;
   for (const double own : own_length.values().row(0)) {

@@ -28,7 +28,7 @@ class PetscFailure : public std::runtime_error {
   PetscErrorCode code_;
 };
 
-/// What a failure says in one line: that memory is short, or its own words.
+/// One line that tells of a failure: that memory is short, if that is the reason, or else its message.
 std::string words_of(const std::exception& failure);
 
 /// From here on PETSc's error messages go into PetscFailure instead of a trace on stderr. Not collective.

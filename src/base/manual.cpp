@@ -124,8 +124,7 @@ const std::string no_effect =
     "An option that is given but cannot act in the run, because what it needs is missing (in braces below; in the "
     "table under \"needs\"), is refused. Two exceptions are named once as not used: settings of solvers (project, "
     "spring, elastic, prism, volume, the solvers of heat and gas) in a deck after the first, or in PETSc's files of "
-    "options, which may be for "
-    "both chains; and what a later deck or the command line has made useless.";
+    "options, which may be for both chains; and what a later deck or the command line has made useless.";
 
 const std::string petsc_sources =
     "Later ones win: decks, in their order; ~/.petscrc, .petscrc and petscrc; PETSC_OPTIONS; the command line, with "

@@ -36,7 +36,8 @@ double machine_memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-/// What a control group leaves by a limit and what it uses, both numbers in files of the kernel.
+/// How many bytes a control group may still take: its limit less what it uses. Each number is in a file of the kernel;
+/// without one of them there is no limit.
 double left_of(const std::string& limit, const std::string& used) {
   const double all = number_in(limit);
   const double in_use = number_in(used);

@@ -84,7 +84,7 @@ class Option {
   /// The value names a file: a relative path in a deck starts at the deck's folder, on the command line at the present
   /// one; the variable gets an absolute path.
   Option& file();
-  /// Of a file that a run which goes on from a checkpoint does not read again: its content may be another then.
+  /// A run that goes on from a checkpoint does not read the file again: its content may have changed.
   Option& not_read_again();
   /// An empty value on the command line is refused. In a deck, such as one that a run has written, it means that
   /// nothing is given. @param expected what the value is, in words

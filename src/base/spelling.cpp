@@ -1,10 +1,17 @@
 #include "base/spelling.h"
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 
 namespace pellicle {
 inline namespace base {
+
+std::string in_lower_case(std::string_view word) {
+  std::string lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower;
+}
 
 int edit_distance(const std::string& a, const std::string& b) {
   // d[i][j]: distance of the first i letters of a from the first j of b; three rows of it are kept.

@@ -26,7 +26,7 @@ volatile std::sig_atomic_t waiting = 0;
 volatile std::sig_atomic_t is_continued = 0;  ///< by SIGCONT
 volatile std::sig_atomic_t is_first_rank = 1;
 
-// Of until_stopped, the same on all ranks.
+// The state of until_stopped, the same on all ranks.
 bool may_leave = false;
 bool may_leave_at_sigcont = false;
 int agreed = 0;  ///< the signal at which its work is left

@@ -94,8 +94,8 @@ bool any_rebounds(const std::vector<Body>& bodies);
 /// @param least depth that counts, or half of that of the body if this is less [m]
 std::string particles_inside(const std::vector<Body>& bodies, double time, const Layout& particles,
                              const Field& positions, const std::vector<bool>& held, double least);
-/// The same of drawn triangles with free corners alone, which a body pierces between the particles, without its margin.
-/// Collective.
+/// Tells of drawn triangles in bodies, as particles_inside does of particles: a body may pierce a triangle between its
+/// corners. Triangles with a held corner do not count, and the margin of a body does not belong to it here. Collective.
 std::string triangles_inside(const std::vector<Body>& bodies, double time, const Surface& surface,
                              const Field& positions, const std::vector<bool>& held, double least);
 

@@ -6,14 +6,13 @@
 #include <cmath>
 #include <optional>
 
+#include "geometry/deepest_point.h"
 #include "surface/drawn_places.h"
 
 namespace pellicle {
 inline namespace contact {
 
 namespace {
-
-using Triangle = std::array<Eigen::Vector3d, 3>;  ///< places, or the barycentric coordinates, of three points
 
 /// When a part of a triangle is small enough for one quadrature.
 struct Fineness {
@@ -42,12 +41,6 @@ const std::array<QuadraturePoint, 6>& quadrature() {
   return points;
 }
 
-std::array<Triangle, 4> quarters(const Triangle& w) {
-  const Triangle middle{(w[0] + w[1]) / 2, (w[1] + w[2]) / 2, (w[2] + w[0]) / 2};
-  return {Triangle{w[0], middle[0], middle[2]}, Triangle{middle[0], w[1], middle[1]},
-          Triangle{middle[2], middle[1], w[2]}, middle};
-}
-
 /// A body where it is, and how the heat that it gives falls with the distance from it.
 struct HotSolid {
   Solid solid;
@@ -61,7 +54,7 @@ struct HotSolid {
   }
 };
 
-/// What a drawn triangle takes of a body's heat.
+/// A drawn triangle near a hot body, which integrates the heat that it takes.
 class DrawnTriangle {
  public:
   /// @param lift from the drawn layer to the other one [m]; none: there is one layer
@@ -90,16 +83,11 @@ class DrawnTriangle {
     return lift_ ? std::min(drawn, signed_distance(hot_.solid, at(w) + *lift_).distance) : drawn;
   }
 
-  /// A bound: no point of a part of one layer is nearer. The distance from a convex body lies above its tangent plane.
+  /// A distance that no point of a part falls below. @param part barycentric coordinates @param lift to one layer [m]
   double least_of_layer(const Triangle& part, const Eigen::Vector3d& lift) const {
-    const Eigen::Vector3d middle = (part[0] + part[1] + part[2]) / 3;
-    const SignedDistance gap = signed_distance(hot_.solid, at(middle) + lift);
-    double rise = 0;
-    for (const Eigen::Vector3d& corner : part) {
-      const Eigen::Vector3d arm = at(corner - middle);
-      rise = std::min(rise, hot_.solid.is_convex() ? gap.normal.dot(arm) : -arm.norm());
-    }
-    return gap.distance + rise;
+    const Eigen::Vector3d middle = at((part[0] + part[1] + part[2]) / 3) + lift;
+    const Triangle places{at(part[0]) + lift, at(part[1]) + lift, at(part[2]) + lift};
+    return least_distance(hot_.solid, places, middle, signed_distance(hot_.solid, middle));
   }
 
   void add(const Triangle& part, double area, int divisions, Eigen::Vector3d& sum) const {
@@ -167,9 +155,9 @@ bool is_far(const Surface& surface, std::size_t element, const BodyHeatInput& in
   return box.exteriorDistance(pose.to_own(first)) > farthest + radius;
 }
 
-/// What the corners of a quad get of its heat, where `given` are the integrals of weight times share: in the same
-/// proportions, but that each corner counts as if the living triangles of the quad had the same area.
-/// @param area of the quad's triangles, 0 where they do not live
+/// Divides the heat that a quad takes among its four corners: in the proportions of `given`, except that each corner
+/// counts as if the living triangles of the quad had the same area.
+/// @param given integrals of weight times share of the corners @param area of the quad's triangles, 0 of dead ones
 std::array<double, 4> divided(const std::array<double, 4>& given, const std::array<double, 4>& area) {
   const auto living = static_cast<double>(std::count_if(area.begin(), area.end(), [](double a) { return a > 0; }));
   const double mean = (area[0] + area[1] + area[2] + area[3]) / living;

@@ -277,7 +277,8 @@ Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chamber
   return swept;
 }
 
-/// What the caps of holes sweep, straight from x^n to `end` [m^3]. @param walls W there. Collective.
+/// The volume that the caps of holes of each chamber sweep when all points move straight from x^n to `end` [m^3].
+/// Collective. @param walls W at `end`
 Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls) {
   Eigen::VectorXd caps = Eigen::VectorXd::Zero(own.chambers->count());
   if (own.chambers->rims().empty()) {

@@ -1239,7 +1239,7 @@ GasExchange Chambers::end_step(const Eigen::VectorXd& walls, const Eigen::Vector
       exchange.heat[chamber] += more;
       work = capacity * (heat * (colder(from) - middle) + (heat + more) * (middle - colder(to)));
     }
-    // What caps sweep pushes away, by more than the pressure beyond them, what is beyond: no work on the wall.
+    // A cap that moves pushes away the gas beyond it, against the pressure there. This is no work on the wall.
     const double mean = std::abs(to - from) > rounding * from ? work / (to - from) : end.pressure[vessel];
     const double beyond = (mean - pressure_round(chamber, end)) * caps[chamber];
     exchange.work[chamber] += work - beyond;

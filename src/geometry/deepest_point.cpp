@@ -11,25 +11,17 @@ inline namespace geometry {
 
 namespace {
 
-using Corners = std::array<Eigen::Vector3d, 3>;
-
 /// A part of the triangle, as weights of its corners.
 struct Part {
-  Corners weights;
+  Triangle weights;
   double bound = 0;  ///< the distance in it is no less [m]
 
   bool operator<(const Part& other) const { return bound > other.bound; }  // for a heap with the least bound in front
 };
 
-std::array<Part, 4> quarters(const Corners& w) {
-  const Corners middle{(w[0] + w[1]) / 2, (w[1] + w[2]) / 2, (w[2] + w[0]) / 2};
-  return {Part{{w[0], middle[0], middle[2]}}, Part{{middle[0], w[1], middle[1]}}, Part{{middle[2], middle[1], w[2]}},
-          Part{{middle[0], middle[1], middle[2]}}};
-}
-
 class Search {
  public:
-  Search(const Solid& solid, const Corners& corners) : solid_(solid), corners_(corners), convex_(solid.is_convex()) {}
+  Search(const Solid& solid, const Triangle& corners) : solid_(solid), corners_(corners) {}
 
   Eigen::Vector3d at(const Eigen::Vector3d& weights) const {
     return weights[0] * corners_[0] + weights[1] * corners_[1] + weights[2] * corners_[2];
@@ -49,30 +41,23 @@ class Search {
   void look_at(Part& part) {
     const Eigen::Vector3d middle = (part.weights[0] + part.weights[1] + part.weights[2]) / 3;
     const SignedDistance gap = look(middle);
-    const Eigen::Vector3d place = at(middle);
-    double radius = 0;
-    double rise = 0;  // the least along the gradient
-    for (const Eigen::Vector3d& corner : part.weights) {
-      const Eigen::Vector3d arm = at(corner) - place;
-      radius = std::max(radius, arm.norm());
-      rise = std::min(rise, gap.normal.dot(arm));
-    }
-    part.bound = gap.distance + (convex_ ? rise : -radius);
+    const Triangle places{at(part.weights[0]), at(part.weights[1]), at(part.weights[2])};
+    part.bound = least_distance(solid_, places, at(middle), gap);
   }
 
   const DeepestPoint& best() const { return best_; }
 
  private:
   const Solid& solid_;
-  const Corners& corners_;
-  bool convex_;
+  const Triangle& corners_;
   bool is_begun_ = false;
   DeepestPoint best_;
 };
 
 /// Halves the way to every side until the distance no longer falls by more than the tolerance.
 void bracket(Search& search, double size, double tolerance) {
-  static const Corners directions{Eigen::Vector3d(1, -1, 0), Eigen::Vector3d(0, 1, -1), Eigen::Vector3d(-1, 0, 1)};
+  static const std::array<Eigen::Vector3d, 3> directions{Eigen::Vector3d(1, -1, 0), Eigen::Vector3d(0, 1, -1),
+                                                         Eigen::Vector3d(-1, 0, 1)};
   constexpr int most = 200;  // evaluations at most, in case of a long valley
   int looks = 0;
   for (double step = 1.0 / 16; step * size > 0.25 * tolerance && looks < most;) {
@@ -95,7 +80,24 @@ void bracket(Search& search, double size, double tolerance) {
 
 }  // namespace
 
-std::optional<DeepestPoint> deepest_point(const Solid& solid, const Corners& corners, double reach, double tolerance) {
+std::array<Triangle, 4> quarters(const Triangle& triangle) {
+  const auto& [a, b, c] = triangle;
+  const Triangle middle{(a + b) / 2, (b + c) / 2, (c + a) / 2};
+  return {Triangle{a, middle[0], middle[2]}, Triangle{middle[0], b, middle[1]}, Triangle{middle[2], middle[1], c},
+          middle};
+}
+
+double least_distance(const Solid& solid, const Triangle& corners, const Eigen::Vector3d& middle,
+                      const SignedDistance& gap) {
+  double rise = 0;
+  for (const Eigen::Vector3d& corner : corners) {
+    const Eigen::Vector3d arm = corner - middle;
+    rise = std::min(rise, solid.is_convex() ? gap.normal.dot(arm) : -arm.norm());
+  }
+  return gap.distance + rise;
+}
+
+std::optional<DeepestPoint> deepest_point(const Solid& solid, const Triangle& corners, double reach, double tolerance) {
   Search search(solid, corners);
   Part whole{{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}};
   search.look_at(whole);
@@ -115,7 +117,8 @@ std::optional<DeepestPoint> deepest_point(const Solid& solid, const Corners& cor
       std::pop_heap(heap.begin(), heap.end());
       const Part part = heap.back();
       heap.pop_back();
-      for (Part quarter : quarters(part.weights)) {
+      for (const Triangle& weights : quarters(part.weights)) {
+        Part quarter{weights};
         search.look_at(quarter);
         quarter.bound = std::max(quarter.bound, part.bound);
         if (quarter.bound < std::min(reach, search.best().gap.distance - tolerance)) {

@@ -1,17 +1,13 @@
 #include "io/distinct_names.h"
 
-#include <algorithm>
-#include <cctype>
-
 #include "base/error.h"
+#include "base/spelling.h"
 
 namespace pellicle {
 inline namespace io {
 
 void DistinctNames::add(const std::string& name, const std::string& owner) {
-  std::string in_lower_case = name;
-  std::transform(name.begin(), name.end(), in_lower_case.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto [first, is_new] = named_.emplace(in_lower_case, Named{name, owner});
+  const auto [first, is_new] = named_.emplace(in_lower_case(name), Named{name, owner});
   if (!is_new) {
     const auto words = [](const std::string& owner) { return owner.empty() ? "the program itself" : owner; };
     const bool is_same = first->second.name == name;

@@ -44,16 +44,22 @@ void keep_tables(OutputFolder& folder, const Hdf5File& checkpoint) {
   folder.keep([names](const std::string& file) { return std::find(names.begin(), names.end(), file) != names.end(); });
 }
 
-History::History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const std::string& owner)
-    : folder_(folder), name_(std::move(name)) {
+History::History(OutputFolder& folder, std::string name, std::vector<Column> columns, const std::string& owner)
+    : folder_(folder), name_(std::move(name)), columns_(std::move(columns)) {
   folder_.reserve(name_, owner);
   DistinctNames distinct("column", " of " + name_);
-  for (const Column& column : columns) {
+  for (const Column& column : columns_) {
     distinct.add(column.name, column.owner);
-    columns_.push_back(column.name);
-    names_ += (names_.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
   }
-  names_ += "\n";
+}
+
+/// The first line of the file: the names of the columns with their units.
+std::string History::head() const {
+  std::string line;
+  for (const Column& column : columns_) {
+    line += (line.empty() ? "" : ",") + column.name + (column.unit.empty() ? "" : " [" + column.unit + "]");
+  }
+  return line + "\n";
 }
 
 void History::start() {
@@ -64,7 +70,7 @@ void History::start() {
   on_root(folder_.comm(), [&] {
     folder_.list({name_});
     file_ = OpenFile(folder_.path(name_), new_file);
-    file_.append(names_);
+    file_.append(head());
   });
   is_started_ = true;
 }
@@ -79,7 +85,8 @@ void History::resume(const Hdf5File& checkpoint) {
   on_root(folder_.comm(), [&] {
     folder_.list({name_});
     file_ = OpenFile(folder_.path(name_), O_RDWR);
-    if (!file_.is_open() || file_.text().compare(0, names_.size(), names_) != 0) {
+    const std::string line = head();
+    if (!file_.is_open() || file_.text().compare(0, line.size(), line) != 0) {
       refuse(file_.path());
     }
     file_.truncate(kept);
@@ -102,8 +109,8 @@ void History::add(const std::vector<double>& values) {
   on_root(folder_.comm(), [&] {
     const auto odd = std::find_if_not(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
     if (odd != values.end()) {
-      throw Error(name_ + ": " + columns_[static_cast<std::size_t>(odd - values.begin())] + " is " + number_text(*odd) +
-                  ", expected a finite number: some option is beyond what can be computed with");
+      throw Error(name_ + ": " + columns_[static_cast<std::size_t>(odd - values.begin())].name + " is " +
+                  number_text(*odd) + ", expected a finite number: some option is beyond what can be computed with");
     }
     std::string line;
     for (const double value : values) {

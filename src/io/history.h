@@ -25,7 +25,7 @@ class History {
 
   /// Touches no file. @param owner of the table's name, see OutputFolder::reserve
   /// @throws Error, the same on all ranks, if two columns, or two files of the run, have the same name
-  History(OutputFolder& folder, std::string name, const std::vector<Column>& columns, const std::string& owner = "");
+  History(OutputFolder& folder, std::string name, std::vector<Column> columns, const std::string& owner = "");
 
   /// Makes the file, in a folder that it starts, and writes the line of names: `time [s],step,mass_left [kg]`. Does
   /// nothing where that has been done; `add` does it, too. Collective. @throws Error, on all ranks, if that fails.
@@ -44,12 +44,12 @@ class History {
   void add(const std::vector<double>& values);
 
  private:
+  std::string head() const;
   void require_present();
 
   OutputFolder& folder_;
   std::string name_;
-  std::vector<std::string> columns_;  ///< their names
-  std::string names_;                 ///< the first line
+  std::vector<Column> columns_;
   bool is_started_ = false;
   OpenFile file_;  ///< open on rank 0 only
 };

@@ -13,7 +13,7 @@ inline namespace meshing {
 
 using Box = Eigen::AlignedBox3d;
 
-/// What Eigen's traversal of two trees of boxes calls; the names are Eigen's.
+/// The visitor of Eigen's traversal of two trees of boxes, whose functions have Eigen's names.
 template <class Take>
 struct BoxPairVisitor {
   const std::vector<Box>& first;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/spelling.h"
 #include "meshing/format_readers.h"
 #include "meshing/mesh_check.h"
 
@@ -113,8 +114,7 @@ SurfaceMesh read_mesh(const std::string& path) {
   static const std::map<std::string, SurfaceMesh (*)(const std::string&)> readers{
       {".obj", read_obj}, {".off", read_off}, {".ply", read_ply}, {".stl", read_stl},
       {".vtp", read_vtp}, {".vtu", read_vtu}, {".vtk", read_vtk}, {".msh", read_gmsh}};
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string ending = in_lower_case(std::filesystem::path(path).extension().string());
   const auto reader = readers.find(ending);
   if (reader == readers.end()) {
     std::string known;

@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/spelling.h"
 #include "meshing/format_readers.h"
 #include "meshing/text_file.h"
 #include "meshing/weld.h"
@@ -49,12 +48,6 @@ SurfaceMesh read_binary(const std::string& path, const std::string& content) {
     add_facet(mesh, corners);
   }
   return mesh;
-}
-
-std::string in_lower_case(std::string_view word) {
-  std::string lower(word);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  return lower;
 }
 
 /// Text: between `solid` and `endsolid`, whose lines end with a name, facets of three corners. Keywords may be in

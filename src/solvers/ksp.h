@@ -26,7 +26,7 @@ struct KspDefaults {
   double largest_rtol = 1;            ///< relative tolerance, at most, for which the user may ask
 };
 
-/// What of a right-hand side b need not be solved for: a solution x is one if |b - A x| is at most the larger of both.
+/// How exact a solution x of A x = b must be: |b - A x| may be as large as the larger of both numbers says.
 struct LinearNeed {
   double relative = 0;  ///< share of |b|
   double absolute = 0;  ///< in the unit of b

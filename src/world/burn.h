@@ -242,7 +242,7 @@ class Burn {
   std::vector<double> mass_;        ///< that moves with them, as inertia: see move_freely [kg]
   bool pins_move_ = false;          ///< some are led along paths
   double fading_ = 0;               ///< c h of velocities, see move_freely
-  /// What add_work uses, kept so that a step allocates nothing; of the owned particles.
+  /// Arrays over the owned particles that add_work uses. They are kept so that a step allocates nothing.
   struct {
     Eigen::Matrix3Xd moved;   ///< in the step [m]
     Eigen::Matrix3Xd forces;  ///< of one kind [N]

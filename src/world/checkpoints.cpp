@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr int format = 3;
 
-/// Of a deck of the run, counted from 0. @param what "text" or "source", where it comes from
+/// The name of a table about a deck of the run. @param deck its number, from 0 @param what "text" or "source", the file
+/// that it comes from
 std::string deck_table(std::size_t deck, const std::string& what) {
   return "decks/" + std::to_string(deck + 1) + "/" + what;
 }

@@ -29,7 +29,7 @@ class Checkpoints {
   bool lacks(int step) const { return options_.keep > 0 && (written_.empty() || written_.back() != step); }
   /// Whether a checkpoint is due after this step by the number of steps, and there is none yet. Not collective.
   bool due_by_steps(int step) const;
-  /// The same by the clock on the wall. Collective.
+  /// Whether a checkpoint is due after this step by the clock on the wall, and there is none yet. Collective.
   bool due_by_clock(int step) const;
   /// Writes one of the present state, if there is none of its step; removes those that are too old. Collective.
   /// @throws Error, on all ranks, when it cannot be written: earlier ones stay

@@ -23,8 +23,9 @@ struct StartingObject {
 /// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
 /// is more than ten mean sides of its mesh
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
-/// The same for an object by itself, if its surface touches itself and no other object. Collective.
-/// @returns messages, of what there is to say @throws Error also if it starts inside a body, whatever it touches
+/// Settles the start of one object as above if its surface touches itself and no other object, and refuses an object
+/// that starts inside a body, whatever it touches. Collective.
+/// @returns messages; none: there is nothing to say @throws Error as above, and if it starts inside a body
 std::vector<std::string> settle_start(const ContactOptions& options, TouchingObject& object,
                                       const std::vector<Body>& bodies);
 

@@ -9,14 +9,14 @@
 namespace pellicle {
 inline namespace world {
 
-/// In words, what would move so far in the step to come, or turn so far, that neither contact nor a balance of forces
-/// could follow: vertices by their velocities, gravity or the wind, or what a deck leads along a path. Empty: nothing.
-/// Collective.
+/// Tells in words of something that would move, or turn, so far in the next step that neither contact nor a balance of
+/// forces could follow: a vertex by its velocity, gravity or the wind, or what a deck leads along a path. Empty:
+/// nothing does. Collective.
 /// @param state at the start of the step @param h its length [s]
 std::string beyond_reach(const Options& options, const Surface& surface, const ObjectState& state, double h);
 
-/// What `work` returns, the result of a step or of its beginning, unless something is beyond reach: then a failed one,
-/// without the work. Collective.
+/// Does the work of a step, or of its beginning, and returns its result. If something is beyond reach the work is not
+/// done, and the result is that of a failed step. Collective.
 template <class Work>
 auto within_reach(const Options& options, const Surface& surface, const ObjectState& state, double h,
                   const Work& work) {
