@@ -15,7 +15,7 @@ std::vector<double> level_set(const Surface& surface, const Field& mass, double 
 }
 
 void set_level(std::vector<double>& level, const Surface& surface, const Field& mass, double loss_mass) {
-  level.resize(static_cast<std::size_t>(surface.particles.local()));
+  level.resize(surface.particles.local());
   for (std::size_t i = 0; i < level.size(); ++i) {
     level[i] = mass.data()[i] / surface.initial_mass[i] - loss_mass;
   }
@@ -29,7 +29,7 @@ SpringState spring_state(double level_0, double level_1) {
 }
 
 bool Ablation::burn_away(Living& living, const std::vector<double>& level) {
-  const auto has_burnt = [&level](PetscInt particle) { return level[static_cast<std::size_t>(particle)] < 0; };
+  const auto has_burnt = [&level](PetscInt particle) { return level[particle] < 0; };
   bool died = false;
   for (std::size_t t = 0; t < owned_triangles(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
@@ -80,18 +80,15 @@ bool Ablation::spread(Living& living, bool died) {
 
   const bool by_surface = rule_ == SpringRule::surface;
   const std::vector<bool> has_surface = by_surface ? particles_with_surface(living) : std::vector<bool>();
-  const auto is_held = [&](PetscInt particle) {
-    return !by_surface || has_surface[static_cast<std::size_t>(particle)];
-  };
+  const auto is_held = [&](PetscInt particle) { return !by_surface || has_surface[particle]; };
   // All triangles of an owned spring are local; a ghost's need not be.
-  const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[static_cast<std::size_t>(t)]; };
+  const auto is_alive = [&living](PetscInt t) { return t >= 0 && living.triangles[t]; };
   for (const Colour colour : all_colours) {
     const SpringSet& set = surface_.of(colour);
     std::vector<bool>& springs = living.springs[static_cast<std::size_t>(colour)];
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+    for (PetscInt s = 0; s < set.owned(); ++s) {
       // A green spring crosses the side of a quad's drawn triangle, which has its number.
-      const bool crosses_crack =
-          colour == Colour::green && living.cracked[static_cast<std::size_t>(set.triangles[s].front())];
+      const bool crosses_crack = colour == Colour::green && living.cracked[set.triangles[s].front()];
       const auto [a, b] = set.ends[s];
       springs[s] = springs[s] && !crosses_crack && is_held(a) && is_held(b) &&
                    std::any_of(set.triangles[s].begin(), set.triangles[s].end(), is_alive);
@@ -102,10 +99,10 @@ bool Ablation::spread(Living& living, bool died) {
 }
 
 std::vector<bool> Ablation::particles_with_surface(const Living& living) const {
-  std::vector<std::array<bool, 1>> flags(static_cast<std::size_t>(surface_.particles.local()));
+  std::vector<std::array<bool, 1>> flags(surface_.particles.local());
   for (std::size_t t = 0; t < owned_triangles(); ++t) {
     for (const PetscInt particle : surface_.triangles[t]) {
-      bool& flag = flags[static_cast<std::size_t>(particle)][0];
+      bool& flag = flags[particle][0];
       flag = flag || living.triangles[t];
     }
   }
@@ -120,7 +117,7 @@ std::vector<PetscInt> Ablation::bare_particles(const Living& living, const Field
   const std::vector<bool> has_springs = particles_with_springs(surface_, living);
   std::vector<PetscInt> bare;
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    if (!has_springs[static_cast<std::size_t>(i)] && mass.data()[i] > 0) {
+    if (!has_springs[i] && mass.data()[i] > 0) {
       bare.push_back(i);
     }
   }
@@ -132,7 +129,7 @@ std::vector<bool> empty_cells(const Sheet& sheet, const Living& living) {
   const std::vector<bool> has_springs = particles_with_springs(sheet, living);
   std::vector<bool> empty;
   for (PetscInt c = 0; c < sheet.elements.owned; ++c) {
-    empty.push_back(!has_springs[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(c)])]);
+    empty.push_back(!has_springs[sheet.lattice[c]]);
   }
   return empty;
 }

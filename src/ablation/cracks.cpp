@@ -93,7 +93,7 @@ Cracks::Cracks(const Surface& surface, const AblationOptions& options, const std
 
 std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
   const SpringSet& edges = surface_.of(Colour::blue);
-  for (std::size_t s = 0; s < static_cast<std::size_t>(edges.owned()); ++s) {
+  for (PetscInt s = 0; s < edges.owned(); ++s) {
     overload_.data()[s] = overload(input, s);
   }
   if (average_) {
@@ -108,7 +108,7 @@ std::vector<PetscInt> Cracks::sides(const CrackInput& input) {
     std::array<PetscInt, 4> result{edges.ends[k][0], edges.ends[k][1], -1, -1};
     for (std::size_t t = 0; t < 2 && surface_.has_quads(); ++t) {
       const PetscInt side = edges.triangles[k][t];
-      result[2 + t] = side < 0 ? -1 : surface_.lattice[static_cast<std::size_t>(side / 4)];
+      result[2 + t] = side < 0 ? -1 : surface_.lattice[side / 4];
     }
     return result;
   };
@@ -151,7 +151,7 @@ std::string Cracks::remark() const {
 /// it, and counts on the rank that owns its end of the lower id.
 bool Cracks::is_counted_here(std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
-  const auto id = [this](PetscInt particle) { return surface_.persistent_id[static_cast<std::size_t>(particle)]; };
+  const auto id = [this](PetscInt particle) { return surface_.persistent_id[particle]; };
   return surface_.has_quads() || (id(a) < id(b) ? a : b) < surface_.particles.owned;
 }
 
@@ -159,12 +159,10 @@ bool Cracks::is_counted_here(std::size_t blue) const {
 Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
   const auto left_at = [&](PetscInt particle) {
-    const double left = input.mass.data()[particle] / surface_.initial_mass[static_cast<std::size_t>(particle)];
+    const double left = input.mass.data()[particle] / surface_.initial_mass[particle];
     return share_of_strength(left, input.min_mass, char_strength_);
   };
-  const auto texture_at = [&](PetscInt particle) {
-    return texture_.empty() ? 1 : texture_[static_cast<std::size_t>(particle)];
-  };
+  const auto texture_at = [&](PetscInt particle) { return texture_.empty() ? 1 : texture_[particle]; };
   const double factor = (left_at(a) + left_at(b)) / 2 * (texture_at(a) + texture_at(b)) / 2;
   const auto [first, second] = surface_.sides_along(blue);
   const auto of_element = [&](PetscInt side) {
@@ -177,7 +175,7 @@ Cracks::Strength Cracks::strength(const CrackInput& input, std::size_t blue) con
 /// Stress across an owned blue spring's side over the strength; 0 where it cannot crack.
 double Cracks::overload(const CrackInput& input, std::size_t blue) const {
   const auto [a, b] = surface_.of(Colour::blue).ends[blue];
-  if (input.pinned[static_cast<std::size_t>(a)] && input.pinned[static_cast<std::size_t>(b)]) {
+  if (input.pinned[a] && input.pinned[b]) {
     return 0;
   }
   const Eigen::Vector3d along = (input.position.vector(b) - input.position.vector(a)).stableNormalized();
@@ -214,7 +212,7 @@ void Cracks::spare_what_bears_its_average(const CrackInput& input) {
     tension.push_back(std::max(largest_eigenvalue(stress), 0.0));
   }
   const std::vector<double> average = average_->of(tension, input.living);
-  for (std::size_t s = 0; s < static_cast<std::size_t>(owned.cols()); ++s) {
+  for (PetscInt s = 0; s < owned.cols(); ++s) {
     if (overload_.data()[s] > 0) {
       double stress = 0;
       for (const PetscInt side : surface_.sides_along(s)) {

@@ -25,9 +25,9 @@ class Cutter {
   DrawnSurface draw();
 
  private:
-  PetscInt id(PetscInt particle) const { return surface_.persistent_id[static_cast<std::size_t>(particle)]; }
-  double level(PetscInt particle) const { return level_[static_cast<std::size_t>(particle)]; }
-  bool is_centre(PetscInt particle) const { return surface_.is_lattice[static_cast<std::size_t>(particle)]; }
+  PetscInt id(PetscInt particle) const { return surface_.persistent_id[particle]; }
+  double level(PetscInt particle) const { return level_[particle]; }
+  bool is_centre(PetscInt particle) const { return surface_.is_lattice[particle]; }
   std::size_t triangles() const {
     return static_cast<std::size_t>(surface_.triangles_per_element * surface_.elements.owned);
   }
@@ -37,8 +37,7 @@ class Cutter {
 
   /// Number of the point between two particles, or of one that is uncut if they are the same; -1 where there is none.
   PetscInt& number_of(PetscInt from, PetscInt to) {
-    return from == to ? number_[static_cast<std::size_t>(from)]
-                      : cut_number_.try_emplace(cut_id(from, to), -1).first->second;
+    return from == to ? number_[from] : cut_number_.try_emplace(cut_id(from, to), -1).first->second;
   }
   std::int64_t cut_id(PetscInt from, PetscInt to) const {
     const auto [low, high] = std::minmax({id(from), id(to)});  // by value
@@ -99,17 +98,17 @@ void Cutter::draw(std::size_t triangle) {
   const std::size_t element = element_of(triangle);
   const std::array<PetscInt, 3>& particles = surface_.triangles[triangle];
   const KeptPart part = marching_triangle({level(particles[0]), level(particles[1]), level(particles[2])});
-  for (std::size_t t = 0; t < static_cast<std::size_t>(part.count); ++t) {
+  for (PetscInt t = 0; t < part.count; ++t) {
     std::array<PetscInt, 3> points;
     for (std::size_t i = 0; i < 3; ++i) {
       const BorderPoint& border = part.triangles[t][i];
-      const PetscInt from = particles[static_cast<std::size_t>(border.from)];
-      const PetscInt to = particles[static_cast<std::size_t>(border.to)];
+      const PetscInt from = particles[border.from];
+      const PetscInt to = particles[border.to];
       PetscInt& number = number_of(from, to);
       if (number < 0) {
         number = add_point(element, from, to, border.t);
       }
-      PetscInt& least = least_element_[static_cast<std::size_t>(number)];
+      PetscInt& least = least_element_[number];
       least = std::min(least, surface_.element_id[element]);
       points[i] = number;
     }
@@ -134,7 +133,7 @@ void Cutter::find_owners() {
     const DrawnPoint& point = drawn_.points[number];
     bool shared = true;
     for (std::size_t k = 0; k < 4; ++k) {
-      shared = shared && (point.weights[k] == 0 || is_shared[static_cast<std::size_t>(point.particles[k])][0]);
+      shared = shared && (point.weights[k] == 0 || is_shared[point.particles[k]][0]);
     }
     if (shared) {
       numbers.push_back(number);
@@ -189,11 +188,11 @@ double largest_drawn(const Surface& surface, const Living& living, const std::ve
       continue;
     }
     const std::array<PetscInt, 3>& particles = surface.triangles[t];
-    const auto level_at = [&](std::size_t k) { return level[static_cast<std::size_t>(particles[k])]; };
+    const auto level_at = [&](std::size_t k) { return level[particles[k]]; };
     const KeptPart part = marching_triangle({level_at(0), level_at(1), level_at(2)});
-    for (std::size_t drawn = 0; drawn < static_cast<std::size_t>(part.count); ++drawn) {
+    for (PetscInt drawn = 0; drawn < part.count; ++drawn) {
       for (const BorderPoint& point : part.triangles[drawn]) {
-        const auto value = [&](int corner) { return values[particles[static_cast<std::size_t>(corner)]]; };
+        const auto value = [&](int corner) { return values[particles[corner]]; };
         largest = std::max(largest, (1 - point.t) * value(point.from) + point.t * value(point.to));
       }
     }

@@ -53,10 +53,8 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
       drawn_(sheet.particles, 1),
       given_(sheet.particles, 1) {
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto corner = [&](std::size_t k) {
-      return place(surface.points[static_cast<std::size_t>(surface.triangles[t][k])], positions);
-    };
-    area_[static_cast<std::size_t>(surface.elements[t])] += triangle_area(corner(0), corner(1), corner(2));
+    const auto corner = [&](std::size_t k) { return place(surface.points[surface.triangles[t][k]], positions); };
+    area_[surface.elements[t]] += triangle_area(corner(0), corner(1), corner(2));
   }
   for (std::size_t cell = 0; cell < area_.size(); ++cell) {
     const auto first = living.triangles.begin() + 4 * static_cast<std::ptrdiff_t>(cell);
@@ -65,8 +63,7 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
     }
     const PetscInt lattice = sheet.lattice[cell];
     const double share = area_[cell] > 0 ? std::min(1.0, area_[cell] / whole_area(sheet.cells[cell], positions)) : 0;
-    cell_weight_.data()[lattice] =
-        std::max(share, least_share) * 2 * sheet.initial_mass[static_cast<std::size_t>(lattice)];
+    cell_weight_.data()[lattice] = std::max(share, least_share) * 2 * sheet.initial_mass[lattice];
     for (const PetscInt i : particles_of(sheet, cell)) {
       weight_.data()[i] += area_[cell] > 0 ? cell_weight_.data()[lattice] : 0;
     }
@@ -103,15 +100,14 @@ DrawnShares::DrawnShares(const Sheet& sheet, const Living& living, const DrawnSu
 void DrawnShares::find_held(const Living& living) {
   for (const Colour colour : {Colour::green, Colour::yellow}) {  // The others lie in a triangle that holds them.
     const SpringSet& springs = sheet_.of(colour);
-    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
       if (!living.springs[static_cast<std::size_t>(colour)][s]) {
         continue;
       }
       for (const PetscInt end : springs.ends[s]) {
         PetscInt last = -1;  // All triangles of a yellow spring are of one cell.
         for (const PetscInt triangle : springs.triangles[s]) {
-          if (weight_.data()[end] == 0 && triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)] &&
-              triangle / 4 != last) {
+          if (weight_.data()[end] == 0 && triangle >= 0 && living.triangles[triangle] && triangle / 4 != last) {
             last = triangle / 4;
             held_.push_back({end, static_cast<std::size_t>(last)});
           }

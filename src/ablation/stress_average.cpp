@@ -102,12 +102,12 @@ std::vector<double> StressAverage::of(const std::vector<double>& tension, const 
         const double weight = share[k] * mass;
         tension_.data()[particle] += weight * s;
         square_.data()[particle] += weight * s * s;
-        weight_[static_cast<std::size_t>(particle)] += weight;
+        weight_[particle] += weight;
       }
     }
   }
   for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
-    const double weight = weight_[static_cast<std::size_t>(i)];
+    const double weight = weight_[i];
     if (weight > 0) {
       tension_.data()[i] /= weight;
       square_.data()[i] /= weight;

@@ -39,7 +39,7 @@ void Tearing::find_stress(const TearingInput& input) {
   sums.setZero();
   for (std::size_t colour = 0; colour < sheet_.springs.size(); ++colour) {
     const SpringSet& set = sheet_.springs[colour];
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+    for (PetscInt s = 0; s < set.owned(); ++s) {
       const auto [a, b] = set.ends[s];
       if (input.living.springs[colour][s]) {
         const Eigen::Vector3d d = direction(input.position, set.ends[s]);
@@ -49,7 +49,7 @@ void Tearing::find_stress(const TearingInput& input) {
       }
     }
   }
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet_.elements.owned); ++cell) {
+  for (PetscInt cell = 0; cell < sheet_.elements.owned; ++cell) {
     for (const PetscInt corner : sheet_.cells[cell]) {
       sums(living_cells, corner) += living_share(input.living, cell);
     }

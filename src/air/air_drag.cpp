@@ -18,7 +18,7 @@ AirDrag::AirDrag(const Surface& surface, const AirOptions& options)
 
 void AirDrag::begin_step(const AirInput& input) {
   const PetscInt owned = surface_.particles.owned;
-  resistance_.assign(static_cast<std::size_t>(owned), Eigen::Matrix3d::Zero());
+  resistance_.assign(owned, Eigen::Matrix3d::Zero());
   push_.setZero(3, owned);
   wind_.set_time(input.time_end);
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
@@ -34,7 +34,7 @@ void AirDrag::begin_step(const AirInput& input) {
       continue;
     }
     std::array<double, 3> share = surface_.point_shares();
-    if (surface_.has_quads() && input.mass[static_cast<std::size_t>(triangle[2])] == 0) {
+    if (surface_.has_quads() && input.mass[triangle[2]] == 0) {
       share = {0.5, 0.5, 0};
     }
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -52,7 +52,7 @@ void AirDrag::begin_step(const AirInput& input) {
     const Eigen::Vector3d push = resistance * wind;
     for (std::size_t k = 0; k < 3; ++k) {
       if (triangle[k] < owned) {
-        resistance_[static_cast<std::size_t>(triangle[k])] += share[k] * resistance;
+        resistance_[triangle[k]] += share[k] * resistance;
         push_.col(triangle[k]) += share[k] * push;
       }
     }
@@ -61,7 +61,7 @@ void AirDrag::begin_step(const AirInput& input) {
 
 void AirDrag::accelerate(Field& velocity, const std::vector<double>& mass, double h) const {
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    const double m = mass[static_cast<std::size_t>(i)];
+    const double m = mass[i];
     if (m > 0) {
       const Eigen::Matrix3d inertia = m * Eigen::Matrix3d::Identity() + h * resistance(i);
       velocity.vector(i) = inertia.inverse() * (m * velocity.vector(i) + h * push(i));

@@ -42,7 +42,7 @@ class AirDrag {
   void begin_step(const AirInput& input);
 
   /// D_i [N s/m] and b_i [N] of an owned particle; 0 before the first step.
-  const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[static_cast<std::size_t>(i)]; }
+  const Eigen::Matrix3d& resistance(PetscInt i) const { return resistance_[i]; }
   Eigen::Vector3d push(PetscInt i) const { return push_.col(i); }
   /// D of the owned particles [N s/m].
   const std::vector<Eigen::Matrix3d>& resistances() const { return resistance_; }

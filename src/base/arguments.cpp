@@ -141,7 +141,7 @@ std::string file_text(const std::string& path, const std::string& expected) {
 void broadcast(MPI_Comm comm, std::string& text) {
   int length = static_cast<int>(text.size());
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(static_cast<std::size_t>(length));
+  text.resize(length);
   MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
 }
 

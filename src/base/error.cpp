@@ -86,7 +86,7 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   }
   int length = static_cast<int>(message.size());
   MPI_Bcast(&length, 1, MPI_INT, first_failed, comm);
-  message.resize(static_cast<std::size_t>(length));
+  message.resize(length);
   MPI_Bcast(message.data(), length, MPI_CHAR, first_failed, comm);
   throw Error(message);
 }

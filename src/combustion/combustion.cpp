@@ -42,7 +42,7 @@ double volume_ratio(double mass_ratio, const CombustionOptions& options) {
 
 void set_volume_ratios(std::vector<double>& ratio, const Sheet& sheet, const Field& mass,
                        const CombustionOptions& options) {
-  ratio.resize(static_cast<std::size_t>(sheet.particles.local()));
+  ratio.resize(sheet.particles.local());
   for (std::size_t i = 0; i < ratio.size(); ++i) {
     ratio[i] = volume_ratio(mass.data()[i] > 0 ? mass.data()[i] / sheet.initial_mass[i] : options.min_mass, options);
   }
@@ -55,15 +55,14 @@ void set_target_lengths(TargetLengths& lengths, const Sheet& sheet, const std::v
     length.resize(springs.ends.size());
     for (std::size_t s = 0; s < length.size(); ++s) {
       const auto [a, b] = springs.ends[s];
-      length[s] =
-          springs.initial_length[s] * 0.5 * (ratio[static_cast<std::size_t>(a)] + ratio[static_cast<std::size_t>(b)]);
+      length[s] = springs.initial_length[s] * 0.5 * (ratio[a] + ratio[b]);
     }
   }
 }
 
 void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Living& living,
                          const std::vector<double>& ratio) {
-  const auto at = [&ratio](PetscInt i) { return ratio[static_cast<std::size_t>(i)]; };
+  const auto at = [&ratio](PetscInt i) { return ratio[i]; };
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     std::vector<double>& length = lengths[static_cast<std::size_t>(colour)];
@@ -75,8 +74,8 @@ void set_surface_lengths(TargetLengths& lengths, const Sheet& sheet, const Livin
       int triangles = 0;
       for (const PetscInt triangle : springs.triangles[s]) {
         const bool is_of_one_layer = colour == Colour::blue || colour == Colour::green;
-        if (is_of_one_layer && triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)]) {
-          const auto& [corner, next, lattice] = sheet.triangles[static_cast<std::size_t>(triangle)];
+        if (is_of_one_layer && triangle >= 0 && living.triangles[triangle]) {
+          const auto& [corner, next, lattice] = sheet.triangles[triangle];
           across += colour == Colour::blue ? at(lattice) : (at(corner) + at(next)) / 2;
           ++triangles;
         }

@@ -30,7 +30,7 @@ struct Plane {
 double nearest_distance(const Surface& points, const Plane& plane) {
   double nearest = std::numeric_limits<double>::infinity();
   for (PetscInt i = 0; i < points.particles.owned; ++i) {
-    if (plane.members[static_cast<std::size_t>(i)]) {
+    if (plane.members[i]) {
       nearest = std::min(nearest, plane.distance(points.rest.col(i)));
     }
   }

@@ -46,7 +46,7 @@ Pins::Pins(const Surface& points, const std::map<std::string, PinOptions>& optio
       for (PetscInt i = 0; i < points.particles.local(); ++i) {
         const auto k = static_cast<std::size_t>(i);
         if (chosen[k] && pinned_[k]) {
-          refuse_second_pin(key, pins_[static_cast<std::size_t>(numbers()[k])].name, points.persistent_id[k]);
+          refuse_second_pin(key, pins_[numbers()[k]].name, points.persistent_id[k]);
         }
         if (chosen[k]) {
           particles.push_back(i);
@@ -89,7 +89,7 @@ std::vector<PetscInt> Pins::numbers() const {
   std::vector<PetscInt> result(pinned_.size(), -1);
   for (std::size_t pin = 0; pin < pins_.size(); ++pin) {
     for (const PetscInt i : pins_[pin].particles) {
-      result[static_cast<std::size_t>(i)] = static_cast<PetscInt>(pin);
+      result[i] = static_cast<PetscInt>(pin);
     }
   }
   return result;
@@ -99,7 +99,7 @@ std::vector<bool> Pins::clamped() const {
   std::vector<bool> result(pinned_.size(), false);
   for (const Pin& pin : pins_) {
     for (const PetscInt i : pin.particles) {
-      result[static_cast<std::size_t>(i)] = pin.is_clamp;
+      result[i] = pin.is_clamp;
     }
   }
   return result;

@@ -36,7 +36,7 @@ Ends parse_ends(const std::string& name, const std::string& key) {
         axis[0] > 'z') {
       refuse_corner(key, name);
     }
-    ends.wanted[static_cast<std::size_t>(axis[0] - 'x')] = end == "min" ? -1 : 1;
+    ends.wanted[axis[0] - 'x'] = end == "min" ? -1 : 1;
   }
   return ends;
 }
@@ -50,7 +50,7 @@ class Selection {
   /// The marks of all local particles: ghosts get them from their owners. Collective.
   std::vector<bool> chosen() const {
     std::vector<bool> all = chosen_;
-    all.resize(static_cast<std::size_t>(points_.particles.local()));
+    all.resize(points_.particles.local());
     update_ghosts(points_.particles, all);
     return all;
   }
@@ -60,7 +60,7 @@ class Selection {
     PetscInt found = 0;
     for (PetscInt i = 0; i < points_.particles.owned; ++i) {
       if (holds(i)) {
-        chosen_[static_cast<std::size_t>(i)] = true;
+        chosen_[i] = true;
         ++found;
       }
     }
@@ -78,7 +78,7 @@ class Selection {
 
 /// Of the owned particles, the corners that belong to one cell only.
 std::vector<bool> geometric_corners(const Surface& points) {
-  std::vector<bool> corners(static_cast<std::size_t>(points.particles.owned));
+  std::vector<bool> corners(points.particles.owned);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i] = points.cell_count[i] == 1;
   }
@@ -115,7 +115,7 @@ void describe(OptionTable& table, SelectionOptions& options) {
 Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>& chosen) {
   Eigen::AlignedBox3d box;
   for (PetscInt i = 0; i < points.particles.owned; ++i) {
-    if (chosen[static_cast<std::size_t>(i)]) {
+    if (chosen[i]) {
       box.extend(points.rest.col(i));
     }
   }
@@ -140,9 +140,9 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
     for (const std::string& name : options.corners) {
       const Ends ends = parse_ends(name, key + ".corners");
       selection.add("corners: " + name, [&](PetscInt i) {
-        bool holds = corners[static_cast<std::size_t>(i)];
+        bool holds = corners[i];
         for (int axis = 0; holds && axis < 3; ++axis) {
-          const int wanted = ends.wanted[static_cast<std::size_t>(axis)];
+          const int wanted = ends.wanted[axis];
           const double end = wanted < 0 ? box.min()[axis] : box.max()[axis];
           holds = wanted == 0 || std::abs(points.rest(axis, i) - end) <= tolerance;
         }
@@ -151,8 +151,7 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
     }
   }
   const auto in_layer = [&](PetscInt i) {
-    return options.layer == Layer::both ||
-           points.is_lattice[static_cast<std::size_t>(i)] == (options.layer == Layer::lattice);
+    return options.layer == Layer::both || points.is_lattice[i] == (options.layer == Layer::lattice);
   };
   if (!options.box.empty()) {
     const Eigen::Map<const Eigen::Vector3d> first(options.box.data());
@@ -166,12 +165,11 @@ std::vector<bool> select(const Surface& points, const std::string& key, const Se
     });
   }
   for (const int id : options.vertices) {
-    selection.add("vertices: " + std::to_string(id),
-                  [&](PetscInt i) { return points.persistent_id[static_cast<std::size_t>(i)] == id; });
+    selection.add("vertices: " + std::to_string(id), [&](PetscInt i) { return points.persistent_id[i] == id; });
   }
   if (!options.group.empty()) {
     const std::vector<bool> members = members_of_group(points, key + ".group", options.group);
-    selection.add("group: " + options.group, [&](PetscInt i) { return members[static_cast<std::size_t>(i)]; });
+    selection.add("group: " + options.group, [&](PetscInt i) { return members[i]; });
   }
   return selection.chosen();
 }

@@ -281,7 +281,7 @@ std::string particles_inside(const std::vector<Body>& bodies, double time, const
     const Solid solid = body.at(time);
     Inside inside(body, least);
     for (PetscInt i = 0; i < particles.owned; ++i) {
-      if (!held[static_cast<std::size_t>(i)]) {
+      if (!held[i]) {
         inside.add(body.margin - signed_distance(solid, positions.vector(i)).distance);
       }
     }
@@ -297,7 +297,7 @@ std::string triangles_inside(const std::vector<Body>& bodies, double time, const
                              const Field& positions, const std::vector<bool>& held, double least) {
   const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
   const auto owned = static_cast<std::size_t>(surface.elements.owned) * per_element;
-  const auto is_held = [&held](PetscInt i) { return held[static_cast<std::size_t>(i)]; };
+  const auto is_held = [&held](PetscInt i) { return held[i]; };
   for (const Body& body : bodies) {
     const Solid solid = body.at(time);
     Inside inside(body, least);

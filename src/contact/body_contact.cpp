@@ -99,7 +99,7 @@ Eigen::Vector3d BodyContact::carried_place(const ElementPoint& point) const {
 void BodyContact::begin_step(const Field& start, double time_end, double h) {
   rounds_ = 0;
   for (Pressed& pressed : pressed_) {
-    pressed.stiffer.assign(static_cast<std::size_t>(surface_.particles.owned), 1);
+    pressed.stiffer.assign(surface_.particles.owned, 1);
   }
   const bool had_points = !points_.empty();
   sweep_.begin_step(start, time_end, h);
@@ -127,7 +127,7 @@ void BodyContact::find_friction() {
   for (std::size_t b = 0; b < pressed_.size(); ++b) {
     const Body& body = bodies()[b];
     std::vector<Friction>& friction = pressed_[b].friction;
-    friction.assign(static_cast<std::size_t>(surface_.particles.owned), {});
+    friction.assign(surface_.particles.owned, {});
     for (PetscInt i = 0; i < surface_.particles.owned && body.friction > 0; ++i) {
       const auto particle = static_cast<std::size_t>(i);
       const double gap = sweep_.start_gap(b, i);
@@ -260,9 +260,8 @@ void BodyContact::update_hessian(const Field& x, Curvature curvature) {
   for (ElementPoint& point : points_) {
     point.friction.tangent.move_to(slip_, slip_along(point.friction.normal, at_point(point, x) - carried_place(point)));
   }
-  for_each_vertex(x, [this](PetscInt i, std::size_t, const PointPotential& potential) {
-    hessian_[static_cast<std::size_t>(i)] += potential.hessian;
-  });
+  for_each_vertex(
+      x, [this](PetscInt i, std::size_t, const PointPotential& potential) { hessian_[i] += potential.hessian; });
   for (ElementPoint& point : points_) {
     point.hessian = press(point, x).hessian;
   }
@@ -315,8 +314,7 @@ std::vector<BodyContact::ElementPoint> BodyContact::find_points(const Field& x, 
           for (std::size_t k = 0; is_sampled_[b] && k < all_samples.size(); ++k) {
             ElementPoint sample = point;
             sample.weights = all_samples[k];
-            sample.stiffness = stiffness_ * element_area_[static_cast<std::size_t>(point.element)] /
-                               static_cast<double>(all_samples.size());
+            sample.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(all_samples.size());
             sample.nearer = nearer(b, at_point(sample, surface_.rest));
             lowest = std::min(lowest, gap(at_point(sample, x)));
             points.push_back(sample);
@@ -341,8 +339,7 @@ BodyContact::ElementPoint BodyContact::point_of(std::size_t body, std::size_t tr
   ElementPoint point;
   point.body = body;
   point.element = static_cast<PetscInt>(triangle / static_cast<std::size_t>(surface_.triangles_per_element));
-  point.stiffness = stiffness_ * element_area_[static_cast<std::size_t>(point.element)] /
-                    static_cast<double>(surface_.triangles_per_element);
+  point.stiffness = stiffness_ * element_area_[point.element] / static_cast<double>(surface_.triangles_per_element);
   point.particles = weights_of(surface_, triangle, Eigen::Vector3d::Zero()).particles;
   return point;
 }
@@ -368,9 +365,8 @@ void BodyContact::add_deepest(bool at_start, double below, std::size_t triangle,
   }
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::Index next = (k + 1) % 3;
-    const Eigen::Vector3d& end = at[static_cast<std::size_t>(next)];
-    auto side = deepest_point(solid, {at[static_cast<std::size_t>(k)], end, end}, below + margin,
-                              BodySweep::gap_error * thickness());
+    const Eigen::Vector3d& end = at[next];
+    auto side = deepest_point(solid, {at[k], end, end}, below + margin, BodySweep::gap_error * thickness());
     if (side) {
       const double share = side->weights[0];
       side->weights = share * Eigen::Vector3d::Unit(k) + (1 - share) * Eigen::Vector3d::Unit(next);
@@ -490,7 +486,7 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
   std::vector<double> forces(3 * bodies().size(), 0);
   const auto change = [&](std::size_t b, PetscInt i, const Eigen::Vector3d& by) {
     velocity.vector(i) += by;
-    Eigen::Map<Eigen::Vector3d>(forces.data() + 3 * b) -= mass[static_cast<std::size_t>(i)] / sweep_.h() * by;
+    Eigen::Map<Eigen::Vector3d>(forces.data() + 3 * b) -= mass[i] / sweep_.h() * by;
   };
   // By how much what has come to a place should leave a body faster than it does.
   const auto missing = [&](std::size_t b, double start_gap, const Eigen::Vector3d& place,
@@ -530,11 +526,11 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
 }
 
 PetscInt BodyContact::contacts(const Field& x) const {
-  std::vector<bool> touches(static_cast<std::size_t>(surface_.particles.owned), false);
+  std::vector<bool> touches(surface_.particles.owned, false);
   for_each_vertex(x, [&](PetscInt i, std::size_t body, const PointPotential&) {
     Eigen::Vector3d normal;
     if (sweep_.gap_at(body, sweep_.after(body), x.vector(i), normal) < thickness()) {
-      touches[static_cast<std::size_t>(i)] = true;
+      touches[i] = true;
     }
   });
   return static_cast<PetscInt>(std::count(touches.begin(), touches.end(), true));

@@ -80,9 +80,9 @@ bool BodyCorrection::correct_triangles(Field& positions, const ContactStep& step
     }
     has_any = true;
     push_particles(positions, step);
-    has_moved.assign(static_cast<std::size_t>(step.particles.local()), false);
+    has_moved.assign(step.particles.local(), false);
     for (Eigen::Index i = 0; i < before.cols(); ++i) {
-      has_moved[static_cast<std::size_t>(i)] = before.col(i) != values.col(i);
+      has_moved[i] = before.col(i) != values.col(i);
     }
   }
   return has_any;
@@ -107,8 +107,8 @@ Eigen::Vector3d BodyCorrection::corrected(std::size_t body, const SignedDistance
 
 void BodyCorrection::add_force(std::size_t body, PetscInt particle, const Eigen::Vector3d& moved_by,
                                const ContactStep& step) {
-  is_touched_[static_cast<std::size_t>(particle)] = true;
-  force_[body] -= step.mass[static_cast<std::size_t>(particle)] / (step.h * step.h) * moved_by;
+  is_touched_[particle] = true;
+  force_[body] -= step.mass[particle] / (step.h * step.h) * moved_by;
 }
 
 /// Moves local particles, ghosts too, alike on every rank.
@@ -118,7 +118,7 @@ void BodyCorrection::push_particles(Field& positions, const ContactStep& step) {
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       auto x = positions.vector(i);
       const SignedDistance gap = signed_distance(solid, x);
-      if (gap.distance >= bodies_[b].margin || step.pinned[static_cast<std::size_t>(i)]) {
+      if (gap.distance >= bodies_[b].margin || step.pinned[i]) {
         continue;
       }
       const Eigen::Vector3d before = x;
@@ -181,7 +181,7 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
     const Solid& solid = sweep_.after(b);
     for (PetscInt i = 0; i < step.particles.local(); ++i) {
       const SignedDistance gap = signed_distance(solid, positions.vector(i));
-      if (gap.distance > body.margin + touching || step.pinned[static_cast<std::size_t>(i)]) {
+      if (gap.distance > body.margin + touching || step.pinned[i]) {
         continue;
       }
       // The mean over the step, as in eq. 13: a particle that sticks to the body has exactly this velocity.
@@ -200,7 +200,7 @@ PetscInt BodyCorrection::correct_velocities(Field& velocities, const Field& posi
           slip_after_friction(along_surface(relative, gap.normal), body.friction * approach);
       if (i < step.particles.owned) {
         ++approaching;
-        force_[b] -= step.mass[static_cast<std::size_t>(i)] / step.h * (corrected - velocities.vector(i));
+        force_[b] -= step.mass[i] / step.h * (corrected - velocities.vector(i));
       }
       velocities.vector(i) = corrected;
     }
@@ -242,7 +242,7 @@ void BodyCorrection::stop_triangles(Field& velocities, const Field& positions, c
       });
   changes.visit([&](std::size_t body, PetscInt particle, const Eigen::Vector3d& by) {
     velocities.vector(particle) += by;
-    force_[body] -= step.mass[static_cast<std::size_t>(particle)] / step.h * by;
+    force_[body] -= step.mass[particle] / step.h * by;
   });
   if (on_any_rank(surface_.comm(), !changes.empty())) {
     velocities.update_ghosts();
@@ -254,7 +254,7 @@ std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const Contac
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     BodyLoad& load = loads.emplace_back(BodyLoad{force_[b], triangle_gap_[b]});
     for (PetscInt i = 0; i < step.particles.owned; ++i) {
-      if (!step.pinned[static_cast<std::size_t>(i)]) {
+      if (!step.pinned[i]) {
         const SignedDistance gap = signed_distance(sweep_.after(b), positions.vector(i));
         load.gap = std::min(load.gap, gap.distance - bodies_[b].margin);
       }

@@ -62,7 +62,7 @@ std::optional<std::array<double, 4>> BodySweep::shares(const PointWeights& point
   for (std::size_t k = 0; k < 4; ++k) {
     if (const PetscInt particle = point.particles[k]; !is_held(particle)) {
       free += point.weights[k];
-      shares[k] = point.weights[k] / mass[static_cast<std::size_t>(particle)];
+      shares[k] = point.weights[k] / mass[particle];
       sum += shares[k] * point.weights[k];
     }
   }
@@ -108,12 +108,12 @@ void BodySweep::set_time(double time_end, double h) {
     moved.after = bodies_[b].at(time_end);
     const Pose& pose = moved.before.pose;
     moved.is_at_rest = pose.place == moved.after.pose.place && pose.turn == moved.after.pose.turn;
-    moved.start_gap.resize(static_cast<std::size_t>(surface_.particles.local()));
+    moved.start_gap.resize(surface_.particles.local());
     moved.least_start_gap = std::numeric_limits<double>::infinity();
     for (PetscInt i = 0; i < surface_.particles.local(); ++i) {
       Eigen::Vector3d normal;
       const double gap = gap_at(b, moved.before, start_.vector(i), normal);
-      moved.start_gap[static_cast<std::size_t>(i)] = gap;
+      moved.start_gap[i] = gap;
       moved.least_start_gap = std::min(moved.least_start_gap, gap);
     }
   }
@@ -128,8 +128,8 @@ double BodySweep::gap_at(std::size_t body, const Solid& solid, const Eigen::Vect
 
 /// Whether an element has one of these as a corner.
 bool BodySweep::has_any(std::size_t element, const std::vector<bool>& particles) const {
-  for (std::size_t k = 0; k < static_cast<std::size_t>(surface_.sides_per_element()); ++k) {
-    if (particles[static_cast<std::size_t>(surface_.corner(element, k))]) {
+  for (PetscInt k = 0; k < surface_.sides_per_element(); ++k) {
+    if (particles[surface_.corner(element, k)]) {
       return true;
     }
   }
@@ -196,7 +196,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
   if (moved_[body].least_start_gap >= farthest) {
     return {};
   }
-  std::vector<double> shares(static_cast<std::size_t>(surface_.particles.local()), 1);
+  std::vector<double> shares(surface_.particles.local(), 1);
   const double rounding = 0.05 * std::min(thickness_, middle);
   const double margin = bodies_[body].margin;
   // Gaps at `from` are no less than this.
@@ -236,7 +236,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     const Eigen::Vector3d b = to.vector(i);
     const double length = (b - a).norm();
     if (length > least_gap(i) + middle) {
-      shares[static_cast<std::size_t>(i)] =
+      shares[i] =
           trace(length, [&](double share) { return signed_distance(solid, between(a, b, share)).distance - margin; });
     }
   }
@@ -262,7 +262,7 @@ std::vector<double> BodySweep::safe_shares(std::size_t body, const Field& from, 
     });
     if (share < 1) {
       const auto shorten = [&](PetscInt i) {
-        double& old = shares[static_cast<std::size_t>(i)];
+        double& old = shares[i];
         old = std::min(old, share);
       };
       if (surface_.has_quads()) {
@@ -297,13 +297,13 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
       double least = 1;
       if (how == StepLimit::all_alike || round + 1 == most) {
         for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
-          least = std::min(least, shares[static_cast<std::size_t>(i)]);
+          least = std::min(least, shares[i]);
         }
         MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
       }
       bool changes = false;
       for (PetscInt i = 0; i < owned && (least < 1 || !shares.empty()); ++i) {
-        const double share = least < 1 ? least : shares[static_cast<std::size_t>(i)];
+        const double share = least < 1 ? least : shares[i];
         if (share < 1 && !is_held(i)) {
           changes = true;
           to.vector(i) = (1 - share) * begin.vector(i) + share * to.vector(i);

@@ -86,7 +86,7 @@ class BodySweep {
   void set_time(double time_end, double h);
 
   const Field& start() const { return start_; }
-  bool is_held(PetscInt particle) const { return held_[static_cast<std::size_t>(particle)]; }
+  bool is_held(PetscInt particle) const { return held_[particle]; }
   double h() const { return h_; }                                              ///< [s]
   double time() const { return time_; }                                        ///< of the step's start [s]
   const Solid& before(std::size_t body) const { return moved_[body].before; }  ///< where it starts
@@ -96,9 +96,7 @@ class BodySweep {
     return h_ > 0 ? particles_inside(bodies_, time_, surface_.particles, start_, held_, least) : "";
   }
   /// Between body, with its margin, and a local particle, both where they start [m]. Once a step has begun.
-  double start_gap(std::size_t body, PetscInt particle) const {
-    return moved_[body].start_gap[static_cast<std::size_t>(particle)];
-  }
+  double start_gap(std::size_t body, PetscInt particle) const { return moved_[body].start_gap[particle]; }
   /// How far each particle of a point moves if the point is to move by 1: by its weight and inversely to its mass.
   /// Nothing if free particles have so little of a part in it that they cannot move it.
   std::optional<std::array<double, 4>> shares(const PointWeights& point, const std::vector<double>& mass) const;

@@ -62,7 +62,7 @@ ContactMesh::ContactMesh(const ContactSurface& surface)
     const ContactSurface::Element& element = surface.element(e);
     const double share = element.is_quad() ? (1 - centre_share) / 4 : 1.0 / 3;
     for (std::size_t k = 0; k < (element.is_quad() ? 4 : 3); ++k) {
-      particle_area_[static_cast<std::size_t>(element.corners[k])] += share * element.area;
+      particle_area_[element.corners[k]] += share * element.area;
     }
   }
   update_ghosts(surface.particles(), particle_area_);
@@ -222,7 +222,7 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
 
   const std::vector<std::array<PetscInt, 3>> old_triangles = std::exchange(triangles_, {});
   const std::vector<std::array<PetscInt, 4>> old_centres = std::exchange(centres_, {});
-  has_.assign(static_cast<std::size_t>(reach_.local()), false);
+  has_.assign(reach_.local(), false);
   centre_area_.clear();
   for (const PetscInt e : here) {
     add(element(e), surface_.element(e).corners);
@@ -254,9 +254,9 @@ bool ContactMesh::gather(const Motion& motion, const Field& start, const std::ve
 
 /// @param known in reach: undeformed place, area, thickness, stiffness, place at the start, low, high, is new
 void ContactMesh::find_points(const Field& known) {
-  points_.resize(static_cast<std::size_t>(points()));
+  points_.resize(points());
   for (PetscInt number = 0; number < points(); ++number) {
-    Point& point = points_[static_cast<std::size_t>(number)];
+    Point& point = points_[number];
     const Particles of_point = particles(number);
     const auto& values = known.values();
     point.rest = mean(values.topRows<3>(), number);
@@ -264,8 +264,7 @@ void ContactMesh::find_points(const Field& known) {
     point.low = mean(values.middleRows<3>(9), number);
     point.high = mean(values.middleRows<3>(12), number);
     const PetscInt first = *of_point.begin();
-    point.area =
-        number < reach_.local() ? values(3, first) : centre_area_[static_cast<std::size_t>(number - reach_.local())];
+    point.area = number < reach_.local() ? values(3, first) : centre_area_[number - reach_.local()];
     point.thickness = values(4, first);
     point.stiffness = values(5, first);
     point.is_own = std::any_of(of_point.begin(), of_point.end(), [this](PetscInt i) { return i < reach_.owned; });
@@ -283,15 +282,15 @@ void ContactMesh::find_leads() {
     std::size_t number;
   };
   std::vector<Side> sides;
-  std::vector<bool> has_leader(static_cast<std::size_t>(points()));
+  std::vector<bool> has_leader(points());
   leads_.assign(triangles_.size(), {});
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const PetscInt a = triangles_[t][k];
       const PetscInt b = triangles_[t][(k + 1) % 3];
       sides.push_back({{std::min(a, b), std::max(a, b)}, t, k});
-      leads_[t].point[k] = !has_leader[static_cast<std::size_t>(a)];
-      has_leader[static_cast<std::size_t>(a)] = true;
+      leads_[t].point[k] = !has_leader[a];
+      has_leader[a] = true;
     }
   }
   std::sort(sides.begin(), sides.end(),
@@ -307,7 +306,7 @@ void ContactMesh::find_leads() {
 void ContactMesh::add(const Element& element, const std::array<PetscInt, 4>& corners) {
   for (const PetscInt corner : corners) {
     if (corner >= 0) {
-      has_[static_cast<std::size_t>(corner)] = true;
+      has_[corner] = true;
     }
   }
   if (corners[3] < 0) {

@@ -65,11 +65,10 @@ class ContactMesh {
     const PetscInt* end() const { return number.data() + count; }
   };
   Particles particles(PetscInt point) const {
-    return point < reach_.local() ? Particles{{point}, 1}
-                                  : Particles{centres_[static_cast<std::size_t>(point - reach_.local())], 4};
+    return point < reach_.local() ? Particles{{point}, 1} : Particles{centres_[point - reach_.local()], 4};
   }
   /// Whether a triangle has an owned particle as a corner, or through its centre.
-  bool has(PetscInt particle) const { return has_[static_cast<std::size_t>(particle)]; }
+  bool has(PetscInt particle) const { return has_[particle]; }
 
   /// Places of all points when the particles are at x, whose ghosts need not be up to date. Collective.
   void write_points(const Field& x, Eigen::Matrix3Xd& points) const;
@@ -87,7 +86,7 @@ class ContactMesh {
     bool is_own = false;    ///< whether this rank owns a particle of it
     bool is_new = false;    ///< whether it may go where the last call's bounds did not let it go
   };
-  const Point& point(PetscInt number) const { return points_[static_cast<std::size_t>(number)]; }
+  const Point& point(PetscInt number) const { return points_[number]; }
 
  private:
   /// An element as it is sent to other ranks.

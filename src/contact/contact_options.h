@@ -23,7 +23,6 @@ struct ContactOptions {
   std::optional<double> thickness;  ///< gap at which two surfaces begin to press [m]; none: a share of the mean side
   std::optional<double> stiffness;  ///< pressure over depth [Pa/m]; none: see usual_contact_stiffness
   double friction = 0;              ///< Coulomb's coefficient between surfaces
-  bool together = false;            ///< several objects touch each other: follows from their `self`
   Choice<ContactStart> start = ContactStart::accept;
   bool check = false;        ///< count after every step where surfaces pass through themselves
   double slip_speed = 1e-3;  ///< relative to each other, above which friction is Coulomb's in full [m/s]

@@ -46,7 +46,7 @@ class Search {
       touches_own.push_back(any_of(triangle, &ContactMesh::Point::is_own));
     }
     mesh_.tree().visit_pairs_of(marked, [&](int a, int b) {
-      if (touches_own[static_cast<std::size_t>(a)] || touches_own[static_cast<std::size_t>(b)]) {
+      if (touches_own[a] || touches_own[b]) {
         add_triangles(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b)), pairs);
       }
     });
@@ -168,7 +168,7 @@ class Search {
     double first = -std::numeric_limits<double>::infinity();
     double second = first;
     for (int k = 0; k < 4; ++k) {
-      const ContactMesh::Point& point = mesh_.point(pair.points[static_cast<std::size_t>(k)]);
+      const ContactMesh::Point& point = mesh_.point(pair.points[k]);
       const Eigen::Vector3d with = pair.normal.cwiseProduct(point.high);
       const Eigen::Vector3d against = pair.normal.cwiseProduct(point.low);
       if (k < pair.first_feature()) {
@@ -232,7 +232,7 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
   for (const auto& [first, last] : {std::pair(0, first_feature()), std::pair(first_feature(), 4)}) {
     int base = -1;
     for (int k = first; k < last; ++k) {
-      if (where.weights[static_cast<std::size_t>(k)] == 0) {
+      if (where.weights[k] == 0) {
         continue;
       }
       if (base < 0) {
@@ -241,14 +241,13 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
       }
       changes(k, free) = 1;
       changes(base, free) = -1;
-      along.col(free) =
-          places.col(points[static_cast<std::size_t>(k)]) - places.col(points[static_cast<std::size_t>(base)]);
+      along.col(free) = places.col(points[k]) - places.col(points[base]);
       ++free;
     }
   }
   Eigen::Matrix<double, 12, 1> slope;  // f_x
   for (int k = 0; k < 4; ++k) {
-    const double weight = where.weights[static_cast<std::size_t>(k)];
+    const double weight = where.weights[k];
     slope.segment<3>(3 * k) = weight * where.apart;
     for (int a = 0; a < free; ++a) {
       mixed.block<3, 1>(3 * k, a) = changes(k, a) * where.apart + weight * along.col(a);
@@ -257,8 +256,7 @@ Eigen::Matrix<double, 12, 12> ContactPair::gap_curvature(const Eigen::Matrix3Xd&
   Eigen::Matrix<double, 12, 12> curvature;
   for (int k = 0; k < 4; ++k) {
     for (int l = 0; l < 4; ++l) {
-      curvature.block<3, 3>(3 * k, 3 * l) = where.weights[static_cast<std::size_t>(k)] *
-                                            where.weights[static_cast<std::size_t>(l)] * Eigen::Matrix3d::Identity();
+      curvature.block<3, 3>(3 * k, 3 * l) = where.weights[k] * where.weights[l] * Eigen::Matrix3d::Identity();
     }
   }
   const Eigen::Matrix2d lengths = along.transpose() * along;

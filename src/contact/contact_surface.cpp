@@ -41,17 +41,17 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
     largest_thickness_ = std::max(largest_thickness_, thickness);
     for (PetscInt i = 0; i < part.particles.local(); ++i) {
       rest_.col(particles_.local(p, i)) = part.rest.col(i);
-      thickness_[static_cast<std::size_t>(particles_.local(p, i))] = thickness;
+      thickness_[particles_.local(p, i)] = thickness;
     }
     for (PetscInt e = 0; e < part.elements.local(); ++e) {
       const auto number = static_cast<std::size_t>(e);
-      Element& element = local_elements_[static_cast<std::size_t>(elements_.local(p, e))];
+      Element& element = local_elements_[elements_.local(p, e)];
       element.part = p;
       element.first_triangle = number * static_cast<std::size_t>(part.triangles_per_element);
-      for (std::size_t k = 0; k < static_cast<std::size_t>(part.sides_per_element()); ++k) {
+      for (PetscInt k = 0; k < part.sides_per_element(); ++k) {
         element.corners[k] = particles_.local(p, part.corner(number, k));
       }
-      if (part.has_quads() && part.is_lattice[static_cast<std::size_t>(part.lattice[number])]) {
+      if (part.has_quads() && part.is_lattice[part.lattice[number]]) {
         element.lattice = particles_.local(p, part.lattice[number]);
       }
       const auto side = [&](std::size_t from, std::size_t to) {
@@ -64,7 +64,7 @@ ContactSurface::ContactSurface(const std::vector<Part>& parts)
 
 double mean_side(const Surface& surface) {
   std::array<double, 2> sums{};  // of sides, two of each element, and how many
-  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+  for (PetscInt e = 0; e < surface.elements.owned; ++e) {
     for (std::size_t k = 0; k < 2; ++k) {
       sums[0] += (surface.rest.col(surface.corner(e, k + 1)) - surface.rest.col(surface.corner(e, k))).norm();
       sums[1] += 1;
@@ -76,7 +76,7 @@ double mean_side(const Surface& surface) {
 
 void ContactSurface::set_stiffness(std::size_t part, double stiffness) {
   for (PetscInt i = 0; i < parts_[part].surface->particles.local(); ++i) {
-    stiffness_[static_cast<std::size_t>(particles_.local(part, i))] = stiffness;
+    stiffness_[particles_.local(part, i)] = stiffness;
   }
 }
 

@@ -43,13 +43,13 @@ class ContactSurface {
   const Layout& particles() const { return particles_.layout(); }
   const Layout& elements() const { return elements_.layout(); }
   /// A local element.
-  const Element& element(PetscInt number) const { return local_elements_[static_cast<std::size_t>(number)]; }
+  const Element& element(PetscInt number) const { return local_elements_[number]; }
   /// Undeformed places of the local particles [m].
   const Eigen::Matrix3Xd& rest() const { return rest_; }
   /// Thickness of the contact with itself of the part that a local particle is in [m].
-  double thickness(PetscInt particle) const { return thickness_[static_cast<std::size_t>(particle)]; }
+  double thickness(PetscInt particle) const { return thickness_[particle]; }
   /// Stiffness of that contact [Pa/m].
-  double stiffness(PetscInt particle) const { return stiffness_[static_cast<std::size_t>(particle)]; }
+  double stiffness(PetscInt particle) const { return stiffness_[particle]; }
   /// The largest thickness of all parts [m].
   double largest_thickness() const { return largest_thickness_; }
 

@@ -32,7 +32,7 @@ std::vector<Drawn> all_triangles(const std::vector<PlacedSurface>& surfaces) {
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const auto& [surface, position, living] = surfaces[s];
     const auto each = static_cast<std::size_t>(surface.triangles_per_element);
-    for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+    for (PetscInt e = 0; e < surface.elements.owned; ++e) {
       const DrawnPlaces places_of(surface, position.data(), e);
       for (std::size_t t = each * e; t < each * (e + 1); ++t) {
         if (living != nullptr && !(*living)[t]) {
@@ -43,7 +43,7 @@ std::vector<Drawn> all_triangles(const std::vector<PlacedSurface>& surfaces) {
         drawn.element = surface.element_id[e];
         const std::array<Eigen::Vector3d, 3> places = places_of(surface.triangles[t]);
         for (std::size_t k = 0; k < 3; ++k) {
-          drawn.points[k] = surface.persistent_id[static_cast<std::size_t>(surface.triangles[t][k])];
+          drawn.points[k] = surface.persistent_id[surface.triangles[t][k]];
           std::copy_n(places[k].data(), 3, drawn.places.begin() + static_cast<std::ptrdiff_t>(3 * k));
         }
         own.push_back(drawn);
@@ -76,13 +76,12 @@ struct Heap {
     }
   }
   Triangle corners(int triangle) const {
-    const auto [a, b, c] = triangles[static_cast<std::size_t>(triangle)];
-    return {points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)],
-            points[static_cast<std::size_t>(c)]};
+    const auto [a, b, c] = triangles[triangle];
+    return {points[a], points[b], points[c]};
   }
   bool have_common_point(int first, int second) const {
-    const std::array<int, 3>& a = triangles[static_cast<std::size_t>(first)];
-    const std::array<int, 3>& b = triangles[static_cast<std::size_t>(second)];
+    const std::array<int, 3>& a = triangles[first];
+    const std::array<int, 3>& b = triangles[second];
     return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
   }
   /// The pairs of triangles for which a test holds, ascending. @param reach by which their boxes may be apart [m]
@@ -116,8 +115,8 @@ struct Heap {
 };
 
 void note_first(Crossings& crossings, const std::vector<Drawn>& all, const NumberPair& pair) {
-  const Drawn& first = all[static_cast<std::size_t>(pair[0])];
-  const Drawn& second = all[static_cast<std::size_t>(pair[1])];
+  const Drawn& first = all[pair[0]];
+  const Drawn& second = all[pair[1]];
   crossings.elements = {static_cast<PetscInt>(first.element), static_cast<PetscInt>(second.element)};
   crossings.surfaces = {first.surface, second.surface};
   crossings.place = Eigen::Vector3d(first.places.data());
@@ -211,6 +210,25 @@ Crossings find_new_crossings(const std::vector<PlacedSurface>& before, const std
       note_first(crossings, all, added.front());
     }
   });
+}
+
+std::string crossing_words(const Crossings& crossings, const std::vector<std::string>& names) {
+  const auto element = [&](std::size_t k) {
+    const std::string& object = names[crossings.surfaces[k]];
+    return (object.empty() ? "" : object + "'s ") + std::to_string(crossings.elements[k]);
+  };
+  std::string words;
+  if (crossings.pairs > 0) {
+    words = std::to_string(crossings.pairs) + " pairs of triangles pass through each other";
+  }
+  if (crossings.touching > 0) {
+    words += words.empty() ? std::to_string(crossings.touching) + " pairs of triangles touch"
+                           : " and " + std::to_string(crossings.touching) + " touch";
+  }
+  char text[200];
+  std::snprintf(text, sizeof text, ", first of elements %s and %s at (%.4g, %.4g, %.4g) m", element(0).c_str(),
+                element(1).c_str(), crossings.place[0], crossings.place[1], crossings.place[2]);
+  return words + text;
 }
 
 }  // namespace contact

@@ -43,5 +43,9 @@ bool triangles_touch(const Triangle& first, const Triangle& second, double touch
 /// @param before the same triangles at other places
 Crossings find_new_crossings(const std::vector<PlacedSurface>& before, const std::vector<PlacedSurface>& surfaces);
 
+/// "3 pairs of triangles pass through each other, first of elements 4 and 9 at (1, 0, 2) m". @param names of the
+/// objects whose surfaces were examined; empty ones are not said
+std::string crossing_words(const Crossings& crossings, const std::vector<std::string>& names);
+
 }  // namespace contact
 }  // namespace pellicle

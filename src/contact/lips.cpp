@@ -138,7 +138,7 @@ void move_lips(const CrackedSurface& cracked) {
     find_ways(fans.data() + first, end - first, length);
   }
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    if (const auto lip = number.find(surface.persistent_id[static_cast<std::size_t>(i)]); lip != number.end()) {
+    if (const auto lip = number.find(surface.persistent_id[i]); lip != number.end()) {
       position.vector(i) += fans[lip->second].way;
     }
   }
@@ -150,7 +150,7 @@ void move_lips(const CrackedSurface& cracked) {
 std::vector<Lip> find_lips(const Surface& surface, const SplitCorners& corners) {
   std::vector<Lip> lips;
   for (const SplitCorners::Copy& copy : corners.copies) {
-    const PetscInt original = surface.persistent_id[static_cast<std::size_t>(copy.original)];
+    const PetscInt original = surface.persistent_id[copy.original];
     lips.push_back({original, original});
     lips.push_back({original, copy.id});
   }

@@ -33,7 +33,7 @@ SurfaceContact::SurfaceContact(const std::vector<ContactSurface::Part>& parts, c
 
 void SurfaceContact::set_surface(const std::vector<bool>& held, const std::vector<bool>* living, std::size_t part) {
   for (std::size_t i = 0; i < held.size(); ++i) {
-    held_[static_cast<std::size_t>(joined().local(part, static_cast<PetscInt>(i)))] = held[i];
+    held_[joined().local(part, static_cast<PetscInt>(i))] = held[i];
   }
   if (living != nullptr) {
     surface_.set_living(part, *living);
@@ -131,7 +131,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
   if (!is_first) {
     room_used_ = std::max(room_used_, room_used(x));
   }
-  std::vector<bool> is_new(static_cast<std::size_t>(surface_.particles().local()));
+  std::vector<bool> is_new(surface_.particles().local());
   for (PetscInt i = 0; i < surface_.particles().local(); ++i) {
     const Eigen::Array3d way = to.vector(i) - x.vector(i);
     const double more = more_of_thickness * surface_.thickness(i);
@@ -144,7 +144,7 @@ void SurfaceContact::search(const Field& x, const Field& to) {
       low = low.max(old_low);  // Pairs are known up to there.
       high = high.min(old_high);
     } else {
-      is_new[static_cast<std::size_t>(i)] = true;
+      is_new[i] = true;
     }
     low_.vector(i) = low;
     high_.vector(i) = high;
@@ -271,17 +271,17 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
   mesh_.write_points(trial_, to);
   from -= reference_;
   to -= reference_;
-  std::vector<double> furthest(static_cast<std::size_t>(from.cols()));  // that each point can come from its reference
+  std::vector<double> furthest(from.cols());  // that each point can come from its reference
   for (PetscInt point = 0; point < from.cols(); ++point) {
-    double& way = furthest[static_cast<std::size_t>(point)];
+    double& way = furthest[point];
     way = from.col(point).norm();
     const ContactMesh::Particles particles = mesh_.particles(point);
     for (const PetscInt i : particles) {
       way += particles.weight() * (to.col(i) - from.col(i)).norm();
     }
   }
-  const auto furthest_of = [&furthest](PetscInt point) { return furthest[static_cast<std::size_t>(point)]; };
-  std::vector<double> shares(static_cast<std::size_t>(owned), 1);
+  const auto furthest_of = [&furthest](PetscInt point) { return furthest[point]; };
+  std::vector<double> shares(owned, 1);
   double share = 1;
   for (const ContactPair& pair : near_) {
     const double whole_room = std::min(room_share * pair.distance, pair.distance - least_gap * pair.barrier.thickness);
@@ -323,7 +323,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       const Eigen::Vector3d along = is_second ? pair.normal : Eigen::Vector3d(-pair.normal);
       for (const PetscInt i : mesh_.particles(pair.points[k])) {
         if (i < owned && along.dot(to.col(i) - from.col(i)) > 0) {
-          double& least = shares[static_cast<std::size_t>(i)];
+          double& least = shares[i];
           least = std::min(least, of_point);
         }
       }
@@ -347,12 +347,12 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
 void SurfaceContact::shorten(const std::vector<double>& shares, Eigen::Ref<Eigen::Matrix3Xd> step) {
   Field& back = trial_;
   for (PetscInt i = 0; i < surface_.particles().owned; ++i) {
-    back.vector(i) = (shares[static_cast<std::size_t>(i)] - 1) * step.col(i);
+    back.vector(i) = (shares[i] - 1) * step.col(i);
   }
   back.update_ghosts();
   for (PetscInt e = 0; e < surface_.elements().owned; ++e) {
     const ContactSurface::Element& element = surface_.element(e);
-    if (element.lattice >= 0 && !held_[static_cast<std::size_t>(element.lattice)]) {
+    if (element.lattice >= 0 && !held_[element.lattice]) {
       for (const PetscInt corner : element.corners) {
         back.vector(element.lattice) += back.vector(corner) / 4;
       }
@@ -590,11 +590,11 @@ void SurfaceContact::add_curvature(const Contact& contact, LowerBlocks& lower) c
 }
 
 void SurfaceContact::note_load() {
-  load_.assign(static_cast<std::size_t>(surface_.particles().owned), 0);
+  load_.assign(surface_.particles().owned, 0);
   for (const ContactPair& pair : near_) {
     for (const PetscInt point : {pair.points.front(), pair.points.back()}) {
       if (const PetscInt particle = *mesh_.particles(point).begin(); particle < surface_.particles().owned) {
-        load_[static_cast<std::size_t>(particle)] += 0.5;
+        load_[particle] += 0.5;
       }
     }
   }

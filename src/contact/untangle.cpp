@@ -48,7 +48,7 @@ std::vector<Edge> edges_of(const std::vector<std::array<int, 3>>& triangles,
         edges.push_back({{least, largest}, {triangle[(k + 2) % 3], -1}});
         of_triangles[t][k] = found->second;
       } else {
-        edges[static_cast<std::size_t>(found->second)].thirds[1] = triangle[(k + 2) % 3];
+        edges[found->second].thirds[1] = triangle[(k + 2) % 3];
       }
     }
   }
@@ -60,7 +60,7 @@ std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
                                            const std::vector<std::array<int, 3>>& edges_of_triangles,
                                            const std::vector<std::array<int, 3>>& triangles,
                                            const std::vector<Eigen::Vector3d>& places) {
-  const auto at = [&places](int point) { return places[static_cast<std::size_t>(point)]; };
+  const auto at = [&places](int point) { return places[point]; };
   std::vector<Bounds> boxes;
   for (const std::array<int, 3>& triangle : triangles) {
     Eigen::AlignedBox3d box;
@@ -71,12 +71,12 @@ std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
   }
   std::vector<std::pair<int, int>> found;
   const auto add = [&](int one, int other) {
-    const std::array<int, 3>& t = triangles[static_cast<std::size_t>(other)];
-    for (const int e : edges_of_triangles[static_cast<std::size_t>(one)]) {
+    const std::array<int, 3>& t = triangles[other];
+    for (const int e : edges_of_triangles[one]) {
       if (e < 0) {
         continue;
       }
-      const std::array<int, 2>& ends = edges[static_cast<std::size_t>(e)].ends;
+      const std::array<int, 2>& ends = edges[e].ends;
       if (std::find_first_of(t.begin(), t.end(), ends.begin(), ends.end()) == t.end() &&
           segment_cuts_triangle(at(ends[0]), at(ends[1]), {at(t[0]), at(t[1]), at(t[2])})) {
         found.emplace_back(e, other);
@@ -94,7 +94,7 @@ std::vector<std::pair<int, int>> find_cuts(const std::vector<Edge>& edges,
 /// R - 2 (E.R)/(E.N) N, with the direction E of the edge, the direction R of the cut into A, and the normal N.
 Eigen::Vector3d way_out(const Edge& edge, const std::array<int, 3>& triangle,
                         const std::vector<Eigen::Vector3d>& places) {
-  const auto at = [&places](int point) { return places[static_cast<std::size_t>(point)]; };
+  const auto at = [&places](int point) { return places[point]; };
   const Eigen::Vector3d along = (at(edge.ends[1]) - at(edge.ends[0])).normalized();
   const Eigen::Vector3d normal =
       (at(triangle[1]) - at(triangle[0])).cross(at(triangle[2]) - at(triangle[0])).normalized();
@@ -122,14 +122,12 @@ class Edges {
       : edges_(edges_of(mesh.triangles, of_triangles_)), neighbours_(mesh.particles.size()) {
     const std::vector<Eigen::Vector3d> places = mesh.points();
     for (const Edge& edge : edges_) {
-      side_ +=
-          (places[static_cast<std::size_t>(edge.ends[1])] - places[static_cast<std::size_t>(edge.ends[0])]).norm() /
-          static_cast<double>(edges_.size());
+      side_ += (places[edge.ends[1]] - places[edge.ends[0]]).norm() / static_cast<double>(edges_.size());
       for (const int a : mesh.particles_of(edge.ends[0])) {
         for (const int b : mesh.particles_of(edge.ends[1])) {
           if (a != b) {
-            neighbours_[static_cast<std::size_t>(a)].push_back(b);
-            neighbours_[static_cast<std::size_t>(b)].push_back(a);
+            neighbours_[a].push_back(b);
+            neighbours_[b].push_back(a);
           }
         }
       }
@@ -140,7 +138,7 @@ class Edges {
     }
   }
 
-  const Edge& edge(int number) const { return edges_[static_cast<std::size_t>(number)]; }
+  const Edge& edge(int number) const { return edges_[number]; }
   double mean_side() const { return side_; }
 
   /// Moves the particles until nothing cuts through anything. @returns the edges and triangles that still do after all
@@ -155,13 +153,12 @@ class Edges {
       std::vector<Eigen::Vector4d> moves(mesh.particles.size(), Eigen::Vector4d::Zero());  // sums, and how many
       for (const auto& [e, t] : cuts) {
         const Edge& edge = this->edge(e);
-        const std::array<int, 3>& triangle = mesh.triangles[static_cast<std::size_t>(t)];
+        const std::array<int, 3>& triangle = mesh.triangles[t];
         const Eigen::Vector3d out = way_out(edge, triangle, places);
         const Eigen::Vector3d move = most_of_side * side_ / std::sqrt(out.squaredNorm() + 1) * out;
         const auto push = [&](int point, double sign) {
           for (const int particle : mesh.particles_of(point)) {
-            moves[static_cast<std::size_t>(particle)] +=
-                Eigen::Vector4d(sign * move[0], sign * move[1], sign * move[2], 1);
+            moves[particle] += Eigen::Vector4d(sign * move[0], sign * move[1], sign * move[2], 1);
           }
         };
         push(edge.ends[0], 1);
@@ -176,7 +173,7 @@ class Edges {
           move = moves[i].head<3>() / moves[i][3];
         } else {
           for (const int j : neighbours_[i]) {
-            const Eigen::Vector4d& of_neighbour = moves[static_cast<std::size_t>(j)];
+            const Eigen::Vector4d& of_neighbour = moves[j];
             move += 0.5 * of_neighbour.head<3>() /
                     (std::max(of_neighbour[3], 1.0) * static_cast<double>(neighbours_[i].size()));
           }
@@ -205,7 +202,7 @@ bool part_touching(TangledMesh& mesh, double distance) {
     Triangle& of = corners.emplace_back();
     Eigen::AlignedBox3d box;
     for (std::size_t k = 0; k < 3; ++k) {
-      of[k] = places[static_cast<std::size_t>(triangle[k])];
+      of[k] = places[triangle[k]];
       box.extend(Eigen::Vector3d(of[k].array() - mesh.touch / 2));
       box.extend(Eigen::Vector3d(of[k].array() + mesh.touch / 2));
     }
@@ -223,7 +220,7 @@ bool part_touching(TangledMesh& mesh, double distance) {
     for (const auto& [triangle, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
       for (const int point : mesh.triangles[triangle]) {
         for (const int particle : mesh.particles_of(point)) {
-          Eigen::Vector4d& move = moves[static_cast<std::size_t>(particle)];
+          Eigen::Vector4d& move = moves[particle];
           move.head<3>() += sign * normal;
           move[3] += 1;
         }
@@ -294,7 +291,7 @@ std::vector<Eigen::Vector3d> TangledMesh::points() const {
   for (const std::array<int, 4>& corners : centres) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int corner : corners) {
-      sum += particles[static_cast<std::size_t>(corner)];
+      sum += particles[corner];
     }
     places.push_back(0.25 * sum);
   }
@@ -303,7 +300,7 @@ std::vector<Eigen::Vector3d> TangledMesh::points() const {
 
 std::array<int, 4> TangledMesh::particles_of(int point) const {
   const auto first = static_cast<int>(particles.size());
-  return point < first ? std::array{point, point, point, point} : centres[static_cast<std::size_t>(point - first)];
+  return point < first ? std::array{point, point, point, point} : centres[point - first];
 }
 
 int untangle(TangledMesh& mesh) {
@@ -322,9 +319,9 @@ int untangle(TangledMesh& mesh) {
     const std::vector<std::pair<int, int>> cuts = edges.shorten_cuts(mesh);
     std::optional<std::size_t> smallest;
     for (const auto& [e, t] : cuts) {
-      const auto piece_at = [&](int point) { return pieces[static_cast<std::size_t>(mesh.particles_of(point)[0])]; };
+      const auto piece_at = [&](int point) { return pieces[mesh.particles_of(point)[0]]; };
       const std::size_t one = piece_at(edges.edge(e).ends[0]);
-      const std::size_t other = piece_at(mesh.triangles[static_cast<std::size_t>(t)][0]);
+      const std::size_t other = piece_at(mesh.triangles[t][0]);
       for (const std::size_t piece : {one, other}) {
         if (one != other && !stays[piece] && (!smallest || size[piece] < size[*smallest])) {
           smallest = piece;

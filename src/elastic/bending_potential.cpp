@@ -65,16 +65,16 @@ void BendingPotential::make_rows() {
       }
     }
   }
-  std::vector<PetscInt> last_row(static_cast<std::size_t>(sheet_->particles.local()), -1);
+  std::vector<PetscInt> last_row(sheet_->particles.local(), -1);
   rows_.columns.reserve(13 * owned);  // of a regular net
   rows_.offsets.reserve(owned + 1);
   for (std::size_t i = 0; i < owned; ++i) {
     const auto row = static_cast<PetscInt>(i);
     for (std::size_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-      const Stencil& stencil = stencils_.stencils()[static_cast<std::size_t>(uses_[u].stencil)];
+      const Stencil& stencil = stencils_.stencils()[uses_[u].stencil];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         const PetscInt j = points[q];
-        if (j >= row && std::exchange(last_row[static_cast<std::size_t>(j)], row) != row) {
+        if (j >= row && std::exchange(last_row[j], row) != row) {
           rows_.columns.push_back(j);
         }
       }
@@ -109,12 +109,12 @@ void BendingPotential::update_rows() {
           rows_of_[s] * stencils_.weights()[stencil.first + static_cast<std::size_t>(uses_[u].point)];
       for (std::size_t q = stencil.first; q < stencil.last; ++q) {
         if (const PetscInt j = stencils_.points()[q]; j >= row) {
-          sums_[static_cast<std::size_t>(j)] += (weighted * stencils_.weights()[q]).sum();
+          sums_[j] += (weighted * stencils_.weights()[q]).sum();
         }
       }
     }
     for (auto k = static_cast<std::size_t>(rows_.offsets[i]); k < static_cast<std::size_t>(rows_.offsets[i + 1]); ++k) {
-      rows_.entries[k] = std::exchange(sums_[static_cast<std::size_t>(rows_.columns[k])], 0);
+      rows_.entries[k] = std::exchange(sums_[rows_.columns[k]], 0);
     }
   }
 }
@@ -172,19 +172,19 @@ bool BendingPotential::find_normals() {
   const PetscInt owned = sheet_->particles.owned;
   Field& normals = rows_.normals;
   normals.values().setZero();
-  number_of_normals_.assign(static_cast<std::size_t>(owned), 0);
+  number_of_normals_.assign(owned, 0);
   for (std::size_t s = 0; s < stiffness_.size(); ++s) {
     const Stencil& stencil = stencils_.stencils()[s];
     for (std::size_t p = stencil.first; p < stencil.last && stencil.area > 0 && !stencil.is_clamped; ++p) {
       if (const PetscInt i = stencils_.points()[p]; i < owned) {
         normals.vector(i) += dashpots_[s].normal;
-        ++number_of_normals_[static_cast<std::size_t>(i)];
+        ++number_of_normals_[i];
       }
     }
   }
   bool differ = false;
   for (PetscInt i = 0; i < owned; ++i) {
-    differ = differ || normals.vector(i).norm() < least_agreement * number_of_normals_[static_cast<std::size_t>(i)];
+    differ = differ || normals.vector(i).norm() < least_agreement * number_of_normals_[i];
     normals.vector(i).normalize();  // 0 stays 0.
   }
   normals.update_ghosts();
@@ -324,9 +324,8 @@ double BendingPotential::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd
 std::vector<VertexPair> BendingPotential::pattern() const {
   std::vector<VertexPair> pairs;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    for (PetscInt k = rows_.offsets[static_cast<std::size_t>(i)]; k < rows_.offsets[static_cast<std::size_t>(i) + 1];
-         ++k) {
-      const PetscInt j = rows_.columns[static_cast<std::size_t>(k)];
+    for (PetscInt k = rows_.offsets[i]; k < rows_.offsets[static_cast<std::size_t>(i) + 1]; ++k) {
+      const PetscInt j = rows_.columns[k];
       pairs.push_back({i, sheet_->particles.to_global(j)});
       pairs.push_back({j, sheet_->particles.to_global(i)});
     }
@@ -345,7 +344,7 @@ std::vector<VertexPair> BendingPotential::pattern() const {
 void BendingPotential::add_hessian(const HessianBlocks& blocks) const {
   std::size_t pair = 0;
   for (PetscInt i = 0; i < sheet_->particles.owned; ++i) {
-    for (auto k = static_cast<std::size_t>(rows_.offsets[static_cast<std::size_t>(i)]);
+    for (auto k = static_cast<std::size_t>(rows_.offsets[i]);
          k < static_cast<std::size_t>(rows_.offsets[static_cast<std::size_t>(i) + 1]); ++k) {
       const Eigen::Matrix3d block = rows_.block(i, k);
       blocks.add(pair++, block);

@@ -69,8 +69,8 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
     }
     for (const auto& [a, b] : set.ends) {
       if (a < sheet.particles.owned || b < sheet.particles.owned) {
-        is_near[static_cast<std::size_t>(a)] = true;
-        is_near[static_cast<std::size_t>(b)] = true;
+        is_near[a] = true;
+        is_near[b] = true;
       }
     }
   }
@@ -81,7 +81,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
   triangles_.reserve(12 * sheet.cells.size());
   const std::vector<PetscInt> beyond = sides_beyond(sheet);
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
-    if (is_near[static_cast<std::size_t>(sheet.lattice[cell])]) {
+    if (is_near[sheet.lattice[cell]]) {
       add_lattice(static_cast<PetscInt>(cell), beyond);
     }
   }
@@ -99,7 +99,7 @@ BendingStencils::BendingStencils(const Sheet& sheet, const Weave& weave, const s
 }
 
 void BendingStencils::begin_stencil(PetscInt centre) {
-  stencil_of_[static_cast<std::size_t>(centre)] = static_cast<PetscInt>(stencils_.size());
+  stencil_of_[centre] = static_cast<PetscInt>(stencils_.size());
   Stencil stencil;
   stencil.centre = centre;
   stencil.first = points_.size();
@@ -125,7 +125,7 @@ void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& be
     add_point(sheet_->cells[c][k], {-1, -1});
     const PetscInt other = beyond[4 * c + k];
     if (other >= 0) {
-      add_point(sheet_->lattice[static_cast<std::size_t>(other / 4)], {4 * cell + static_cast<PetscInt>(k), other});
+      add_point(sheet_->lattice[other / 4], {4 * cell + static_cast<PetscInt>(k), other});
     }
     triangles_.push_back(4 * cell + static_cast<PetscInt>(k));
   }
@@ -134,13 +134,13 @@ void BendingStencils::add_lattice(PetscInt cell, const std::vector<PetscInt>& be
 
 void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool is_clamped) {
   const auto side_of = [&](PetscInt cell) {  // from the corner to the next
-    const auto& corners = sheet_->cells[static_cast<std::size_t>(cell)];
+    const auto& corners = sheet_->cells[cell];
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), corner) - corners.begin());
   };
   std::vector<std::pair<PetscInt, Support>> neighbours;
   neighbours.reserve(2 * static_cast<std::size_t>(cells.size()));
   for (PetscInt n = 0; n < cells.size(); ++n) {
-    const auto& corners = sheet_->cells[static_cast<std::size_t>(cells[n])];
+    const auto& corners = sheet_->cells[cells[n]];
     const std::size_t k = side_of(cells[n]);
     for (const PetscInt neighbour : {corners[(k + 1) % 4], corners[(k + 3) % 4]}) {
       const PetscInt lattice = 1 + n;
@@ -166,7 +166,7 @@ void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool i
     const auto k = static_cast<PetscInt>(side_of(cell));
     const PetscInt first = 4 * cell + k;
     const PetscInt last = 4 * cell + (k + 3) % 4;
-    add_point(sheet_->lattice[static_cast<std::size_t>(cell)], {first, last});
+    add_point(sheet_->lattice[cell], {first, last});
     triangles_.insert(triangles_.end(), {first, last});
   }
   for (const auto& [neighbour, support] : neighbours) {
@@ -176,9 +176,7 @@ void BendingStencils::add_corner(PetscInt corner, Incidence::Range cells, bool i
 }
 
 bool BendingStencils::find_part(const Stencil& stencil, const Living& living, std::vector<bool>& takes_part) const {
-  const auto lives = [&living](PetscInt triangle) {
-    return triangle < 0 || living.triangles[static_cast<std::size_t>(triangle)];
-  };
+  const auto lives = [&living](PetscInt triangle) { return triangle < 0 || living.triangles[triangle]; };
   const auto first = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.first_triangle);
   const auto last = triangles_.begin() + static_cast<std::ptrdiff_t>(stencil.last_triangle);
   takes_part.assign(stencil.last - stencil.first, true);
@@ -186,10 +184,10 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
   if (stencil.is_clamped) {
     return is_whole;
   }
-  if (sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)]) {
+  if (sheet_->is_lattice[stencil.centre]) {
     for (std::size_t k = 0; k < takes_part.size(); ++k) {
       const auto [side, opposite] = support_[stencil.first + k];
-      takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !living.cracked[static_cast<std::size_t>(side)]);
+      takes_part[k] = lives(side) && lives(opposite) && (side < 0 || !living.cracked[side]);
     }
     return is_whole;
   }
@@ -203,7 +201,7 @@ bool BendingStencils::find_part(const Stencil& stencil, const Living& living, st
       takes_part[k] = lives(one) && lives(other);
       count += takes_part[k];
     } else {
-      takes_part[k] = takes_part[static_cast<std::size_t>(one)] || takes_part[static_cast<std::size_t>(other)];
+      takes_part[k] = takes_part[one] || takes_part[other];
       neighbours += takes_part[k];
     }
   }
@@ -232,28 +230,28 @@ void BendingStencils::update(const Living& living) {
     stencil.area = stencil.is_determined ? 1 : 0;
   }
   const auto is_used = [this](PetscInt particle) {
-    const PetscInt number = stencil_of_[static_cast<std::size_t>(particle)];
-    return number >= 0 && stencils_[static_cast<std::size_t>(number)].area > 0;
+    const PetscInt number = stencil_of_[particle];
+    return number >= 0 && stencils_[number].area > 0;
   };
   // A cell's area goes to its lattice point, an eighth of it to each corner whose stencil it takes part in.
   std::vector<double> area(stencil_of_.size(), 0);
   for (std::size_t cell = 0; cell < sheet_->cells.size(); ++cell) {
     const double eighth = cell_area_[cell] / 8;
-    area[static_cast<std::size_t>(sheet_->lattice[cell])] += 4 * eighth;
+    area[sheet_->lattice[cell]] += 4 * eighth;
     for (std::size_t k = 0; k < 4; ++k) {
       const PetscInt corner = sheet_->cells[cell][k];
       const bool takes_part =
           is_used(corner) && living.triangles[4 * cell + k] && living.triangles[4 * cell + (k + 3) % 4];
-      area[static_cast<std::size_t>(takes_part ? corner : sheet_->lattice[cell])] += eighth;
+      area[takes_part ? corner : sheet_->lattice[cell]] += eighth;
     }
   }
   for (Stencil& stencil : stencils_) {
-    stencil.area *= area[static_cast<std::size_t>(stencil.centre)];
+    stencil.area *= area[stencil.centre];
   }
 }
 
 void BendingStencils::fit(Stencil& stencil) {
-  const bool is_lattice = sheet_->is_lattice[static_cast<std::size_t>(stencil.centre)];
+  const bool is_lattice = sheet_->is_lattice[stencil.centre];
   if (!is_lattice) {  // two triangles a cell
     for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
       counts_[t] = takes_part(stencil.first + 1 + (t - stencil.first_triangle) / 2);

@@ -62,7 +62,7 @@ class BendingStencils {
   void visit_triangles(const Stencil& stencil, const Take& take) const {
     for (std::size_t t = stencil.first_triangle; t < stencil.last_triangle; ++t) {
       if (counts_[t]) {
-        take(sheet_->triangles[static_cast<std::size_t>(triangles_[t])]);
+        take(sheet_->triangles[triangles_[t]]);
       }
     }
   }

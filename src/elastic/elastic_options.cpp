@@ -114,15 +114,13 @@ Stiffness stiffness_of(const SheetMaterial& options) {
 }
 
 void describe(OptionTable& table, ElasticOptions& options) {
-  table.add("elastic.newton_iterations", options.newton_iterations)
+  table.add("elastic.newton_iterations", options.max_iterations)
       .range(1, 1000)
       .help("iterations of Newton's method in a step; one that needs more has failed and is retried smaller");
   table.add("elastic.mat_type", options.mat_type)
       .help(
-          "matrix from which the preconditioner is made, once a step and again when it no longer serves; shell: none "
-          "is "
-          "assembled, which pc_type pbjacobi and mg do not need; aij for others, such as cholesky. The products of "
-          "Newton's tangent need no matrix");
+          "system matrix; shell: none is assembled, which pc_type pbjacobi and mg do not need; aij for others, such as "
+          "cholesky; baij, sbaij");
   table.add("elastic.patch_size", options.patch_size)
       .at_least(4)
       .help(
@@ -130,10 +128,36 @@ void describe(OptionTable& table, ElasticOptions& options) {
 }
 
 void describe_balance(OptionTable& table, ElasticOptions& options) {
-  table.add("elastic.newton_tolerance", options.newton_tolerance)
+  table.add("elastic.newton_tolerance", options.snes_rtol)
       .range(1e-12, 1)
       .help("sum of all forces at which a step has converged, over the largest norm of one kind of force");
   table.add_solver_prefix("elastic_");
+}
+
+void describe(OptionTable& table, SpringOptions& options) {
+  table.add("spring.stiffness", options.stiffness)
+      .unit("N/m")
+      .more_than(0)
+      .help(
+          "stiffness of every spring of the mass-spring sheet; the sheet's own does not depend on the cell size then. "
+          "The default stretches a metre of 1 kg/m^2 by about 10 %, of office paper by 1 %, under its weight")
+      .source("burning paper, section 8, Fig. 7 b, d");
+  table.add("spring.damping", options.damping)
+      .unit("s")
+      .at_least(0)
+      .help("damping coefficient of every spring over its stiffness");
+  table.add("spring.newton_steps", options.max_iterations)
+      .range(1, 100)
+      .help("linear solves a time step, at most; one is the usual linearised backward Euler");
+  table.add("spring.newton_tolerance", options.newton_tolerance)
+      .range(1e-14, 0.1)
+      .help(
+          "update of positions at which Newton's method ends, as a share of the mean spring length: when the sum of "
+          "all "
+          "forces is what stretches a spring by the square of this share");
+  table.add("spring.mat_type", options.mat_type)
+      .help("system matrix: baij, sbaij; aij for preconditioners that need it, such as gamg; shell: none is assembled");
+  table.add_solver_prefix("spring_");
 }
 
 }  // namespace elastic

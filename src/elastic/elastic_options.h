@@ -1,12 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "base/choice.h"
-#include "solvers/tangent.h"
+#include "solvers/newton_options.h"
 
 namespace pellicle {
 inline namespace base {
@@ -46,15 +46,20 @@ struct Stiffness {
 /// @throws Error when a modulus is given without a thickness or the other way round, or the warp has no direction
 Stiffness stiffness_of(const SheetMaterial& options);
 
-/// How the implicit step of the elastic sheet is solved.
-struct ElasticOptions {
-  /// Prefix of PETSc's options for this solver; in a run of several objects `objects_NAME_` stands before it.
-  std::string solver_prefix = "elastic_";
-  int newton_iterations = 50;      ///< at most, and again where a strain limit needs another try
-  double newton_tolerance = 1e-2;  ///< residual at which Newton's method ends, over the largest norm of a kind of force
-  Choice<TangentMatrix> mat_type = TangentMatrix::shell;
-  int patch_size = 64;    ///< of the preconditioner, see RigidPatches
-  double usual_h = 2e-3;  ///< of most steps, by which the preconditioner is chosen [s]
+/// How the step of an elastic sheet is brought into balance.
+struct ElasticOptions : NewtonOptions {
+  ElasticOptions() {
+    solver_prefix = "elastic_";
+    max_iterations = 50;  // and again where a strain limit needs another try
+    snes_rtol = 1e-2;
+    ksp_rtol = 1e-2;
+    mat_type = TangentMatrix::shell;
+    factor = TangentFactorisation::never;
+    patch_size = 64;
+    far = FarTangent::positive;
+  }
+
+  double usual_h = 2e-3;  ///< length of most steps, by which the preconditioner is chosen [s]
   /// Limit on the strain of the net's springs at the end of a step; the deck's `project.strain_limit`.
   std::optional<double> strain_limit;
 };
@@ -62,6 +67,27 @@ struct ElasticOptions {
 void describe(OptionTable& table, ElasticOptions& options);
 /// Those of them that are also for the contact of a sheet of other dynamics.
 void describe_balance(OptionTable& table, ElasticOptions& options);
+
+/// The mass-spring sheet with which projection is compared (burning paper, section 8), and how its step is brought into
+/// balance.
+struct SpringOptions : NewtonOptions {
+  SpringOptions() {
+    solver_prefix = "spring_";
+    newton = NewtonEnd::fixed;
+    max_iterations = 10;
+    ksp_rtol = 1e-6;
+    factor = TangentFactorisation::never;
+    far = FarTangent::positive;
+  }
+
+  double stiffness = 100;  ///< k of every spring [N/m]
+  double damping = 0;      ///< c/k of the dashpot beside every spring [s]
+  /// Update at which Newton's method ends, over the mean spring length: it leaves forces of the square of that, over k
+  /// times this length.
+  double newton_tolerance = 1e-4;
+};
+
+void describe(OptionTable& table, SpringOptions& options);
 
 }  // namespace elastic
 }  // namespace pellicle

@@ -4,7 +4,7 @@ namespace pellicle {
 inline namespace elastic {
 
 Inertia::Inertia(const Layout& vertices) : vertices_(vertices), free_(Eigen::Matrix3Xd::Zero(3, vertices.owned)) {
-  rows_.entries.assign(static_cast<std::size_t>(vertices.owned), 0);
+  rows_.entries.assign(vertices.owned, 0);
   rows_.columns.reserve(rows_.entries.size());
   rows_.offsets.reserve(rows_.entries.size() + 1);
   for (PetscInt i = 0; i < vertices.owned; ++i) {
@@ -16,7 +16,7 @@ Inertia::Inertia(const Layout& vertices) : vertices_(vertices), free_(Eigen::Mat
 double Inertia::value(const Field& x) const {
   double sum = 0;
   for (PetscInt i = 0; i < vertices_.owned; ++i) {
-    sum += rows_.entries[static_cast<std::size_t>(i)] * (x.vector(i) - free_.col(i)).squaredNorm();
+    sum += rows_.entries[i] * (x.vector(i) - free_.col(i)).squaredNorm();
   }
   return sum / 2;
 }
@@ -24,7 +24,7 @@ double Inertia::value(const Field& x) const {
 double Inertia::add_value_and_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const {
   double sum = 0;
   for (PetscInt i = 0; i < vertices_.owned; ++i) {
-    const double stiffness = rows_.entries[static_cast<std::size_t>(i)];
+    const double stiffness = rows_.entries[i];
     const Eigen::Vector3d away = x.vector(i) - free_.col(i);
     gradient.col(i) += stiffness * away;
     sum += stiffness * away.squaredNorm();

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "parallel/collective.h"
 
@@ -16,8 +17,6 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
       inertia_(surface.particles),
       potentials_{&inertia_},
       projectors_(pinned.size()),
-      part_(3, surface.particles.owned),
-      before_(surface.particles, 3),
       position_(surface.particles, 3) {
   potentials_.insert(potentials_.end(), others.begin(), others.end());
   for (std::size_t i = 0; i < pinned.size(); ++i) {
@@ -48,43 +47,58 @@ void MassPart::set_masses(const Field& positions, const MassInput& input) {
 
 void MassPart::begin(const Field& positions, const MassInput& input) {
   set_masses(positions, input);
+  is_evaluated_ = false;
   held_ = input.held;
-  before_.values() = input.start.values();
+  start_ = &input.start;
   position_.values() = positions.values();
   for (Potential* potential : potentials_) {
-    potential->start_from(before_, position_, input.h);
+    potential->start_from(*start_, position_, input.h);
   }
 }
 
 bool MassPart::leaves_held_behind() {
   bool leaves = false;
   for (PetscInt i = 0; i < surface_.particles.owned; ++i) {
-    leaves = leaves || (held_[static_cast<std::size_t>(i)] && position_.vector(i) != inertia_.free().col(i));
+    leaves = leaves || (held_[i] && position_.vector(i) != inertia_.free().col(i));
   }
   return on_any_rank(surface_.comm(), leaves);
 }
 
-double MassPart::value() {
-  double sum = 0;
-  for (const Potential* potential : potentials_) {
-    sum += potential->value(position_);
+void MassPart::move_to(const Field& position, const Eigen::VectorXd& /*own*/) {
+  if (on_any_rank(surface_.comm(), position_.values() != position.values())) {
+    position_.values() = position.values();
+    is_evaluated_ = false;
   }
+}
+
+/// Value and gradient of the potentials where the part is, unless they are known. A removed particle feels its inertia
+/// alone. Collective.
+void MassPart::evaluate() {
+  if (std::exchange(is_evaluated_, true)) {
+    return;
+  }
+  value_ = 0;
+  squares_.clear();
+  gradient_.setZero(3, surface_.particles.owned);
+  for (const Potential* potential : potentials_) {
+    of_potential_.setZero(3, surface_.particles.owned);
+    value_ += potential->add_value_and_gradient(position_, of_potential_);
+    projectors_.apply(of_potential_);
+    squares_.push_back(of_potential_.squaredNorm());
+    gradient_ += of_potential_;
+  }
+}
+
+double MassPart::value() {
+  evaluate();
+  double sum = value_;
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
   return sum;
 }
 
-/// A removed particle feels its inertia alone.
-Eigen::Matrix3Xd MassPart::gradient() {
-  squares_.clear();
-  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, surface_.particles.owned);
-  for (const Potential* potential : potentials_) {
-    part_.setZero();
-    potential->add_gradient(position_, part_);
-    projectors_.apply(part_);
-    squares_.push_back(part_.squaredNorm());
-    sum += part_;
-  }
-  return sum;
+const Eigen::Matrix3Xd& MassPart::gradient() {
+  evaluate();
+  return gradient_;
 }
 
 }  // namespace elastic

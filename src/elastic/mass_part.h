@@ -16,7 +16,7 @@ inline namespace elastic {
 struct MassInput {
   const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
   const std::vector<bool>& held;    ///< local particles that are not to move
-  const Field& start;               ///< positions at the beginning of the step [m]
+  const Field& start;               ///< positions at the beginning of the step, which must outlive the step [m]
   double h = 0;                     ///< [s]
 };
 
@@ -37,24 +37,24 @@ class MassPart : public StepPart {
   MassPart(const MassPart&) = delete;  // Its potential points to it.
   MassPart& operator=(const MassPart&) = delete;
 
-  /// Begins a step that is brought into balance elsewhere. Collective.
+  /// Begins a step. Collective.
   /// @param positions x~ [m], pinned particles in their places; ghosts up to date
   void begin(const Field& positions, const MassInput& input);
   const Layout& vertices() const override { return surface_.particles; }
   const std::vector<std::array<PetscInt, 3>>& triangles() const override { return surface_.triangles; }
   const Projectors& projectors() const override { return projectors_; }
   const std::vector<Potential*>& potentials() const override { return potentials_; }
-  const Field& start() const override { return before_; }
+  const Field& start() const override { return *start_; }
   const Field& position() const override { return position_; }
-  void move_to(const Field& position, const Eigen::VectorXd& /*own*/) override {
-    position_.values() = position.values();
-  }
+  void move_to(const Field& position, const Eigen::VectorXd& own) override;
+  void forget() override { is_evaluated_ = false; }
   bool leaves_held_behind() override;
   double value() override;
-  Eigen::Matrix3Xd gradient() override;
+  const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
-  LowRank begin_tangent(Curvature /*curvature*/, double /*positive_share*/) override { return {}; }
+  void begin_tangent(Curvature /*curvature*/, double /*positive_share*/) override {}
   bool blends() const override { return true; }
+  bool suits_patches() const override { return false; }
   double tolerance() const override { return tolerance_; }
   double length_scale() const override { return place_; }
   double force_scale() const override { return force_scale_; }
@@ -75,14 +75,20 @@ class MassPart : public StepPart {
   double place_ = 0;        ///< the largest coordinate of the undeformed sheet [m]
   double force_scale_ = 0;  ///< size of forces on a particle, for the estimate of rounding [N]
   double mean_mass_ = 0;    ///< [kg]
-  double h_ = 0;            ///< of the step [s]
-  Eigen::Matrix3Xd part_;   ///< part of the gradient that comes from one potential
-  Field before_;            ///< positions at the beginning of a step or an iteration
-  Field position_;          ///< of a step that is brought into balance elsewhere
+  double h_;                ///< of the step [s]
+  const Field* start_ = nullptr;  ///< positions at the beginning of the step in progress
+  Field position_;
 
  private:
-  std::vector<double> squares_;  ///< see squared_forces
-  std::vector<bool> held_;       ///< see MassInput, likewise
+  void evaluate();
+
+  std::vector<bool> held_;  ///< see MassInput
+  // Of the potentials at the present position, if they are evaluated.
+  bool is_evaluated_ = false;
+  double value_ = 0;               ///< this rank's share [J]
+  Eigen::Matrix3Xd gradient_;      ///< of the sum [N]
+  Eigen::Matrix3Xd of_potential_;  ///< the gradient of one of them
+  std::vector<double> squares_;    ///< see squared_forces
 };
 
 }  // namespace elastic

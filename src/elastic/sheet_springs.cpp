@@ -13,9 +13,7 @@ inline namespace elastic {
 namespace {
 
 double factor_at(const std::vector<double>& factors, const std::array<PetscInt, 2>& ends) {
-  return factors.empty()
-             ? 1
-             : (factors[static_cast<std::size_t>(ends[0])] + factors[static_cast<std::size_t>(ends[1])]) / 2;
+  return factors.empty() ? 1 : (factors[ends[0]] + factors[ends[1]]) / 2;
 }
 
 /// What gives the stiffness of an evenly strained net.
@@ -103,13 +101,13 @@ SheetSprings::SheetSprings(const Sheet& sheet, const Stiffness& stiffness, const
       int triangles = 0;
       for (std::size_t k = 0; k < 2; ++k) {
         if (set.triangles[s][k] >= 0) {
-          cell_area += cell_area_[static_cast<std::size_t>(set.triangles[s][k] / 4)];
+          cell_area += cell_area_[set.triangles[s][k] / 4];
           ++triangles;
         }
       }
       cell_area /= triangles;
       if (colour == Colour::red) {
-        const auto& c = sheet.cells[static_cast<std::size_t>(set.triangles[s][0] / 4)];
+        const auto& c = sheet.cells[set.triangles[s][0] / 4];
         const Eigen::Vector3d first = sheet.rest.col(c[2]) - sheet.rest.col(c[0]);
         const Eigen::Vector3d second = sheet.rest.col(c[3]) - sheet.rest.col(c[1]);
         // Diagonals that are far from perpendicular to each other change little in a shear along the sides.
@@ -136,12 +134,8 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
   }
   living_before_ = living.triangles;
   cracked_before_ = living.cracked;
-  const auto lives = [&](PetscInt triangle) {
-    return triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)];
-  };
-  const auto area_of = [&](PetscInt triangle) {
-    return lives(triangle) ? cell_area_[static_cast<std::size_t>(triangle / 4)] / 4 : 0;
-  };
+  const auto lives = [&](PetscInt triangle) { return triangle >= 0 && living.triangles[triangle]; };
+  const auto area_of = [&](PetscInt triangle) { return lives(triangle) ? cell_area_[triangle / 4] / 4 : 0; };
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet_->of(colour);
     const auto index = static_cast<std::size_t>(colour);
@@ -152,7 +146,7 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         continue;
       }
       const auto& triangles = set.triangles[s];
-      if (colour == Colour::green && living.cracked[static_cast<std::size_t>(triangles[0])]) {
+      if (colour == Colour::green && living.cracked[triangles[0]]) {
         continue;
       }
       double area = area_of(triangles[0]) + area_of(triangles[1]);
@@ -168,8 +162,7 @@ const std::array<std::vector<double>, 4>& SheetSprings::stiffness(const Living& 
         }
         for (const PetscInt turn : {1, 3}) {  // the sides beside it
           const PetscInt beside = triangles[t] / 4 * 4 + (triangles[t] + turn) % 4;
-          const bool is_crossed =
-              beyond_[static_cast<std::size_t>(beside)] >= 0 && !living.cracked[static_cast<std::size_t>(beside)];
+          const bool is_crossed = beyond_[beside] >= 0 && !living.cracked[beside];
           area += is_crossed ? 0 : area_of(beside) / 2;
         }
       }

@@ -18,7 +18,7 @@ namespace {
 /// What is kept of a spring, in sets by colour.
 template <class Spring, class Sets>
 decltype(auto) of(const Spring& spring, Sets& sets) {
-  return sets[static_cast<std::size_t>(spring.colour)][static_cast<std::size_t>(spring.number)];
+  return sets[static_cast<std::size_t>(spring.colour)][spring.number];
 }
 
 /// Shares beyond which the energy of a limit is continued (StrainLimit::exact_to), one after the other.
@@ -45,7 +45,7 @@ SpringPotential::SpringPotential(const Sheet& sheet) : sheet_(&sheet) {
   visit([&next](const Spring& spring) { ++next[static_cast<std::size_t>(spring.a) + 1]; });
   std::partial_sum(next.begin(), next.end(), next.begin());
   springs_.resize(next.back());
-  visit([&](const Spring& spring) { springs_[next[static_cast<std::size_t>(spring.a)]++] = spring; });
+  visit([&](const Spring& spring) { springs_[next[spring.a]++] = spring; });
   std::size_t first = 0;
   for (const std::size_t last : next) {
     std::sort(springs_.begin() + static_cast<std::ptrdiff_t>(first),

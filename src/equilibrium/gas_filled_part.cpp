@@ -93,22 +93,24 @@ void GasFilledPart::move_to(const Field& position, const Eigen::VectorXd& own) {
   gas_->set_multiplier(number_, own.cwiseProduct(pressure_scales()));
 }
 
-Eigen::Matrix3Xd GasFilledPart::gradient() {
-  Eigen::Matrix3Xd sum = part_.gradient();
+const Eigen::Matrix3Xd& GasFilledPart::gradient() {
+  gradient_ = part_.gradient();
   squares_ = part_.squared_forces();
   Eigen::Matrix3Xd of_gas = gas_->gradient(number_);
   projectors().apply(of_gas);
   squares_.push_back(of_gas.squaredNorm());
-  return sum + of_gas;
+  gradient_ += of_gas;
+  return gradient_;
 }
 
-LowRank GasFilledPart::begin_tangent(Curvature curvature, double positive_share) {
+void GasFilledPart::begin_tangent(Curvature curvature, double positive_share) {
   part_.begin_tangent(curvature, positive_share);
   stiffness_.set_positive_share(positive_share);
   stiffness_.set_pressure(gas_->load_pressure(number_));
-  const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
-  return projected(gas_->begin_tangent(number_, left), projectors());
+  left_ = curvature == Curvature::positive ? 0 : 1 - positive_share;
 }
+
+LowRank GasFilledPart::dense_tangent() { return projected(gas_->begin_tangent(number_, left_), projectors()); }
 
 }  // namespace equilibrium
 }  // namespace pellicle

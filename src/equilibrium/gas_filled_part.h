@@ -65,15 +65,19 @@ class GasFilledPart : public StepPart, public GasFilled {
   const Field& position() const override { return part_.position(); }
   void move_to(const Field& position, const Eigen::VectorXd& own) override;
   Eigen::VectorXd own_unknowns() const override { return multiplier().cwiseQuotient(pressure_scales()); }
+  void forget() override { part_.forget(); }
   bool leaves_held_behind() override { return part_.leaves_held_behind(); }
   double value() override { return part_.value() + gas_->value(number_); }
-  Eigen::Matrix3Xd gradient() override;
+  const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squares_; }
   Eigen::VectorXd own_rows() override { return -pressure_scales().cwiseProduct(excess_volume()); }
+  bool inverts() const override { return part_.inverts(); }
   double inverted(const Field& from, const Field& to) const override { return part_.inverted(from, to); }
   int columns() const override { return chambers_.count(); }
-  LowRank begin_tangent(Curvature curvature, double positive_share) override;
+  void begin_tangent(Curvature curvature, double positive_share) override;
+  LowRank dense_tangent() override;
   bool blends() const override { return part_.blends(); }
+  bool suits_patches() const override { return part_.suits_patches(); }
   std::vector<int> prescribed() const override { return gas_->prescribed(number_); }
   Eigen::VectorXd pressure_scales() const override { return gas_->pressure_scales(number_); }
   Eigen::VectorXd multiplier() const override { return gas_->multiplier(number_); }
@@ -93,6 +97,8 @@ class GasFilledPart : public StepPart, public GasFilled {
   std::size_t number_ = 0;  ///< of the part of the gas
   double time_ = 0;         ///< at the end of the step [s]
   double h_ = 0;            ///< its length [s]
+  Eigen::Matrix3Xd gradient_;
+  double left_ = 0;  ///< of what is not positive in the tangent, 0 to 1
   std::vector<double> squares_;
 };
 

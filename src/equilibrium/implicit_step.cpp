@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -43,28 +44,41 @@ constexpr double rounding_of_forces = 20 * std::numeric_limits<double>::epsilon(
 /// Forces over their scale that move nothing by more than this share of its size.
 constexpr double negligible = 1e-6;
 
+/// Coarsest tolerances let conjugate gradients do with one reduction an iteration, which rounds more.
+constexpr double largest_rtol_of_single_reductions = 1e-2;
+
+/// Share of the forces that is left, from which on Newton's method is quadratic: further away the exact tangent of a
+/// sheet is seldom positive definite, or no better. With much contact a smaller share, in the wind a larger one saves a
+/// little.
+constexpr double error_near_end = 0.1;
+
+/// Tolerance below which the exact tangent saves iterations then: with fewer digits to go the method ends before.
+constexpr double worth_exact = 1e-2;
+
 /// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
 
 /// Whether the tangent may be factorised where iterations fail: not if the user has chosen how to iterate.
-bool may_factorise(const PrismOptions& options, PetscInt vertices) {
-  return options.factor == PrismFactor::automatic &&
+bool may_factorise(const NewtonOptions& options, PetscInt vertices) {
+  return options.factor == TangentFactorisation::automatic &&
          !any_is_given(options.solver_prefix, {"pc_type", "ksp_type", "ksp_max_it"}) &&
          options.mat_type != TangentMatrix::shell && vertices <= most_vertices_to_factorise;
 }
 
-KspDefaults solver_defaults(const PrismOptions& options, bool may_factorise) {
+/// Whether Newton's method has ended where another energy may let it go on: also where it has failed.
+bool may_go_on(const NewtonResult& newton) {
+  return newton.ended > 0 || newton.ended == SNES_DIVERGED_MAX_IT || newton.ended == SNES_DIVERGED_LINE_SEARCH;
+}
+
+KspDefaults solver_defaults(const NewtonOptions& options, bool suits_patches, bool may_factorise) {
   KspDefaults defaults;
-  // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
-  // motions are nearly free.
   if (options.mat_type == TangentMatrix::sbaij) {
     defaults.preconditioner = PCBJACOBI;
-  } else if (options.mat_type == TangentMatrix::shell || !options.inertia) {
-    defaults.preconditioner = PCPBJACOBI;
   } else {
-    defaults.preconditioner = PCMG;
+    defaults.preconditioner = suits_patches ? PCMG : PCPBJACOBI;
   }
   defaults.rtol = options.linear_rtol();
+  defaults.single_reduction = defaults.rtol >= largest_rtol_of_single_reductions;
   defaults.max_iterations = may_factorise ? most_linear_iterations : 10000;
   defaults.fields = {"x", "y", "z"};
   return defaults;
@@ -72,14 +86,13 @@ KspDefaults solver_defaults(const PrismOptions& options, bool may_factorise) {
 
 }  // namespace
 
-ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options, StepPotential* path)
+ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& options)
     : options_(options),
       objective_(objective),
-      along_(path),
-      before_(objective.vertices(), 3),
+      along_(objective.path()),
       may_factorise_(may_factorise(options, objective.vertices().global)),
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
-              solver_defaults(options_, may_factorise_)),
+              solver_defaults(options_, objective.suits_patches(), may_factorise_)),
       patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size)) {
   KSPType type = nullptr;
   PC pc = nullptr;
@@ -87,10 +100,10 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   check(KSPGetType(system_.solver(), &type));
   check(KSPGetPC(system_.solver(), &pc));
   check(PCGetType(pc, &preconditioner));
-  solver_words_ = options_.factor == PrismFactor::always
+  solver_words_ = options_.factor == TangentFactorisation::always
                       ? "cg with a factorisation"
                       : std::string(type) + ", " + preconditioner + (patches_ ? " with rigid patches" : "");
-  if (may_factorise_ || options_.factor == PrismFactor::always) {
+  if (may_factorise_ || options_.factor == TangentFactorisation::always) {
     TangentFactor::check_options(objective.vertices().comm, options_.solver_prefix);
   }
   if (may_factorise_) {
@@ -104,7 +117,10 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
     path_.emplace(system_);
   }
   Mat matrix = path_ ? path_->matrix() : bordered_ ? bordered_->matrix() : system_.matrix();
-  check(MatCreateVecs(matrix, unknowns_.create(), residual_.create()));
+  check(MatCreateVecs(matrix, unknowns_.create(), nullptr));
+  if (objective.inverts()) {
+    before_.emplace(objective.vertices(), 3);
+  }
   // Rounding of positions alone leaves some 3 to 4 epsilon times this. It does not become smaller with the elements,
   // since their stiffness does not either. Steps of a balloon at rest end here.
   const double vertices = static_cast<double>(objective.vertices().global);
@@ -120,7 +136,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const PrismOptions& options
   }
   defaults.atol = rounding_;
   defaults.rtol = options.snes_rtol;
-  defaults.ksp_rtol = options.linear_rtol();
+  check(KSPGetTolerances(system_.solver(), &defaults.ksp_rtol, nullptr, nullptr, nullptr));
   defaults.max_iterations = options.most_iterations();
   defaults.own_tangent = "prism.tangent or prism.mat_type shell";
   NewtonProblem problem;
@@ -158,6 +174,9 @@ ImplicitResult ImplicitStep::advance(double h) {
     return result;
   }
   objective_.write_to(unknowns_);
+  if (patches_) {
+    patches_->forget();  // A step depends on its start alone, so that one after a restart is the same.
+  }
   concave_iterations_ = 0;
   choose_solver();
   ImplicitResult result;
@@ -165,13 +184,14 @@ ImplicitResult ImplicitStep::advance(double h) {
   do {
     last_values_.clear();
     share_ = 0;
+    exact_serves_ = true;
     newton = newton_->solve(unknowns_);
     result.newton_iterations += newton.iterations;
     result.linear_iterations += newton.linear_iterations;
     result.converged =
         newton.ended > 0 || (options_.newton == NewtonEnd::fixed && newton.ended == SNES_DIVERGED_MAX_IT);
     objective_.move_to(unknowns_);
-  } while (result.converged && objective_.renew());
+  } while (may_go_on(newton) && objective_.renew());
   result.concave_iterations = concave_iterations_;
   result.is_factorised = is_factorised_;
   if (result.converged) {
@@ -186,9 +206,9 @@ ImplicitResult ImplicitStep::advance(double h) {
 /// Residual where SNES has ended; SNES took this for an end, and here it is checked.
 void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   objective_.move_to(unknowns_);
-  objective_.compute_residual(residual_);  // SNES need not have computed it: with ksponly it has not.
+  objective_.compute_residual(newton_->residual());  // SNES need not have computed it: with ksponly it has not.
   const double largest = objective_.residual_scale(options_.snes_rtol);
-  check(VecNorm(residual_, NORM_2, &result.residual));
+  check(VecNorm(newton_->residual(), NORM_2, &result.residual));
   result.relative_residual = result.residual / largest;
   result.over_tolerance = result.relative_residual / options_.snes_rtol;
   const double rounding = std::max(rounding_, objective_.rounding());
@@ -274,7 +294,9 @@ void ImplicitStep::update_jacobian() {
       check(MatCopy(system_.sparse(), positive_, SAME_NONZERO_PATTERN));
     }
   }
-  set_tangent(share_);
+  if (!renews_patches || share_ < 1) {
+    set_tangent(share_);
+  }
   if (path_) {
     path_->update(along_->load_rate(), along_->path_scale());
   }
@@ -282,7 +304,12 @@ void ImplicitStep::update_jacobian() {
 
 /// The positive share (set_tangent) with which an iteration begins: the last one's, less where the objective fell as
 /// the tangent promised, more where it did not.
-double ImplicitStep::next_share() const {
+double ImplicitStep::next_share() {
+  if (options_.far == FarTangent::positive) {
+    const bool is_near =
+        objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol);
+    return exact_serves_ && is_near && options_.snes_rtol < worth_exact ? 0 : 1;
+  }
   if (share_ == 0 || !objective_.blends()) {
     return 0;
   }
@@ -299,7 +326,7 @@ void ImplicitStep::choose_solver() {
   }
   is_factorised_ = false;
   system_.use(nullptr);
-  if (options_.factor == PrismFactor::always || steps_left_ > 0) {
+  if (options_.factor == TangentFactorisation::always || steps_left_ > 0) {
     factorise();
     steps_left_ = std::max(steps_left_ - 1, 0);
   }
@@ -334,11 +361,11 @@ LinearResult ImplicitStep::solve(Vec right_hand_side, Vec solution) {
     attempt();
   }
   while (result.solved == Solved::concave && share_ < 1) {
-    share_ = objective_.blends() ? std::min(share_ + share_step, 1.0) : 1;
+    share_ = objective_.blends() && options_.far == FarTangent::exact ? std::min(share_ + share_step, 1.0) : 1;
     set_tangent(share_);
     attempt();
   }
-  if (share_ > 0) {
+  if (share_ > 0 && options_.far == FarTangent::exact) {
     ++concave_iterations_;
   }
   result.iterations = iterations;
@@ -385,7 +412,9 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
   if (path_) {
     return path_->solve(right_hand_side, solution);
   }
-  LinearResult result = system_.solve(right_hand_side, solution);
+  // Forces that rounding leaves, or that need no answer, need none of the linear solver either.
+  const LinearNeed need{largest_unjudged_rtol, std::max(rounding_, objective_.rounding())};
+  LinearResult result = system_.solve(right_hand_side, solution, &need);
   double curvature = 0;  // y.A y
   check(VecDot(right_hand_side, solution, &curvature));
   if (result.converged && curvature < 0) {
@@ -399,14 +428,17 @@ LinearResult ImplicitStep::solve_once(Vec right_hand_side, Vec solution) {
 /// angle, as a fold of a slack wall does, but no iteration turns one by more than a right angle.
 std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   objective_.move_to(step.position);
-  before_.values() = objective_.position().values();
+  if (before_) {
+    before_->values() = objective_.position().values();
+  }
+  const auto turns_over = [&] { return before_ && objective_.inverted(*before_, objective_.position()) > 0; };
   objective_.limit(step.residual, step.descent);
   if (path_) {
     return backtrack(
         [&](double share) -> std::optional<double> {
           check(VecWAXPY(step.trial, -share, step.descent, step.position));
           objective_.move_to(step.trial);
-          return objective_.inverted(before_, objective_.position()) > 0 ? std::nullopt : std::optional(0.0);
+          return turns_over() ? std::nullopt : std::optional(0.0);
         },
         0, 0, 0);
   }
@@ -427,7 +459,7 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   } else if (options_.newton == NewtonEnd::converged) {
     last_values_.push_back(before);
     if (last_values_.size() > most_last_values) {
-      last_values_.pop_front();
+      last_values_.erase(last_values_.begin());
     }
     if (share_ > 0) {
       before = std::min(*std::max_element(last_values_.begin(), last_values_.end()), start + most_rise * promised);
@@ -435,17 +467,27 @@ std::optional<double> ImplicitStep::search(const NewtonStep& step) {
   }
   const double rounding = 1e-13 * (std::abs(before) + objective_.force_scale() * objective_.length_scale());
   double after = 0;
-  const std::optional<double> length = backtrack(
-      [&](double share) -> std::optional<double> {
-        check(VecWAXPY(step.trial, -share, step.descent, step.position));
-        objective_.move_to(step.trial);
-        if (objective_.inverted(before_, objective_.position()) > 0) {
-          return std::nullopt;
-        }
-        after = objective_.value() + weight * volume_error();
-        return after;
-      },
-      before, slope, rounding);
+  const auto merit = [&](double share) -> std::optional<double> {
+    check(VecWAXPY(step.trial, -share, step.descent, step.position));
+    objective_.move_to(step.trial);
+    if (turns_over()) {
+      return std::nullopt;
+    }
+    after = objective_.value() + weight * volume_error();
+    return after;
+  };
+  std::optional<double> length = backtrack(std::cref(merit), before, slope, rounding);
+  if (!length && options_.far == FarTangent::positive && share_ < 1) {
+    // The exact tangent need not be positive definite, which some solvers do not notice.
+    exact_serves_ = false;
+    share_ = 1;
+    objective_.move_to(step.position);
+    set_tangent(share_);
+    if (solve_once(step.residual, step.descent).converged) {
+      objective_.limit(step.residual, step.descent);
+      length = backtrack(std::cref(merit), before, 0, rounding);
+    }
+  }
   last_ratio_ = length != 1 ? 0 : bordered_ ? 1 : (start - after) / promised;
   return length;
 }

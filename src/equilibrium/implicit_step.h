@@ -1,15 +1,14 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "equilibrium/step_potential.h"
-#include "prism/prism_options.h"
 #include "solvers/bordered_system.h"
 #include "solvers/load_border.h"
 #include "solvers/newton.h"
+#include "solvers/newton_options.h"
 #include "solvers/rigid_patches.h"
 #include "solvers/step_objective.h"
 #include "solvers/tangent_factor.h"
@@ -28,7 +27,7 @@ struct ImplicitResult {
   double residual = 0;           ///< norm of the sum of all forces at the end [N]
   double relative_residual = 0;  ///< over StepObjective::residual_scale, such as the largest norm of a kind of force
   double over_tolerance = 0;     ///< residual over what is allowed; more than 1 only where rounding leaves more
-  /// Whether the relative residual is more than PrismOptions::snes_rtol, with newton: fixed residual_tolerance, and
+  /// Whether the relative residual is more than NewtonOptions::snes_rtol, with newton: fixed residual_tolerance, and
   /// there are forces: more than the rounding of a surface at rest, at the origin, is left.
   bool is_above_tolerance = false;
 };
@@ -62,9 +61,8 @@ struct ImplicitResult {
 class ImplicitStep {
  public:
   /// Collective. @param objective must outlive it
-  /// @param path its only part, if that goes by arc length, so that the loads' time is the last unknown; else null
   /// @throws Error on solver options that PETSc does not know
-  ImplicitStep(StepObjective& objective, const PrismOptions& options, StepPotential* path = nullptr);
+  ImplicitStep(StepObjective& objective, const NewtonOptions& options);
 
   /// Moves the objective to the end of the step of length h [s] that its parts have begun; to where Newton's method
   /// gave up when the result has not converged. Collective.
@@ -75,7 +73,7 @@ class ImplicitStep {
 
  private:
   void update_jacobian();
-  double next_share() const;
+  double next_share();
   void set_tangent(double positive_share);
   void choose_solver();
   void factorise();
@@ -86,10 +84,10 @@ class ImplicitStep {
   void judge(const NewtonResult& newton, ImplicitResult& result);
   std::string words_of_failure(const NewtonResult& newton) const;
 
-  PrismOptions options_;
+  NewtonOptions options_;
   StepObjective& objective_;
-  StepPotential* along_;  ///< the part that follows arc length, or null
-  Field before_;          ///< positions at which Newton's iteration in progress began
+  StepPart* along_;       ///< the part that follows arc length, or null
+  std::optional<Field> before_;  ///< positions at which Newton's iteration in progress began, if elements can turn over
   bool may_factorise_;    ///< the tangent, where iterations fail
   MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed
   LowRankSystem system_;  ///< of the positions
@@ -105,11 +103,11 @@ class ImplicitStep {
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress
+  bool exact_serves_ = true;                ///< near the end of the step in progress, see FarTangent::positive
   double share_ = 0;                        ///< by which the present tangent is moved to the positive one
   double last_ratio_ = 1;                   ///< fall of the objective in the last iteration / promised one
-  std::deque<double> last_values_;          ///< of the objective, where the last Newton iterations began [J]
+  std::vector<double> last_values_;         ///< of the objective, where the last Newton iterations began [J]
   VecHandle unknowns_;
-  VecHandle residual_;
   std::optional<Newton> newton_;
 };
 

@@ -103,7 +103,7 @@ void StepGas::evaluate() {
     Own& own = parts_[part];
     own.states = flow_.end_states(part, walls_, time_, end_);
     for (std::size_t c = 0; c < own.prescribed.size(); ++c) {
-      own.states[static_cast<std::size_t>(own.prescribed[c])].pressure = own.multiplier[static_cast<Eigen::Index>(c)];
+      own.states[own.prescribed[c]].pressure = own.multiplier[static_cast<Eigen::Index>(c)];
     }
   }
   is_evaluated_ = true;
@@ -165,7 +165,7 @@ Eigen::Matrix3Xd StepGas::gradient(std::size_t part) {
   Eigen::VectorXd pressure(own.chambers->count());
   double absolute = 0;  // squares of the forces of the absolute pressures
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
-    const GasState& state = own.states[static_cast<std::size_t>(chamber)];
+    const GasState& state = own.states[chamber];
     pressure[chamber] = state.pressure;
     absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
   }
@@ -188,7 +188,7 @@ LowRank StepGas::begin_tangent(std::size_t part, double left) {
     if (own.chambers->prescribes_volume(chamber)) {
       stiffness = bordering_stiffness(own, chamber);
     } else if (!own.chambers->is_joined(chamber)) {
-      stiffness = -rank_one_share(own.tangent) * own.states[static_cast<std::size_t>(chamber)].pressure_slope;
+      stiffness = -rank_one_share(own.tangent) * own.states[chamber].pressure_slope;
     }
     result.coefficients[chamber] = std::max(stiffness, left * stiffness);
   }
@@ -240,15 +240,15 @@ std::vector<double> StepGas::load_pressure(std::size_t part) {
   if (own.tangent == GasTangent::exact && own.chambers->count() > 0) {
     for (std::size_t t = 0; t < own.chambers->surface().triangles.size(); ++t) {
       const int chamber = own.chambers->of_triangle(static_cast<PetscInt>(t));
-      pressure.push_back(chamber >= 0 ? own.states[static_cast<std::size_t>(chamber)].pressure : 0);
+      pressure.push_back(chamber >= 0 ? own.states[chamber].pressure : 0);
     }
   }
   return pressure;
 }
 
 double StepGas::bordering_stiffness(const Own& own, int chamber) const {
-  const double volume = std::abs(own.states[static_cast<std::size_t>(chamber)].volume);
-  const double pressure = std::abs(own.states[static_cast<std::size_t>(chamber)].pressure);
+  const double volume = std::abs(own.states[chamber].volume);
+  const double pressure = std::abs(own.states[chamber].pressure);
   return 10 * (pressure + own.force_scale / std::pow(volume, 2.0 / 3)) / volume;
 }
 
@@ -321,7 +321,7 @@ void StepGas::find_work() {
   };
   const auto add = [&](Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
     for (const int chamber : own.chambers->joined()) {
-      own.work += weight * states[static_cast<std::size_t>(chamber)].pressure * rates[chamber];
+      own.work += weight * states[chamber].pressure * rates[chamber];
     }
   };
   const bool is_closed =
@@ -375,10 +375,10 @@ double StepGas::value(std::size_t part) {
   const Eigen::VectorXd swept = swept_by_rest(own, *own.position, &Chambers::has_hole);
   double sum = 0;
   for (int chamber = 0; chamber < own.chambers->count(); ++chamber) {
-    sum -= swept[chamber] * own.states[static_cast<std::size_t>(chamber)].pressure;
+    sum -= swept[chamber] * own.states[chamber].pressure;
     if (!own.chambers->prescribes_volume(chamber) && !own.chambers->has_hole(chamber) &&
         !own.chambers->is_joined(chamber)) {
-      sum += own.states[static_cast<std::size_t>(chamber)].potential;
+      sum += own.states[chamber].potential;
     }
   }
   find_work();

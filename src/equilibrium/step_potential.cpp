@@ -21,14 +21,28 @@ double sum_over_ranks(MPI_Comm comm, double value) {
   return value;
 }
 
+/// Options of a step. A step in time that ends when it has converged uses the exact tangent near its end, since
+/// Newton's method converges slowly without it, and changes a tangent that is not positive definite as little as
+/// necessary. By arc length the whole tangent determines where the path goes.
+PrismOptions options_of_step(PrismOptions options, const TimeIntegrator& integrator) {
+  if (integrator.is_static()) {
+    options.inertia = false;
+    options.mass_damping = 0;
+    options.stiffness_damping = 0;
+  }
+  const bool is_exact = integrator.arc_length() || (!integrator.is_static() && options.newton == NewtonEnd::converged);
+  options.positive_elements = options.positive_elements && !is_exact;
+  return options;
+}
+
 }  // namespace
 
 StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& options, const TimeIntegrator& integrator)
     : model_(model),
-      options_(options),
+      options_(options_of_step(options, integrator)),
       integrator_(integrator),
-      wall_(model.elements, options),
-      damping_(model.elements, model.mass, options),
+      wall_(model.elements, options_),
+      damping_(model.elements, model.mass, options_),
       start_(model.elements.membrane().particles, 3),
       position_(model.elements.membrane().particles, 3),
       unaccelerated_(3, model.elements.membrane().particles.local()),
@@ -46,7 +60,7 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   // from a small stretch, since not every material can be stretched that far.
   constexpr double strain = 1e-3;
   double sums[3] = {0, 0, 0};
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     sums[0] += model_.elements.wall().rest[e].area;
   }
   position_.values() = (1 + strain) * membrane.rest;
@@ -56,6 +70,9 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   length_scale_ = std::sqrt(sums[0]);
   force_scale_ = sums[1] * std::pow(0.5 / strain, 2) / length_scale_;
   total_mass_ = sums[2];
+  // Multigrid needs every entry, and a tangent that is positive definite by itself: without inertia the balloon's rigid
+  // motions are nearly free.
+  suits_patches_ = options_.mat_type != TangentMatrix::shell && options_.inertia;
   gas_ = std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()});
 }
 
@@ -67,22 +84,21 @@ void StepPotential::add_vertex_potentials() {
   if (integrator_.is_static()) {
     add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
       constexpr double share = 1e-6;  // of the stiffness of the wall
-      const double stiffness =
-          share * force_scale_ / length_scale_ * model_.mass[static_cast<std::size_t>(i)] / total_mass_;
+      const double stiffness = share * force_scale_ / length_scale_ * model_.mass[i] / total_mass_;
       const Eigen::Vector3d away = x - start_.vector(i);
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
   } else if (options_.inertia) {
     add(inertia_, [this](PetscInt i, const Eigen::Vector3d& x) {
-      const double stiffness = model_.mass[static_cast<std::size_t>(i)] * integrator_.inertia(h_);
+      const double stiffness = model_.mass[i] * integrator_.inertia(h_);
       const Eigen::Vector3d away = x - unaccelerated_.col(i);
       return PointPotential{stiffness / 2 * away.squaredNorm(), stiffness * away,
                             stiffness * Eigen::Matrix3d::Identity()};
     });
   }
   add(weight_, [this](PetscInt i, const Eigen::Vector3d& x) {
-    const Eigen::Vector3d weight = model_.mass[static_cast<std::size_t>(i)] * model_.gravity;
+    const Eigen::Vector3d weight = model_.mass[i] * model_.gravity;
     return PointPotential{-weight.dot(x - start_.vector(i)), -weight};
   });
   if (!model_.loads.empty()) {
@@ -109,7 +125,7 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
   const std::vector<bool>& pinned = model_.pins.pinned();
   bool leads = false;
   for (PetscInt i = 0; i < owned(); ++i) {
-    leads = leads || (pinned[static_cast<std::size_t>(i)] && moved.col(i) != Eigen::Vector3d::Zero());
+    leads = leads || (pinned[i] && moved.col(i) != Eigen::Vector3d::Zero());
   }
   if (on_any_rank(comm(), leads)) {
     Eigen::Matrix3Xd gradient = -pressing;
@@ -119,8 +135,8 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
       }
     }
     for (PetscInt i = 0; i < owned(); ++i) {
-      if (pinned[static_cast<std::size_t>(i)]) {
-        const double mass = options_.inertia && !integrator_.is_static() ? model_.mass[static_cast<std::size_t>(i)] : 0;
+      if (pinned[i]) {
+        const double mass = options_.inertia && !integrator_.is_static() ? model_.mass[i] : 0;
         const Eigen::Vector3d inertia = mass / h_ * (moved.col(i) / h_ - start_velocity.vector(i));
         sums[2] += (inertia + gradient.col(i)).dot(moved.col(i));
       }
@@ -135,15 +151,14 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   const Projectors& projectors = model_.constraints.projectors();
   const auto start_from = [&](double share) {
     for (PetscInt i = 0; i < position_.values().cols(); ++i) {
-      position_.vector(i) = start_.vector(i) + share * (projectors[static_cast<std::size_t>(i)] *
-                                                        integrator_.predicted(h_, start.motion(i)));
+      position_.vector(i) = start_.vector(i) + share * (projectors[i] * integrator_.predicted(h_, start.motion(i)));
     }
     lead_held();
   };
   start_from(1);
   for (PetscInt i = 0; i < position_.values().cols(); ++i) {
     const auto vertex = static_cast<std::size_t>(i);
-    const Motion motion = start.motion(i);
+    const Kinematics motion = start.motion(i);
     unaccelerated_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.unaccelerated(h_, motion);
     still_.col(i) = start_.vector(i) + projectors[vertex] * integrator_.still(h_, motion);
     if (model_.pins.pinned()[vertex] && !integrator_.is_static()) {  // They move evenly, whatever their velocity was.
@@ -184,7 +199,7 @@ void StepPotential::keep_clear() {
   }
   for (PetscInt i = 0; i < before.cols(); ++i) {  // As far as vertices may go there.
     const Eigen::Vector3d moved = position_.vector(i) - before.col(i);
-    position_.vector(i) = before.col(i) + model_.constraints.projectors()[static_cast<std::size_t>(i)] * moved;
+    position_.vector(i) = before.col(i) + model_.constraints.projectors()[i] * moved;
   }
 }
 
@@ -230,7 +245,7 @@ void StepPotential::set_load_time() {
 void StepPotential::lead_held() {
   model_.pins.impose(position_, time_end_);
   for (PetscInt i = 0; integrator_.share() != 1 && i < position_.values().cols(); ++i) {
-    if (model_.pins.pinned()[static_cast<std::size_t>(i)]) {
+    if (model_.pins.pinned()[i]) {
       position_.vector(i) = start_.vector(i) + integrator_.share() * (position_.vector(i) - start_.vector(i));
     }
   }
@@ -253,7 +268,7 @@ void StepPotential::begin_path(const StepStart& start) {
   damping_.begin_step(start_, start.thickness_ratio, still_, rate());  // The first step: to where the loads push.
   const Eigen::VectorXd load = load_rate();
   for (PetscInt i = 0; i < owned(); ++i) {
-    direction_.vector(i) = -load.segment<3>(3 * i) / model_.mass[static_cast<std::size_t>(i)];
+    direction_.vector(i) = -load.segment<3>(3 * i) / model_.mass[i];
   }
   direction_.update_ghosts();
   set_unit_length(direction_);
@@ -263,7 +278,7 @@ void StepPotential::begin_path(const StepStart& start) {
 void StepPotential::set_unit_length(Field& direction) const {
   double square = 0;
   for (PetscInt i = 0; i < owned(); ++i) {
-    square += model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction.vector(i).squaredNorm();
+    square += model_.mass[i] / total_mass_ * direction.vector(i).squaredNorm();
   }
   square = sum_over_ranks(comm(), square);
   if (square > 0) {
@@ -273,8 +288,7 @@ void StepPotential::set_unit_length(Field& direction) const {
 
 void StepPotential::write_direction(const Field& position, Field& direction) const {
   for (PetscInt i = 0; i < position.values().cols(); ++i) {
-    direction.vector(i) = model_.constraints.projectors()[static_cast<std::size_t>(i)] *
-                          Eigen::Vector3d(position.vector(i) - start_.vector(i));
+    direction.vector(i) = model_.constraints.projectors()[i] * Eigen::Vector3d(position.vector(i) - start_.vector(i));
   }
   set_unit_length(direction);
 }
@@ -283,8 +297,7 @@ void StepPotential::write_direction(const Field& position, Field& direction) con
 double StepPotential::along_path() const {
   double sum = 0;
   for (PetscInt i = 0; i < owned(); ++i) {
-    sum += model_.mass[static_cast<std::size_t>(i)] / total_mass_ *
-           direction_.vector(i).dot(position_.vector(i) - start_.vector(i));
+    sum += model_.mass[i] / total_mass_ * direction_.vector(i).dot(position_.vector(i) - start_.vector(i));
   }
   return sum_over_ranks(comm(), sum);
 }
@@ -314,6 +327,14 @@ void StepPotential::write_end(Field& position) const {
   model_.pins.impose(position, time_end_);
 }
 
+std::string StepPotential::end_step(Field& position, Eigen::VectorXd& pressure) const {
+  write_end(position);
+  pressure(prescribed()) = multiplier();
+  const bool is_further_on = integrator_.share() != 1;
+  return is_further_on && inverted(start_, position) > 0 ? "the end of the step turns elements over: it is too long"
+                                                         : "";
+}
+
 Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepStart& start) {
   set_step(position, start, 0);
   position_.values() = position.values();
@@ -326,7 +347,7 @@ Eigen::Matrix3Xd StepPotential::acceleration(const Field& position, const StepSt
   damping_.begin_step(start_, start.thickness_ratio, still_, rate());
   Eigen::Matrix3Xd result = -gradient();
   for (PetscInt i = 0; i < owned(); ++i) {
-    result.col(i) /= model_.mass[static_cast<std::size_t>(i)];
+    result.col(i) /= model_.mass[i];
   }
   share_gas(shared, part);
   return result;
@@ -377,13 +398,14 @@ void StepPotential::evaluate() {
 }
 
 /// Of Pi at x by the owned vertices, where they may move. Collective.
-Eigen::Matrix3Xd StepPotential::gradient() {
+const Eigen::Matrix3Xd& StepPotential::gradient() {
   evaluate();
   Eigen::Matrix3Xd of_gas = gas_->gradient(part_);
   model_.constraints.projectors().apply(of_gas);
   squared_forces_.resize(potentials_.size());
   squared_forces_.push_back(of_gas.squaredNorm());
-  return gradient_ + of_gas;
+  with_gas_ = gradient_ + of_gas;
+  return with_gas_;
 }
 
 Eigen::VectorXd StepPotential::own_rows() {
@@ -393,7 +415,7 @@ Eigen::VectorXd StepPotential::own_rows() {
   return -pressure_scales().cwiseProduct(excess_volume());
 }
 
-LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share) {
+void StepPotential::begin_tangent(Curvature curvature, double positive_share) {
   for (Potential* potential : potentials_) {
     potential->set_positive_share(positive_share);
   }
@@ -402,8 +424,11 @@ LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share)
     load_pressure[e] = model_.elements.stiffness(e) != 0 ? load_pressure[e] : 0;
   }
   wall_.set_load(std::move(load_pressure), model_.chambers.rims().sides());
-  const double left = curvature == Curvature::positive ? 0 : 1 - positive_share;
-  LowRank result = projected(gas_->begin_tangent(part_, left), model_.constraints.projectors());
+  left_ = curvature == Curvature::positive ? 0 : 1 - positive_share;
+}
+
+LowRank StepPotential::dense_tangent() {
+  LowRank result = projected(gas_->begin_tangent(part_, left_), model_.constraints.projectors());
   if (integrator_.arc_length()) {  // Many times what the stiffness along the path can be, whatever its sign.
     double scale = force_scale_ / length_scale_;
     for (const GasState& gas : gas_->states(part_)) {
@@ -415,8 +440,7 @@ LowRank StepPotential::begin_tangent(Curvature curvature, double positive_share)
     result.sparse.conservativeResize(3 * owned(), columns());
     for (PetscInt i = 0; i < owned(); ++i) {
       for (int k = 0; k < 3; ++k) {
-        result.sparse.insert(3 * i + k, columns() - 1) =
-            model_.mass[static_cast<std::size_t>(i)] / total_mass_ * direction_.vector(i)[k];
+        result.sparse.insert(3 * i + k, columns() - 1) = model_.mass[i] / total_mass_ * direction_.vector(i)[k];
       }
     }
     result.sparse.makeCompressed();

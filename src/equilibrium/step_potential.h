@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "constraints/constraints.h"
@@ -43,7 +44,7 @@ struct StepStart {
   const Field* acceleration = nullptr;         ///< a^n [m/s^2], ghosts up to date; null: 0
   const Field* direction = nullptr;            ///< by arc length: of the path, see StepPotential::write_direction
 
-  Motion motion(PetscInt i) const {
+  Kinematics motion(PetscInt i) const {
     return {velocity.vector(i),
             acceleration != nullptr ? Eigen::Vector3d(acceleration->vector(i)) : Eigen::Vector3d::Zero()};
   }
@@ -115,18 +116,21 @@ class StepPotential : public StepPart, public GasFilled {
   /// At which forces are in balance; by arc length it is the loads' [s].
   double time() const { return time_; }
   /// By arc length: the derivative of the residual by the loads' time, of the owned vertices [N/s]. Collective.
-  Eigen::VectorXd load_rate();
+  Eigen::VectorXd load_rate() override;
   /// By arc length: unit of the residual's row [N/m].
-  double path_scale() const { return force_scale_ / length_scale_; }
+  double path_scale() const override { return force_scale_ / length_scale_; }
+  bool follows_path() const override { return integrator_.arc_length().has_value(); }
+  bool suits_patches() const override { return suits_patches_; }
   /// By arc length: c of a step that begins as this one did and goes to `position`, all local vertices. Its root mean
   /// square is 1. Collective.
   void write_direction(const Field& position, Field& direction) const;
 
+  /// Moves positions (ghosts too) and the pressures of chambers of prescribed volume to the end of the step.
+  /// Collective. @returns in words, why the balance is not the end of a step; empty: it is
+  std::string end_step(Field& position, Eigen::VectorXd& pressure) const;
   /// x^{n+1}, which follows from x (TimeIntegrator), with held vertices in their places; ghosts up to date. Not
   /// collective.
   void write_end(Field& position) const;
-  /// Whether x^{n+1} is further on than x. Not collective.
-  bool ends_beyond() const { return integrator_.share() != 1; }
   /// c and x_v of a local vertex, whose velocity where forces are in balance is c (x - x_v) [1/s, m].
   double rate() const { return integrator_.rate(h_); }
   Eigen::Vector3d still(PetscInt i) const { return still_.col(i); }
@@ -147,16 +151,18 @@ class StepPotential : public StepPart, public GasFilled {
   bool leaves_held_behind() override;
 
   double value() override;
-  Eigen::Matrix3Xd gradient() override;
+  const Eigen::Matrix3Xd& gradient() override;
   const std::vector<double>& squared_forces() const override { return squared_forces_; }
   Eigen::VectorXd own_rows() override;
+  bool inverts() const override { return true; }
   double inverted(const Field& from, const Field& to) const override;
 
   /// A column for each chamber, the volume's gradient, with the gas's stiffness; for a prescribed chamber with several
   /// times the most by which the pressure can fall with the volume beyond a limit point (BorderedSystem). By arc length
   /// one column more, for the row that it adds.
   int columns() const override { return model_.chambers.count() + (integrator_.arc_length() ? 1 : 0); }
-  LowRank begin_tangent(Curvature curvature, double positive_share) override;
+  void begin_tangent(Curvature curvature, double positive_share) override;
+  LowRank dense_tangent() override;
   bool blends() const override { return wall_.blends(); }
 
   std::vector<int> prescribed() const override { return gas_->prescribed(part_); }
@@ -195,6 +201,7 @@ class StepPotential : public StepPart, public GasFilled {
   std::vector<Potential*> potentials_;  ///< all of them
   double length_scale_ = 0;
   double force_scale_ = 0;
+  bool suits_patches_ = false;
   double total_mass_ = 0;           ///< [kg]
   double rounding_of_inertia_ = 0;  ///< norm of the forces of inertia that is rounding of positions alone [N]
   std::shared_ptr<StepGas> gas_;
@@ -210,11 +217,13 @@ class StepPotential : public StepPart, public GasFilled {
   Eigen::Matrix3Xd still_;          ///< x_v of the local vertices
   Field direction_;                 ///< c, if by arc length
   double path_length_ = 0;          ///< s [m]
+  double left_ = 0;                 ///< of what is not positive in the tangent, 0 to 1
 
   // Of the potentials at `position_`, if they are evaluated; the gas beside them knows of its own.
   bool is_evaluated_ = false;
   double potentials_value_ = 0;         ///< this rank's share of their sum [J]
   Eigen::Matrix3Xd gradient_;           ///< of the sum (3 x owned) [N]
+  Eigen::Matrix3Xd with_gas_;           ///< likewise, with that of the gas
   Eigen::Matrix3Xd of_potential_;       ///< the gradient of one of them
   std::vector<double> squared_forces_;  ///< of each, and of the gas last: this rank's part [N^2]
 };

@@ -22,7 +22,7 @@ TimeIntegrator TimeIntegrator::statics(std::optional<double> arc_length) {
   return result;
 }
 
-Eigen::Vector3d TimeIntegrator::still(double h, const Motion& start) const {
+Eigen::Vector3d TimeIntegrator::still(double h, const Kinematics& start) const {
   if (!is_second_order_) {
     return Eigen::Vector3d::Zero();
   }
@@ -31,7 +31,7 @@ Eigen::Vector3d TimeIntegrator::still(double h, const Motion& start) const {
          rate(h);
 }
 
-Motion TimeIntegrator::end(double h, const Eigen::Vector3d& displacement, const Motion& start) const {
+Kinematics TimeIntegrator::end(double h, const Eigen::Vector3d& displacement, const Kinematics& start) const {
   if (!is_second_order_) {
     return {displacement / h, Eigen::Vector3d::Zero()};
   }
@@ -40,7 +40,7 @@ Motion TimeIntegrator::end(double h, const Eigen::Vector3d& displacement, const 
   return {start.velocity + h * ((1 - gamma_) * start.acceleration + gamma_ * acceleration), acceleration};
 }
 
-double TimeIntegrator::error(double h, const Motion& start, const Motion& end) const {
+double TimeIntegrator::error(double h, const Kinematics& start, const Kinematics& end) const {
   return is_second_order_ ? std::abs(1.0 / 6 - beta_) * h * h * (end.acceleration - start.acceleration).norm()
                           : h / 2 * (end.velocity - start.velocity).norm();
 }

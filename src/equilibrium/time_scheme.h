@@ -16,7 +16,7 @@ inline const std::vector<std::string>& names_of(TimeScheme) {
 }
 
 /// How a vertex moves at the end of a step.
-struct Motion {
+struct Kinematics {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< [m/s]
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< [m/s^2]; of implicit Euler always 0
 };
@@ -61,19 +61,19 @@ class TimeIntegrator {
   /// c [1/s]
   double rate(double h) const { return is_static_ ? 0 : gamma_ / (beta_ * h); }
   /// y_a - x^n [m]. @param start v^n and a^n
-  Eigen::Vector3d unaccelerated(double h, const Motion& start) const {
+  Eigen::Vector3d unaccelerated(double h, const Kinematics& start) const {
     return share() * h * (start.velocity + h * (0.5 - beta_ / (1 - alpha_m_)) * start.acceleration);
   }
   /// y_v - x^n [m]
-  Eigen::Vector3d still(double h, const Motion& start) const;
+  Eigen::Vector3d still(double h, const Kinematics& start) const;
   /// y - x^n without forces, where Newton's method starts [m].
-  Eigen::Vector3d predicted(double h, const Motion& start) const { return share() * h * start.velocity; }
+  Eigen::Vector3d predicted(double h, const Kinematics& start) const { return share() * h * start.velocity; }
   /// v^{n+1} and a^{n+1}. @param displacement x^{n+1} - x^n [m]
-  Motion end(double h, const Eigen::Vector3d& displacement, const Motion& start) const;
+  Kinematics end(double h, const Eigen::Vector3d& displacement, const Kinematics& start) const;
   /// Estimated error of the step in x^{n+1} [m]: of implicit Euler |x^{n+1} - x^n - h v^n| / 2, which goes with h^2; of
   /// generalized alpha |1/6 - beta| h^2 |a^{n+1} - a^n|, which goes with h^3 (Zienkiewicz and Xie, A simple error
   /// estimator and adaptive time stepping procedure for dynamic analysis, Earthquake Eng. Struct. Dyn. 20, 1991).
-  double error(double h, const Motion& start, const Motion& end) const;
+  double error(double h, const Kinematics& start, const Kinematics& end) const;
 
  private:
   bool is_static_ = false;

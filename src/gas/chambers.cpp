@@ -103,7 +103,7 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
   int piece = -1;
   for (std::size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
     for (const PetscInt corner : surface.triangles[triangle]) {
-      if (surface.persistent_id[static_cast<std::size_t>(corner)] == vertex) {
+      if (surface.persistent_id[corner] == vertex) {
         piece = surface.piece[triangle / static_cast<std::size_t>(surface.triangles_per_element)];
       }
     }
@@ -128,8 +128,8 @@ struct NamedPieces {
 
 NamedPieces name_pieces(const Surface& surface, const std::map<std::string, ChamberOptions>& options) {
   NamedPieces result;
-  std::vector<std::string> taken(static_cast<std::size_t>(surface.pieces()));  // by which chamber
-  std::string rest;                                                            // the chamber without a vertex
+  std::vector<std::string> taken(surface.pieces());  // by which chamber
+  std::string rest;                                  // the chamber without a vertex
   for (const auto& [name, given] : options) {
     if (given.vertex < 0) {
       if (!rest.empty()) {
@@ -139,7 +139,7 @@ NamedPieces name_pieces(const Surface& surface, const std::map<std::string, Cham
       rest = name;
       continue;
     }
-    std::string& owner = taken[static_cast<std::size_t>(piece_of_vertex(surface, "chambers." + name, given.vertex))];
+    std::string& owner = taken[piece_of_vertex(surface, "chambers." + name, given.vertex)];
     if (!owner.empty()) {
       throw Error("chambers." + name + ".vertex: " + std::to_string(given.vertex) + " is of the piece that chambers." +
                   owner + " names, expected another piece");
@@ -176,7 +176,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
     add(name, *given);
   }
   for (const int piece : surface.piece) {
-    chamber_of_element_.push_back(named.chamber_of_piece[static_cast<std::size_t>(piece)]);
+    chamber_of_element_.push_back(named.chamber_of_piece[piece]);
   }
   exchange_ = GasExchange(count(), static_cast<int>(gas.links.size()));
   nest();
@@ -243,7 +243,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   exchange_ = exchange != nullptr ? *exchange : GasExchange(count(), static_cast<int>(gas.links.size()));
   begin();
   for (PetscInt chamber = 0; exchange != nullptr && chamber <= last; ++chamber) {
-    chambers_[static_cast<std::size_t>(chamber)].initial_volume = exchange->reference_volume[chamber];
+    chambers_[chamber].initial_volume = exchange->reference_volume[chamber];
   }
   set_amounts();
   join();
@@ -360,8 +360,8 @@ Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const st
                                    int count) const {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();  // of places, of how many
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (chamber_of_triangle_[static_cast<std::size_t>(triangle)] == chamber) {
-      for (const PetscInt corner : surface_->triangles[static_cast<std::size_t>(triangle)]) {
+    if (chamber_of_triangle_[triangle] == chamber) {
+      for (const PetscInt corner : surface_->triangles[triangle]) {
         sum.head<3>() += positions.vector(corner);
         sum[3] += 1;
       }
@@ -371,8 +371,8 @@ Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const st
   const Eigen::Vector3d middle = sum.head<3>() / std::max(sum[3], 1.0);
   Eigen::VectorXd result = Eigen::VectorXd::Zero(count);
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (const int number = number_of_triangle[static_cast<std::size_t>(triangle)]; number >= 0) {
-      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+    if (const int number = number_of_triangle[triangle]; number >= 0) {
+      const auto& corners = surface_->triangles[triangle];
       result[number] += solid_angle(positions.vector(corners[0]) - middle, positions.vector(corners[1]) - middle,
                                     positions.vector(corners[2]) - middle) /
                         (4 * pi);
@@ -426,7 +426,7 @@ Eigen::VectorXd Chambers::last_volumes() const {
 void Chambers::join() {
   std::vector<bool> is_joined(chambers_.size());
   const auto require_joinable = [&](int chamber, const std::string& key) {
-    is_joined[static_cast<std::size_t>(chamber)] = true;
+    is_joined[chamber] = true;
     const Chamber& self = of(chamber);
     if (self.law != GasLaw::isothermal && self.law != GasLaw::adiabatic) {
       throw Error(key + ": chamber " + self.name + " has the law " + self.options.law.name() +
@@ -472,7 +472,7 @@ void Chambers::join() {
     }
   }
   for (int chamber = 0; chamber < count(); ++chamber) {
-    if (is_joined[static_cast<std::size_t>(chamber)]) {
+    if (is_joined[chamber]) {
       joined_.push_back(chamber);
     }
   }
@@ -485,17 +485,17 @@ void Chambers::find_vessels() {
   vessel_of_.assign(chambers_.size(), -1);
   for (const int chamber : joined_) {
     if (inside(chamber) == chamber) {
-      vessel_of_[static_cast<std::size_t>(chamber)] = static_cast<int>(vessels_.size());
+      vessel_of_[chamber] = static_cast<int>(vessels_.size());
       vessels_.push_back(chamber);
     }
   }
   for (const int chamber : joined_) {
-    vessel_of_[static_cast<std::size_t>(chamber)] = vessel_of_[static_cast<std::size_t>(inside(chamber))];
+    vessel_of_[chamber] = vessel_of_[inside(chamber)];
   }
 }
 
 GasNetwork::Vessel Chambers::vessel(int number) const {
-  const Chamber& self = of(vessels_[static_cast<std::size_t>(number)]);
+  const Chamber& self = of(vessels_[number]);
   return {self.name, self.law == GasLaw::isothermal, self.gamma, self.initial_volume};
 }
 
@@ -543,7 +543,7 @@ void Chambers::set_living(const Living& living) {
   has_hole_.assign(chambers_.size(), 0);
   const auto open = [this](PetscInt chamber) {
     if (chamber >= 0 && !needs_volume(static_cast<int>(chamber))) {
-      has_hole_[static_cast<std::size_t>(chamber)] = 1;
+      has_hole_[chamber] = 1;
     }
   };
   for (std::size_t triangle = 0; triangle < living.triangles.size(); ++triangle) {
@@ -581,8 +581,8 @@ Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>
                                   int count) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
-    if (const int chamber = chamber_of_triangle[static_cast<std::size_t>(triangle)]; chamber >= 0) {
-      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+    if (const int chamber = chamber_of_triangle[triangle]; chamber >= 0) {
+      const auto& corners = surface_->triangles[triangle];
       sum[chamber] += enclosed_volume(positions.vector(corners[0]) - origin_, positions.vector(corners[1]) - origin_,
                                       positions.vector(corners[2]) - origin_);
     }
@@ -613,7 +613,7 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   std::set<Part> own;
   for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
     const int chamber = chamber_of_triangle_[triangle];
-    const PetscInt here = piece[static_cast<std::size_t>(surface_->triangles[triangle].front())];
+    const PetscInt here = piece[surface_->triangles[triangle].front()];
     if (chamber >= 0 && vents(chamber) && exchange.open[chamber] == 0 && inside(chamber) == chamber && here >= 0) {
       part_of[triangle] = Part(chamber, here);
       own.insert(*part_of[triangle]);
@@ -678,7 +678,7 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
     if (large.size() < 2) {
       continue;
     }
-    const Content gas = contents[static_cast<std::size_t>(chamber)];
+    const Content gas = contents[chamber];
     std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
     double left = 1;  // share of the gas
     for (const std::size_t part : large) {
@@ -691,7 +691,7 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
       const double volume = volume_of[static_cast<Eigen::Index>(part)];
       const double share = volume / whole;
       left -= share;
-      contents[static_cast<std::size_t>(number)] = {share * gas.amount, share * gas.heat};
+      contents[number] = {share * gas.amount, share * gas.heat};
       division.exchange.volume[number] = volume;
       changed.insert(number);
       char text[32];
@@ -709,12 +709,12 @@ std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>&
   }
   for (const int number : changed) {
     const int like = number < count() ? number : static_cast<int>(division.exchange.parent[number]);
-    fill(division.exchange, number, like, contents[static_cast<std::size_t>(number)], division.exchange.volume[number]);
+    fill(division.exchange, number, like, contents[number], division.exchange.volume[number]);
   }
   for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
     if (part_of[triangle]) {
       division.numbers[triangle / static_cast<std::size_t>(surface_->triangles_per_element)] =
-          chamber_of_part[static_cast<std::size_t>(number_of[triangle])];
+          chamber_of_part[number_of[triangle]];
     }
   }
   return division;
@@ -754,8 +754,8 @@ void Chambers::pass_out(GasExchange& exchange, std::vector<Content>& contents, i
   if (exchange.outside[chamber] >= 0) {
     const auto round = static_cast<int>(exchange.inside[static_cast<int>(exchange.outside[chamber])]);
     count(round, -1);
-    contents[static_cast<std::size_t>(round)].amount += gas.amount;
-    contents[static_cast<std::size_t>(round)].heat += gas.heat;
+    contents[round].amount += gas.amount;
+    contents[round].heat += gas.heat;
   }
 }
 
@@ -775,7 +775,7 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
   }
   std::vector<Content> contents(chambers_.size());
   for (const int chamber : order) {
-    contents[static_cast<std::size_t>(chamber)] = content(exchange, chamber, time);
+    contents[chamber] = content(exchange, chamber, time);
   }
   std::vector<bool> is_changed(chambers_.size());
   for (const int chamber : order) {
@@ -784,7 +784,7 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
     if (!vents(chamber) || is_open(exchange, chamber) || share == 0 || !(before > 0 && volumes[chamber] > 0)) {
       continue;
     }
-    Content& gas = contents[static_cast<std::size_t>(chamber)];
+    Content& gas = contents[chamber];
     const Content moved{share * gas.amount, share * gas.heat};
     gas.amount -= moved.amount;
     gas.heat -= moved.heat;
@@ -794,15 +794,15 @@ GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorX
       result.work[chamber] += by_air;
       result.leak_enthalpy[chamber] -= by_air;
     }
-    is_changed[static_cast<std::size_t>(chamber)] = true;
+    is_changed[chamber] = true;
     if (outside(chamber) >= 0) {
-      is_changed[static_cast<std::size_t>(outside(chamber))] = true;
+      is_changed[outside(chamber)] = true;
     }
   }
   for (const int chamber : order) {
-    if (is_changed[static_cast<std::size_t>(chamber)]) {
+    if (is_changed[chamber]) {
       const double volume = is_open(exchange, chamber) ? exchange.volume[chamber] : volumes[chamber];
-      fill(result, chamber, chamber, contents[static_cast<std::size_t>(chamber)], volume);
+      fill(result, chamber, chamber, contents[chamber], volume);
     }
   }
   return result;
@@ -833,7 +833,7 @@ ChamberWalls Chambers::walls(const Field& positions, const Eigen::Vector3d& grav
     for (const Rims::Hole& hole : holes) {
       if (inside(hole.chamber) != outside(hole.chamber)) {
         result.leaks.push_back({inside(hole.chamber), of(hole.chamber).options.hole_discharge.value_or(0) * hole.area,
-                                uneven[static_cast<std::size_t>(hole.chamber)].at(hole.middle), outside(hole.chamber)});
+                                uneven[hole.chamber].at(hole.middle), outside(hole.chamber)});
       }
     }
   }
@@ -845,7 +845,7 @@ Eigen::VectorXd Chambers::areas(const Field& positions) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
     if (const int chamber = of_triangle(triangle); chamber >= 0) {
-      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+      const auto& corners = surface_->triangles[triangle];
       sum[chamber] +=
           area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])).norm();
     }
@@ -860,7 +860,7 @@ std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const Field& po
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(4, count());  // area, area times place
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
     if (const int chamber = of_triangle(triangle); chamber >= 0) {
-      const auto& corners = surface_->triangles[static_cast<std::size_t>(triangle)];
+      const auto& corners = surface_->triangles[triangle];
       const Eigen::Vector3d x[3] = {positions.vector(corners[0]), positions.vector(corners[1]),
                                     positions.vector(corners[2])};
       const double area = area_vector(x[0], x[1], x[2]).norm();
@@ -900,7 +900,7 @@ Eigen::Matrix3Xd Chambers::uneven_forces(const Field& positions, const Eigen::Ve
     for (std::size_t k = 0; k < 3; ++k) {
       if (corners[k] < surface_->particles.owned) {  // a linear pressure times the corner's share
         const Eigen::Vector3d place = (x[0] + x[1] + x[2] + x[k]) / 4;
-        force.col(corners[k]) += uneven[static_cast<std::size_t>(chamber)].at(place) / 3 * area;
+        force.col(corners[k]) += uneven[chamber].at(place) / 3 * area;
       }
     }
   }
@@ -908,9 +908,9 @@ Eigen::Matrix3Xd Chambers::uneven_forces(const Field& positions, const Eigen::Ve
   Eigen::VectorXd thrust = Eigen::VectorXd::Zero(count());
   for (int wall = 0; wall < count(); ++wall) {
     if (vents(wall)) {  // But for what the missing wall does not bear.
-      const double within = gas[static_cast<std::size_t>(inside(wall))].absolute_pressure;
-      const double jet = jet_thrust(within, within - gas[static_cast<std::size_t>(wall)].pressure, of(wall).gamma);
-      thrust[wall] = of(wall).options.hole_discharge.value_or(0) * jet - gas[static_cast<std::size_t>(wall)].pressure;
+      const double within = gas[inside(wall)].absolute_pressure;
+      const double jet = jet_thrust(within, within - gas[wall].pressure, of(wall).gamma);
+      thrust[wall] = of(wall).options.hole_discharge.value_or(0) * jet - gas[wall].pressure;
     }
   }
   rims_.add_thrust(thrust, positions, force);
@@ -1051,7 +1051,7 @@ std::vector<GasState> Chambers::states(const Eigen::VectorXd& walls, double time
   std::vector<GasState> states(chambers_.size());
   for (int chamber = 0; chamber < count(); ++chamber) {
     if (inside(chamber) == chamber) {
-      states[static_cast<std::size_t>(chamber)] = state(chamber, volumes[chamber], time);
+      states[chamber] = state(chamber, volumes[chamber], time);
     }
   }
   put_across_walls(states);
@@ -1065,8 +1065,7 @@ void Chambers::put_across_walls(std::vector<GasState>& states) const {
   }
   for (int wall = 0; wall < count(); ++wall) {
     const int round = outside(wall);
-    states[static_cast<std::size_t>(wall)].pressure =
-        pressure[static_cast<std::size_t>(inside(wall))] - (round < 0 ? 0 : pressure[static_cast<std::size_t>(round)]);
+    states[wall].pressure = pressure[inside(wall)] - (round < 0 ? 0 : pressure[round]);
   }
 }
 
@@ -1136,7 +1135,7 @@ std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const
   std::vector<int> first(chambers_.size());
   std::iota(first.begin(), first.end(), 0);
   const auto unite = [&](int a, int b) {
-    const auto [low, high] = std::minmax(first[static_cast<std::size_t>(a)], first[static_cast<std::size_t>(b)]);
+    const auto [low, high] = std::minmax(first[a], first[b]);
     std::replace(first.begin(), first.end(), int(high), int(low));
   };
   for (int chamber = 0; chamber < count(); ++chamber) {
@@ -1149,14 +1148,14 @@ std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const
   Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(2, count());
   Eigen::MatrixXd scale = rest;
   const auto add = [&](int row, int chamber, double value) {
-    rest(row, first[static_cast<std::size_t>(chamber)]) += value;
-    scale(row, first[static_cast<std::size_t>(chamber)]) += std::abs(value);
+    rest(row, first[chamber]) += value;
+    scale(row, first[chamber]) += std::abs(value);
   };
   const std::vector<GasState> gas = states(walls, time);
   for (const int chamber : joined_) {
     add(0, chamber, first_amount(chamber) + exchange_.amount[chamber]);
     add(0, chamber, exchange_.leak_amount[chamber] - first_amount(chamber));
-    add(1, chamber, energy(chamber, gas[static_cast<std::size_t>(chamber)]));
+    add(1, chamber, energy(chamber, gas[chamber]));
     for (const double less : {exchange_.first_energy[chamber], exchange_.wall_heat[chamber], -exchange_.work[chamber],
                               -exchange_.leak_enthalpy[chamber]}) {
       add(1, chamber, -less);
@@ -1173,12 +1172,12 @@ std::string Chambers::imbalance(const Eigen::VectorXd& walls, double time) const
   std::vector<bool> keeps_temperature(chambers_.size());
   for (const int chamber : joined_) {
     if (of(chamber).law == GasLaw::isothermal) {
-      keeps_temperature[static_cast<std::size_t>(first[static_cast<std::size_t>(chamber)])] = true;
+      keeps_temperature[first[chamber]] = true;
     }
   }
   for (const int chamber : joined_) {
     for (const int row : {0, 1}) {
-      if ((row == 0 || !keeps_temperature[static_cast<std::size_t>(chamber)]) &&
+      if ((row == 0 || !keeps_temperature[chamber]) &&
           !(std::abs(rest(row, chamber)) <= tolerance * scale(row, chamber))) {
         char text[160];
         std::snprintf(text, sizeof text, "the ledger of the %s in chamber %s is off by %.2g %s, expected at most %.2g",

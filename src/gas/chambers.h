@@ -125,7 +125,7 @@ class Chambers {
   /// Whether it was there at first; others are parts of a chamber that has been cut in two.
   bool was_there_at_first(int chamber) const { return of(chamber).parent < 0; }
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
-  int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[static_cast<std::size_t>(triangle)]; }
+  int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[triangle]; }
 
   /// Number of the chamber whose gas is inside the wall of a chamber: its own, or that of which it has become a part.
   int inside(int chamber) const { return static_cast<int>(exchange_.inside[chamber]); }
@@ -159,7 +159,7 @@ class Chambers {
   void set_numbers(const std::vector<PetscInt>& numbers) { chamber_of_element_ = numbers; }
   /// Whether triangles are missing on which the given pressure of a chamber would act, or its wall has cracked. Then V
   /// is no volume, and dV/dx, by which the pressure acts, is not its gradient.
-  bool has_hole(int chamber) const { return has_hole_[static_cast<std::size_t>(chamber)] != 0; }
+  bool has_hole(int chamber) const { return has_hole_[chamber] != 0; }
 
   /// V0, from the undeformed positions, the same on every rank [m^3].
   double initial_volume(int chamber) const { return of(chamber).initial_volume; }
@@ -197,11 +197,11 @@ class Chambers {
   bool has_network() const { return !joined_.empty(); }
   /// Ascending.
   const std::vector<int>& joined() const { return joined_; }
-  bool is_joined(int chamber) const { return vessel_of_[static_cast<std::size_t>(chamber)] >= 0; }
+  bool is_joined(int chamber) const { return vessel_of_[chamber] >= 0; }
   /// Chamber of each vessel, ascending.
   const std::vector<int>& vessels() const { return vessels_; }
   /// Number of the vessel whose gas is inside a joined chamber's wall.
-  int vessel_of(int chamber) const { return vessel_of_[static_cast<std::size_t>(chamber)]; }
+  int vessel_of(int chamber) const { return vessel_of_[chamber]; }
   /// Of the gas round its wall; GasNetwork::ambient.
   int vessel_outside(int chamber) const {
     return outside(chamber) < 0 ? GasNetwork::ambient : vessel_of(outside(chamber));
@@ -316,7 +316,7 @@ class Chambers {
     return is_joined(chamber) ? heat_capacity(chamber) * gas.amount * gas.temperature : 0;
   }
   PetscInt owned_triangles() const { return surface_->triangles_per_element * surface_->elements.owned; }
-  const Chamber& of(int chamber) const { return chambers_[static_cast<std::size_t>(chamber)]; }
+  const Chamber& of(int chamber) const { return chambers_[chamber]; }
   void require_closed(int chamber, const Field& rest, const Projectors& projectors) const;
 
   const Surface* surface_;

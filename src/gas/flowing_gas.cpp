@@ -197,23 +197,23 @@ std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& wa
                                              const GasNetwork::End& end) const {
   const Chambers& own = chambers(object);
   const Eigen::VectorXd volumes = own.gas_volumes(walls[object]);
-  std::vector<GasState> states(static_cast<std::size_t>(own.count()));
+  std::vector<GasState> states(own.count());
   for (int chamber = 0; chamber < own.count(); ++chamber) {
     if (own.inside(chamber) == chamber) {
-      states[static_cast<std::size_t>(chamber)] = own.state(chamber, volumes[chamber], time);
+      states[chamber] = own.state(chamber, volumes[chamber], time);
     }
   }
   for (std::size_t v = 0; v < own.vessels().size(); ++v) {
     const int chamber = own.vessels()[v];
     const int vessel = first_vessel_[object] + static_cast<int>(v);
-    GasState& gas = states[static_cast<std::size_t>(chamber)];
+    GasState& gas = states[chamber];
     if (!end.converged) {
       gas.pressure = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
     gas.absolute_pressure = end.pressure[vessel];
     gas.pressure = own.is_open(chamber) ? 0 : end.pressure[vessel] - own.gas_options().ambient_pressure;
-    gas.amount = end.gas[static_cast<std::size_t>(vessel)].amount;
+    gas.amount = end.gas[vessel].amount;
     gas.temperature = end.temperature[vessel];
   }
   own.put_across_walls(states);
@@ -238,14 +238,14 @@ Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwor
     return vessel < 0 ? Eigen::RowVectorXd::Zero(of.cols()).eval() : of.row(vessel).eval();
   };
   for (Eigen::Index wall = 0; wall < walls; ++wall) {
-    const auto& [inside, outside] = sides_of_walls_[static_cast<std::size_t>(wall)];
+    const auto& [inside, outside] = sides_of_walls_[wall];
     of_walls.col(wall) = of_vessels.col(inside);
     if (outside >= 0) {
       of_walls.col(wall) -= of_vessels.col(outside);
     }
   }
   for (Eigen::Index wall = 0; wall < walls; ++wall) {
-    const auto& [inside, outside] = sides_of_walls_[static_cast<std::size_t>(wall)];
+    const auto& [inside, outside] = sides_of_walls_[wall];
     result.row(wall) = row(of_walls, inside) - row(of_walls, outside);
   }
   return result;
@@ -302,15 +302,15 @@ FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Respons
     }
     // From where they would be if nothing were joined; those inside others and round them from where they were.
     walls[object] = own.last_volumes();
-    std::vector<bool> is_nested(static_cast<std::size_t>(own.count()));
+    std::vector<bool> is_nested(own.count());
     for (int chamber = 0; chamber < own.count(); ++chamber) {
       if (own.outside(chamber) >= 0) {
-        is_nested[static_cast<std::size_t>(chamber)] = true;
-        is_nested[static_cast<std::size_t>(own.outside(chamber))] = true;
+        is_nested[chamber] = true;
+        is_nested[own.outside(chamber)] = true;
       }
     }
     for (int chamber = 0; chamber < own.count(); ++chamber) {
-      if (!is_nested[static_cast<std::size_t>(chamber)]) {
+      if (!is_nested[chamber]) {
         walls[object][chamber] = moved_wall(own, chamber, response.walls[chamber], response.compliance[chamber], time);
       }
     }
@@ -335,12 +335,12 @@ FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Respons
     Eigen::VectorXd excess(count);
     bool is_far = false;
     for (Eigen::Index k = 0; k < count; ++k) {
-      const auto& [object, chamber, place] = joined[static_cast<std::size_t>(k)];
+      const auto& [object, chamber, place] = joined[k];
       if (states[object].empty()) {
         states[object] = end_states(object, walls, time, end);
       }
-      excess[k] = walls[object][chamber] - responses[object].walls[chamber] -
-                  compliance[k] * states[object][static_cast<std::size_t>(chamber)].pressure;
+      excess[k] =
+          walls[object][chamber] - responses[object].walls[chamber] - compliance[k] * states[object][chamber].pressure;
       is_far = is_far || std::abs(excess[k] / walls[object][chamber]) > tolerance;
     }
     if (!end.converged || !is_far) {
@@ -350,7 +350,7 @@ FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Respons
         Eigen::MatrixXd::Identity(count, count) - compliance.asDiagonal() * slopes(step, end)(numbers, numbers);
     const Eigen::VectorXd change = derivative.partialPivLu().solve(excess);
     for (Eigen::Index k = 0; k < count; ++k) {
-      double& wall = walls[joined[static_cast<std::size_t>(k)].object][joined[static_cast<std::size_t>(k)].chamber];
+      double& wall = walls[joined[k].object][joined[k].chamber];
       wall = std::max(wall - change[k], wall / 2);
     }
   }

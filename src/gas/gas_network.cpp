@@ -212,9 +212,7 @@ GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<Vess
   };
 
   const Local outside = ambient_state();
-  const auto local_of = [&](int number) -> const Local& {
-    return number == ambient ? outside : result.local[static_cast<std::size_t>(number)];
-  };
+  const auto local_of = [&](int number) -> const Local& { return number == ambient ? outside : result.local[number]; };
   for (std::size_t l = 0; l < links_.size(); ++l) {
     const Link& link = links_[l];
     const LinkOptions& options = link.options;
@@ -278,7 +276,7 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   std::vector<VesselGas> gas = step.gas;
   Eigen::VectorXd scale(2 * count());
   for (int i = 0; i < count(); ++i) {
-    const VesselGas& start = gas[static_cast<std::size_t>(i)];
+    const VesselGas& start = gas[i];
     const double heat = std::max(gas_.ambient_pressure * vessel(i).reference_volume / gas_constant, start.heat);
     scale[2 * i] = std::max(heat / gas_.ambient_temperature, start.amount);
     scale[2 * i + 1] = heat > 0 ? heat : 1;
@@ -307,7 +305,7 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
     }
     double share = 1;
     for (Eigen::Index k = 0; k < descent.size(); ++k) {
-      const VesselGas& has = gas[static_cast<std::size_t>(k / 2)];
+      const VesselGas& has = gas[k / 2];
       share = std::min(share, most_lost * (k % 2 == 0 ? has.amount : has.heat) / std::max(descent[k], 1e-300));
     }
     const auto moved_by = [&](double part) {
@@ -343,8 +341,8 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   end.pressure.setConstant(count(), std::numeric_limits<double>::quiet_NaN());
   end.temperature = end.pressure;
   for (int i = 0; i < count() && end.converged; ++i) {
-    end.pressure[i] = balance.local[static_cast<std::size_t>(i)].pressure;
-    end.temperature[i] = balance.local[static_cast<std::size_t>(i)].temperature;
+    end.pressure[i] = balance.local[i].pressure;
+    end.temperature[i] = balance.local[i].temperature;
   }
   return end;
 }
@@ -359,7 +357,7 @@ Eigen::MatrixXd GasNetwork::slopes(const Step& step, const End& end) const {
   const Eigen::MatrixXd moved = factor.solve(Eigen::MatrixXd(by_volume));
   Eigen::MatrixXd result(count(), count());
   for (int i = 0; i < count(); ++i) {
-    const ByState& by = balance.local[static_cast<std::size_t>(i)].pressure_by;
+    const ByState& by = balance.local[i].pressure_by;
     result.row(i) = -by[0] * moved.row(2 * i) - by[1] * moved.row(2 * i + 1);
     result(i, i) += by[2];
   }

@@ -89,7 +89,7 @@ class GasNetwork {
   GasNetwork(std::vector<Vessel> vessels, std::vector<Link> links, const GasOptions& gas);
 
   int count() const { return static_cast<int>(vessels_.size()); }
-  const Vessel& vessel(int number) const { return vessels_[static_cast<std::size_t>(number)]; }
+  const Vessel& vessel(int number) const { return vessels_[number]; }
   const std::vector<Link>& links() const { return links_; }
 
   End solve(const Step& step) const;

@@ -62,8 +62,7 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
       const PetscInt from = surface.triangles[triangle][k];
       const PetscInt to = surface.triangles[triangle][(k + 1) % 3];
       if (planes.common(from, to) == 0) {
-        own.push_back({surface.persistent_id[static_cast<std::size_t>(from)],
-                       surface.persistent_id[static_cast<std::size_t>(to)], chamber[triangle],
+        own.push_back({surface.persistent_id[from], surface.persistent_id[to], chamber[triangle],
                        planes.common(from, from), planes.common(to, to)});
       }
     }
@@ -98,7 +97,7 @@ Rims::Rims(const Surface& surface, const std::vector<int>& chamber, const Eigen:
     place[id] = -1;
   }
   for (PetscInt i = 0; i < surface.particles.local(); ++i) {
-    if (const auto found = place.find(surface.persistent_id[static_cast<std::size_t>(i)]); found != place.end()) {
+    if (const auto found = place.find(surface.persistent_id[i]); found != place.end()) {
       found->second = i;
     }
   }

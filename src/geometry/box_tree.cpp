@@ -44,8 +44,7 @@ BoxTree::BoxTree(const std::vector<Bounds>& boxes) : bounds_(boxes.size()), numb
 }
 
 void BoxTree::move_to(const std::vector<Bounds>& boxes) {
-  std::transform(numbers_.begin(), numbers_.end(), bounds_.begin(),
-                 [&boxes](int number) { return boxes[static_cast<std::size_t>(number)]; });
+  std::transform(numbers_.begin(), numbers_.end(), bounds_.begin(), [&boxes](int number) { return boxes[number]; });
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {  // Children come behind their parents.
     if (node->is_leaf()) {
       node->bounds = bounds(node->first);
@@ -64,9 +63,7 @@ int BoxTree::build(int first, int end, const std::vector<Eigen::Array4f>& middle
   if (end - first <= most_of_leaf) {
     return of;
   }
-  const auto middle = [&](int item) -> const Eigen::Array4f& {
-    return middles[static_cast<std::size_t>(number(item))];
-  };
+  const auto middle = [&](int item) -> const Eigen::Array4f& { return middles[number(item)]; };
   Eigen::Array4f low = middle(first);
   Eigen::Array4f high = low;
   for (int i = first; i < end; ++i) {
@@ -76,13 +73,12 @@ int BoxTree::build(int first, int end, const std::vector<Eigen::Array4f>& middle
   Eigen::Index axis = 0;
   (high - low).maxCoeff(&axis);
   const int half = first + (end - first) / 2;
-  std::nth_element(numbers_.begin() + first, numbers_.begin() + half, numbers_.begin() + end, [&](int a, int b) {
-    return middles[static_cast<std::size_t>(a)][axis] < middles[static_cast<std::size_t>(b)][axis];
-  });
+  std::nth_element(numbers_.begin() + first, numbers_.begin() + half, numbers_.begin() + end,
+                   [&](int a, int b) { return middles[a][axis] < middles[b][axis]; });
   const int left = build(first, half, middles);
   const int right = build(half, end, middles);
-  nodes_[static_cast<std::size_t>(of)].left = left;
-  nodes_[static_cast<std::size_t>(of)].right = right;
+  nodes_[of].left = left;
+  nodes_[of].right = right;
   return of;
 }
 

@@ -50,14 +50,14 @@ class BoxTree {
     if (nodes_.empty()) {
       return;
     }
-    const auto is_marked = [&marked](int box) { return marked[static_cast<std::size_t>(box)]; };
+    const auto is_marked = [&marked](int box) { return marked[box]; };
     std::vector<bool> holds_marked(nodes_.size());
-    const auto holds = [&holds_marked](int of) { return holds_marked[static_cast<std::size_t>(of)]; };
+    const auto holds = [&holds_marked](int of) { return holds_marked[of]; };
     for (auto of = static_cast<int>(nodes_.size()) - 1; of >= 0; --of) {  // Children come behind their parents.
       const Node& whole = node(of);
-      holds_marked[static_cast<std::size_t>(of)] =
-          whole.is_leaf() ? std::any_of(numbers_.begin() + whole.first, numbers_.begin() + whole.end, is_marked)
-                          : holds(whole.left) || holds(whole.right);
+      holds_marked[of] = whole.is_leaf()
+                             ? std::any_of(numbers_.begin() + whole.first, numbers_.begin() + whole.end, is_marked)
+                             : holds(whole.left) || holds(whole.right);
     }
     visit_within(0, holds, [&](int a, int b) {
       if (is_marked(a) || is_marked(b)) {
@@ -75,7 +75,7 @@ class BoxTree {
     int right = -1;
     bool is_leaf() const { return left < 0; }
   };
-  const Node& node(int number) const { return nodes_[static_cast<std::size_t>(number)]; }
+  const Node& node(int number) const { return nodes_[number]; }
   const Bounds& bounds(int item) const { return bounds_[static_cast<std::size_t>(item)]; }
   int number(int item) const { return numbers_[static_cast<std::size_t>(item)]; }
 

@@ -28,9 +28,7 @@ std::string fault_of_closed_mesh(const std::vector<Eigen::Vector3d>& points, con
     for (std::size_t k = 0; k < 3; ++k) {
       ++sides[{triangle[k], triangle[(k + 1) % 3]}];
     }
-    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
-      return points[static_cast<std::size_t>(triangle[k])];
-    };
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& { return points[triangle[k]]; };
     volume += (at(0) - points[0]).dot((at(1) - points[0]).cross(at(2) - points[0])) / 6;
   }
   for (const auto& [side, count] : sides) {
@@ -55,7 +53,7 @@ ClosedMesh::ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles)
   std::map<std::pair<int, int>, Eigen::Vector3d> of_sides;
   const auto side_of = [](int a, int b) { return std::pair(std::min(a, b), std::max(a, b)); };
   for (const auto& triangle : triangles) {
-    const auto corner = [&](std::size_t k) { return points_[static_cast<std::size_t>(triangle[k % 3])]; };
+    const auto corner = [&](std::size_t k) { return points_[triangle[k % 3]]; };
     const Eigen::Vector3d across = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     if (!(across.norm() > 0)) {
       continue;  // a triangle without area: its sides have the normals of its neighbours
@@ -67,7 +65,7 @@ ClosedMesh::ClosedMesh(std::vector<Eigen::Vector3d> points, Triangles triangles)
       const Eigen::Vector3d to_next = corner(k + 1) - corner(k);
       const Eigen::Vector3d to_last = corner(k + 2) - corner(k);
       const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
-      vertex_normals_[static_cast<std::size_t>(triangle[k])] += angle * normal;
+      vertex_normals_[triangle[k]] += angle * normal;
       const auto sum = of_sides.try_emplace(side_of(triangle[k], triangle[(k + 1) % 3]), Eigen::Vector3d::Zero()).first;
       sum->second += normal;
     }
@@ -93,16 +91,16 @@ void ClosedMesh::build(int begin, int end) {
   Eigen::AlignedBox3d centres;
   const auto centre = [this](int triangle) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const int point : triangles_[static_cast<std::size_t>(triangle)]) {
-      sum += points_[static_cast<std::size_t>(point)];
+    for (const int point : triangles_[triangle]) {
+      sum += points_[point];
     }
     return Eigen::Vector3d(sum / 3);
   };
   for (int i = begin; i < end; ++i) {
-    const int triangle = order_[static_cast<std::size_t>(i)];
+    const int triangle = order_[i];
     centres.extend(centre(triangle));
-    for (const int point : triangles_[static_cast<std::size_t>(triangle)]) {
-      nodes_[number].box.extend(points_[static_cast<std::size_t>(point)]);
+    for (const int point : triangles_[triangle]) {
+      nodes_[number].box.extend(points_[point]);
     }
   }
   if (end - begin <= leaf_size) {
@@ -129,7 +127,7 @@ const Eigen::Vector3d& ClosedMesh::normal_at(std::size_t triangle, const std::ar
       return edge_normals_[triangle][next];
     }
     if (!is_opposite && weights[1 + next] == 0 && weights[1 + last] == 0) {
-      return vertex_normals_[static_cast<std::size_t>(triangles_[triangle][k])];
+      return vertex_normals_[triangles_[triangle][k]];
     }
   }
   return face_normals_[triangle];
@@ -142,28 +140,26 @@ SignedDistance ClosedMesh::signed_distance(const Eigen::Vector3d& point) const {
   std::array<int, 64> stack{};  // as deep as the tree, which halves
   int depth = 1;
   while (depth > 0) {
-    const int number = stack[static_cast<std::size_t>(--depth)];
-    const Node& node = nodes_[static_cast<std::size_t>(number)];
+    const int number = stack[--depth];
+    const Node& node = nodes_[number];
     if (node.box.squaredExteriorDistance(point) >= least) {
       continue;
     }
     if (node.second > 0) {
       int near = number + 1;
       int far = node.second;
-      if (nodes_[static_cast<std::size_t>(far)].box.squaredExteriorDistance(point) <
-          nodes_[static_cast<std::size_t>(near)].box.squaredExteriorDistance(point)) {
+      if (nodes_[far].box.squaredExteriorDistance(point) < nodes_[near].box.squaredExteriorDistance(point)) {
         std::swap(near, far);
       }
-      stack[static_cast<std::size_t>(depth++)] = far;
-      stack[static_cast<std::size_t>(depth++)] = near;
+      stack[depth++] = far;
+      stack[depth++] = near;
       continue;
     }
     for (int i = node.begin; i < node.end; ++i) {
-      const auto triangle = static_cast<std::size_t>(order_[static_cast<std::size_t>(i)]);
+      const auto triangle = static_cast<std::size_t>(order_[i]);
       const auto& corners = triangles_[triangle];
-      const NearestPoints found = nearest_of_point_and_triangle({point, points_[static_cast<std::size_t>(corners[0])],
-                                                                 points_[static_cast<std::size_t>(corners[1])],
-                                                                 points_[static_cast<std::size_t>(corners[2])]});
+      const NearestPoints found =
+          nearest_of_point_and_triangle({point, points_[corners[0]], points_[corners[1]], points_[corners[2]]});
       if (const double squared = found.apart.squaredNorm(); squared < least) {
         least = squared;
         arm = found.apart;

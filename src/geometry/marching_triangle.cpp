@@ -4,10 +4,10 @@ namespace pellicle {
 inline namespace geometry {
 
 KeptPart marching_triangle(const std::array<double, 3>& level) {
-  const auto kept = [&level](int corner) { return level[static_cast<std::size_t>(corner)] >= 0; };
+  const auto kept = [&level](int corner) { return level[corner] >= 0; };
   const auto cut = [&level](int from, int to) {
-    const double m0 = level[static_cast<std::size_t>(from)];
-    const double m1 = level[static_cast<std::size_t>(to)];
+    const double m0 = level[from];
+    const double m1 = level[to];
     return BorderPoint{from, to, m0 / (m0 - m1)};
   };
   const auto whole = [](int corner) { return BorderPoint{corner, corner, 0}; };

@@ -30,10 +30,10 @@ class Projectors {
   }
 
   /// @param vectors (3 x n) of the first n vertices, of which what they may follow stays
-  void apply(Eigen::Matrix3Xd& vectors) const {
+  void apply(Eigen::Ref<Eigen::Matrix3Xd> vectors) const {
     for (const int i : bound_) {
       if (i < vectors.cols()) {
-        vectors.col(i) = ((*this)[static_cast<std::size_t>(i)] * vectors.col(i)).eval();
+        vectors.col(i) = ((*this)[i] * vectors.col(i)).eval();
       }
     }
   }

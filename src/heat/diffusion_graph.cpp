@@ -67,7 +67,7 @@ void set_umbrella(DiffusionGraph& graph, const Surface& surface, const std::vect
       const auto [a, b] = set.ends[s];
       const double distance =
           std::max((positions.vector(a) - positions.vector(b)).norm(), smallest_share * set.initial_length[s]);
-      const double alpha = 0.5 * (diffusivity[static_cast<std::size_t>(a)] + diffusivity[static_cast<std::size_t>(b)]);
+      const double alpha = 0.5 * (diffusivity[a] + diffusivity[b]);
       graph.weights[p] = alpha / distance;
       for (const PetscInt end : set.ends[s]) {
         if (end < owned) {
@@ -96,10 +96,8 @@ std::vector<std::array<PetscInt, 2>> cotangent_pairs(const Surface& surface) {
 void set_cotangent(DiffusionGraph& graph, const Surface& surface, const std::vector<double>& diffusivity,
                    const Field& positions, const Field& mass, const Living& living) {
   graph.weights.assign(graph.pairs.size(), 0);
-  const auto mass_ratio = [&](PetscInt i) {
-    return mass.data()[i] / surface.initial_mass[static_cast<std::size_t>(i)];
-  };
-  const auto alpha = [&](PetscInt i) { return diffusivity[static_cast<std::size_t>(i)]; };
+  const auto mass_ratio = [&](PetscInt i) { return mass.data()[i] / surface.initial_mass[i]; };
+  const auto alpha = [&](PetscInt i) { return diffusivity[i]; };
   const std::array<double, 3> share = surface.point_shares();
   const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
   const std::size_t pairs_each = pairs_of_element(surface);

@@ -32,8 +32,7 @@ double release_burning_heat(Field& temperature, const Surface& surface, const Fi
       continue;
     }
     const double before = temperature.data()[i];
-    const double after =
-        before - options.burning_heat * mass_change.data()[i] / surface.initial_mass[static_cast<std::size_t>(i)];
+    const double after = before - options.burning_heat * mass_change.data()[i] / surface.initial_mass[i];
     temperature.data()[i] = after;
     if (i < surface.particles.owned) {
       heat += mass.data()[i] * options.capacity * (after - before);

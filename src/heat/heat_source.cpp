@@ -91,7 +91,7 @@ double apply_heat_source(Field& temperature, const HeatSource& source, const Hea
       const double squared = (input.positions.vector(i) - centre).squaredNorm() / (source.radius * source.radius);
       share = squared < 1 ? ball_share * (1 - squared) * (1 - squared) : 0;
     } else {
-      share = -std::expm1(-source.rate * input.texture[static_cast<std::size_t>(i)] * input.time_step);
+      share = -std::expm1(-source.rate * input.texture[i] * input.time_step);
     }
     double& value = temperature.data()[i];
     const double before = value;

@@ -68,13 +68,13 @@ class ParticlePoints {
       : set_(set), number_(static_cast<std::size_t>(set.particles.local()), -1) {}
 
   vtkIdType operator()(PetscInt particle) {
-    vtkIdType& number = number_[static_cast<std::size_t>(particle)];
+    vtkIdType& number = number_[particle];
     if (number < 0) {
       number = static_cast<vtkIdType>(points_.size());
       DrawnPoint point;
       point.particles[0] = particle;
       point.weights[0] = 1;
-      point.id = set_.persistent_id[static_cast<std::size_t>(particle)];
+      point.id = set_.persistent_id[particle];
       point.is_owned = particle < set_.particles.owned;
       points_.push_back(point);
     }
@@ -160,7 +160,7 @@ Drawing drawing_of(const Surface& surface, DrawnSurface drawn) {
     const auto& [a, b, c] = drawn.triangles[t];
     const vtkIdType triangle[] = {a, b, c};
     triangles->InsertNextCell(3, triangle);
-    cell_id->InsertNextValue(surface.element_id[static_cast<std::size_t>(drawing.items[t])]);
+    cell_id->InsertNextValue(surface.element_id[drawing.items[t]]);
   }
   drawing.skeleton->SetPolys(triangles);
   add_identity(surface.comm(), drawing.points, cell_id, drawing.skeleton);
@@ -189,8 +189,7 @@ Drawing drawing_of_springs(const Sheet& sheet, const Living& living) {
   // A point counts on the rank that owns its particle, also where other ranks own all springs at it.
   const std::vector<bool> has_springs = particles_with_springs(sheet, living);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    if (has_springs[static_cast<std::size_t>(i)] &&
-        (sheet.layers == 2 || !sheet.is_lattice[static_cast<std::size_t>(i)])) {
+    if (has_springs[i] && (sheet.layers == 2 || !sheet.is_lattice[i])) {
       number(i);
     }
   }

@@ -125,7 +125,7 @@ FrameSeries::FrameSeries(OutputFolder& folder, std::string name, std::vector<Fra
 }
 
 std::string FrameSeries::stem(const Entry& entry) const {
-  const std::string& part = parts_[static_cast<std::size_t>(entry.part)].name;
+  const std::string& part = parts_[entry.part].name;
   char digits[32];
   std::snprintf(digits, sizeof digits, "_%06d", entry.number);
   return name_ + (part.empty() ? "" : "_" + part) + digits;
@@ -228,7 +228,7 @@ void FrameSeries::write_list() {
       }
       char number[32];
       std::snprintf(number, sizeof number, "%.17g", entry.time);
-      const std::string& part = parts_[static_cast<std::size_t>(entry.part)].name;
+      const std::string& part = parts_[entry.part].name;
       text += "    <DataSet timestep=\"" + std::string(number) + "\" part=\"" + std::to_string(entry.part) + "\"" +
               (part.empty() ? "" : " name=\"" + part + "\"") + " file=\"" + file + "\"/>\n";
     }

@@ -109,8 +109,8 @@ void History::add(const std::vector<double>& values) {
   on_root(folder_.comm(), [&] {
     const auto odd = std::find_if_not(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
     if (odd != values.end()) {
-      throw Error(name_ + ": " + columns_[static_cast<std::size_t>(odd - values.begin())].name + " is " +
-                  number_text(*odd) + ", expected a finite number: some option is beyond what can be computed with");
+      throw Error(name_ + ": " + columns_[odd - values.begin()].name + " is " + number_text(*odd) +
+                  ", expected a finite number: some option is beyond what can be computed with");
     }
     std::string line;
     for (const double value : values) {

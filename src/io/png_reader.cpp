@@ -126,7 +126,7 @@ Picture read_png(const std::string& path) {
   }));
 
   const double white = channel_bytes == 2 ? 65535 : 255;
-  picture.grey.reserve(static_cast<std::size_t>(pixels));
+  picture.grey.reserve(pixels);
   for (std::size_t row = height; row-- > 0;) {
     const unsigned char* value = rows[row];
     for (int column = 0; column < picture.width; ++column) {

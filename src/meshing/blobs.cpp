@@ -260,8 +260,7 @@ SurfaceMesh blobs_mesh(const std::map<std::string, BlobOptions>& blobs, int vert
   for (const std::vector<int>& face : mesh.faces) {
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
     for (const int point : face) {
-      const Eigen::Vector3d share =
-          (mesh.points[static_cast<std::size_t>(point)] - box.min()).cwiseQuotient(box.sizes());
+      const Eigen::Vector3d share = (mesh.points[point] - box.min()).cwiseQuotient(box.sizes());
       corners.emplace_back(share.x(), share.z());
     }
   }

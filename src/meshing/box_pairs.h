@@ -24,18 +24,14 @@ struct BoxPairVisitor {
   // NOLINTBEGIN(readability-identifier-naming)
   /// Every descent asks this of its pair: when no comparisons are left, the traversal soon ends.
   bool intersectVolumeVolume(const Box& a, const Box& b) { return left-- > 0 && a.intersects(b); }
-  bool intersectVolumeObject(const Box& a, int b) {
-    return intersectVolumeVolume(a, second[static_cast<std::size_t>(b)]);
-  }
-  bool intersectObjectVolume(int a, const Box& b) {
-    return intersectVolumeVolume(first[static_cast<std::size_t>(a)], b);
-  }
+  bool intersectVolumeObject(const Box& a, int b) { return intersectVolumeVolume(a, second[b]); }
+  bool intersectObjectVolume(int a, const Box& b) { return intersectVolumeVolume(first[a], b); }
   /// Stops the traversal when no comparisons are left.
   bool intersectObjectObject(int a, int b) {
     if (left-- <= 0) {
       return true;
     }
-    if (first[static_cast<std::size_t>(a)].intersects(second[static_cast<std::size_t>(b)])) {
+    if (first[a].intersects(second[b])) {
       left -= take(a, b);
     }
     return false;

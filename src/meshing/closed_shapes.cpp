@@ -25,9 +25,7 @@ void require_above_0(double value, const char* what) {
 template <class Height>
 void wrap_uv(SurfaceMesh& mesh, const Height& height) {
   for (const std::vector<int>& face : mesh.faces) {
-    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
-      return mesh.points[static_cast<std::size_t>(face[k])];
-    };
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& { return mesh.points[face[k]]; };
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < face.size(); ++k) {
       centre += at(k);
@@ -78,8 +76,7 @@ SurfaceMesh unit_icosphere(int level) {
       const auto [entry, is_new] =
           middles.emplace(std::array{std::min(a, b), std::max(a, b)}, static_cast<int>(mesh.points.size()));
       if (is_new) {
-        mesh.points.push_back(
-            (mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]).normalized());
+        mesh.points.push_back((mesh.points[a] + mesh.points[b]).normalized());
       }
       return entry->second;
     };

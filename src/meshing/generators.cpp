@@ -51,7 +51,7 @@ void spread_uv(SurfaceMesh& mesh, const std::vector<Eigen::Vector2d>& uv) {
     std::vector<Eigen::Vector2d>& corners = mesh.uv.emplace_back();
     corners.reserve(face.size());
     for (const int point : face) {
-      corners.push_back(uv[static_cast<std::size_t>(point)]);
+      corners.push_back(uv[point]);
     }
   }
 }

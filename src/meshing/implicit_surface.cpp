@@ -73,9 +73,7 @@ SurfaceMesh contour(const ImplicitSurface& surface, double spacing) {
 double area_of(const SurfaceMesh& mesh) {
   double area = 0;
   for (const std::vector<int>& face : mesh.faces) {
-    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
-      return mesh.points[static_cast<std::size_t>(face[k])];
-    };
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& { return mesh.points[face[k]]; };
     area += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
   }
   return area;

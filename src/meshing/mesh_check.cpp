@@ -71,7 +71,7 @@ std::vector<Edge> edges_of(const std::vector<Side>& sides) {
 
 const Eigen::Vector3d& corner_point(const SurfaceMesh& mesh, std::size_t face, std::size_t corner) {
   const std::vector<int>& points = mesh.faces[face];
-  return mesh.points[static_cast<std::size_t>(points[corner % points.size()])];
+  return mesh.points[points[corner % points.size()]];
 }
 
 /// Keeps the faces that stand for themselves and removes the others, whose groups go to the faces that stand for them.
@@ -95,8 +95,8 @@ void keep_faces(SurfaceMesh& mesh, const std::vector<int>& stands) {
   for (auto& entry : mesh.face_groups) {
     std::vector<int> members;
     for (const int face : entry.second) {
-      if (const int standing = stands[static_cast<std::size_t>(face)]; standing >= 0) {
-        members.push_back(target[static_cast<std::size_t>(standing)]);
+      if (const int standing = stands[face]; standing >= 0) {
+        members.push_back(target[standing]);
       }
     }
     std::sort(members.begin(), members.end());
@@ -178,7 +178,7 @@ int remove_unused_points(SurfaceMesh& mesh) {
   std::vector<int> target(mesh.points.size(), -1);
   for (const std::vector<int>& face : mesh.faces) {
     for (const int point : face) {
-      target[static_cast<std::size_t>(point)] = 0;
+      target[point] = 0;
     }
   }
   int used = 0;
@@ -229,8 +229,8 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
       const Side& first = edge.begin[0];
       const Side& second = edge.begin[1];
       const bool agrees = first.forward != second.forward;
-      neighbours[static_cast<std::size_t>(first.face)].push_back({second.face, agrees});
-      neighbours[static_cast<std::size_t>(second.face)].push_back({first.face, agrees});
+      neighbours[first.face].push_back({second.face, agrees});
+      neighbours[second.face].push_back({first.face, agrees});
     }
   }
   enum class State { unseen, kept, flipped };
@@ -245,10 +245,10 @@ int orient(SurfaceMesh& mesh, const std::vector<Edge>& edges, std::vector<int>& 
     std::size_t flips = 0;
     bool contradiction = false;
     for (std::size_t next = 0; next < piece.size(); ++next) {
-      const State here = state[static_cast<std::size_t>(piece[next])];
-      for (const Neighbour& neighbour : neighbours[static_cast<std::size_t>(piece[next])]) {
+      const State here = state[piece[next]];
+      for (const Neighbour& neighbour : neighbours[piece[next]]) {
         const bool flip = (here == State::flipped) == neighbour.agrees;
-        State& there = state[static_cast<std::size_t>(neighbour.face)];
+        State& there = state[neighbour.face];
         if (there == State::unseen) {
           there = flip ? State::flipped : State::kept;
           flips += flip ? 1 : 0;
@@ -437,7 +437,7 @@ void require_few_at_each_point(const SurfaceMesh& mesh, const std::vector<std::a
   std::vector<int> count(mesh.points.size(), 0);
   for (const std::array<int, 3>& triangle : triangles) {
     for (const int point : triangle) {
-      ++count[static_cast<std::size_t>(point)];
+      ++count[point];
     }
   }
   const auto largest = std::max_element(count.begin(), count.end());
@@ -752,7 +752,7 @@ std::string fault_of_quads(const SurfaceMesh& mesh) {
   if (others.empty()) {
     return "";
   }
-  const std::size_t corners = mesh.faces[static_cast<std::size_t>(others.front())].size();
+  const std::size_t corners = mesh.faces[others.front()].size();
   return std::to_string(others.size()) + " of " + std::to_string(mesh.faces.size()) +
          " faces are no quads (the first is face " + std::to_string(mesh.id_of_face(others.front())) + " with " +
          std::to_string(corners) + " corners), expected quads only: a burning sheet is built on quads";

@@ -12,7 +12,7 @@ inline namespace meshing {
 
 NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::array<int, 3>>& triangles,
                                 const std::vector<std::array<int, 2>>& boundary) {
-  const auto at = [&mesh](int point) -> const Eigen::Vector3d& { return mesh.points[static_cast<std::size_t>(point)]; };
+  const auto at = [&mesh](int point) -> const Eigen::Vector3d& { return mesh.points[point]; };
   DisjointSets sets(mesh.points.size());
   for (const auto& [a, b, c] : triangles) {
     sets.unite(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
@@ -47,9 +47,9 @@ NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::
   }
   std::vector<int> round(pieces.size(), -1);  // of each piece the lowest point of one round it
   visit_pairs(boxes, boxes, [&](int inner, int outer) {
-    const Piece& a = pieces[static_cast<std::size_t>(inner)];
-    const Piece& b = pieces[static_cast<std::size_t>(outer)];
-    if (inner == outer || round[static_cast<std::size_t>(inner)] >= 0 || !b.box.contains(a.box)) {
+    const Piece& a = pieces[inner];
+    const Piece& b = pieces[outer];
+    if (inner == outer || round[inner] >= 0 || !b.box.contains(a.box)) {
       return 1;
     }
     double angle = 0;  // 4 pi seen from inside, 0 from outside
@@ -57,7 +57,7 @@ NestedPieces find_nested_pieces(const SurfaceMesh& mesh, const std::vector<std::
       angle += solid_angle(at(i) - at(a.point), at(j) - at(a.point), at(k) - at(a.point));
     }
     if (angle > 2 * pi) {
-      round[static_cast<std::size_t>(inner)] = b.point;
+      round[inner] = b.point;
     }
     return static_cast<int>(b.triangles.size());
   });

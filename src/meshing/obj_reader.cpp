@@ -62,7 +62,7 @@ SurfaceMesh read_obj(const std::string& path) {
           const std::string_view rest = word.substr(slash + 1);
           const std::string_view texture = rest.substr(0, rest.find('/'));
           if (!texture.empty()) {
-            uv.push_back(textures[static_cast<std::size_t>(resolve(file, texture, textures.size(), "texture number"))]);
+            uv.push_back(textures[resolve(file, texture, textures.size(), "texture number")]);
           }
         }
       }

@@ -103,7 +103,7 @@ std::vector<std::vector<Eigen::Vector2d>> uv_of_corners(const SurfaceMesh& mesh,
     std::vector<Eigen::Vector2d>& corners = uv.emplace_back();
     for (const int point : face) {
       if (point >= 0 && static_cast<std::size_t>(point) < uv_of_points.size()) {
-        corners.push_back(uv_of_points[static_cast<std::size_t>(point)]);
+        corners.push_back(uv_of_points[point]);
       }
     }
   }

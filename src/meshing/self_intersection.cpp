@@ -19,13 +19,12 @@ SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& p
     return {};
   }
   const auto corners = [&](int triangle) -> Triangle {
-    const std::array<int, 3>& t = triangles[static_cast<std::size_t>(triangle)];
-    return {points[static_cast<std::size_t>(t[0])], points[static_cast<std::size_t>(t[1])],
-            points[static_cast<std::size_t>(t[2])]};
+    const std::array<int, 3>& t = triangles[triangle];
+    return {points[t[0]], points[t[1]], points[t[2]]};
   };
   const auto have_common_point = [&triangles](int a, int b) {
-    const std::array<int, 3>& points_of_a = triangles[static_cast<std::size_t>(a)];
-    const std::array<int, 3>& points_of_b = triangles[static_cast<std::size_t>(b)];
+    const std::array<int, 3>& points_of_a = triangles[a];
+    const std::array<int, 3>& points_of_b = triangles[b];
     return std::find_first_of(points_of_b.begin(), points_of_b.end(), points_of_a.begin(), points_of_a.end()) !=
            points_of_b.end();
   };
@@ -33,7 +32,7 @@ SelfIntersections count_self_intersections(const std::vector<Eigen::Vector3d>& p
   for (const std::array<int, 3>& triangle : triangles) {
     Box& box = boxes.emplace_back();
     for (const int point : triangle) {
-      box.extend(points[static_cast<std::size_t>(point)]);
+      box.extend(points[point]);
     }
   }
   SelfIntersections found;

@@ -40,11 +40,11 @@ std::vector<Eigen::Vector3d> half_ellipse(const Eigen::Vector3d& centre, const E
   int k = 1;
   for (int i = 0; i <= count; ++i) {
     const double wanted = length.back() * i / count;
-    while (k < samples && length[static_cast<std::size_t>(k)] < wanted) {
+    while (k < samples && length[k] < wanted) {
       ++k;
     }
     const double before = length[static_cast<std::size_t>(k) - 1];
-    points.push_back(at(pi * (k - 1 + (wanted - before) / (length[static_cast<std::size_t>(k)] - before)) / samples));
+    points.push_back(at(pi * (k - 1 + (wanted - before) / (length[k] - before)) / samples));
   }
   return points;
 }
@@ -113,7 +113,7 @@ class Cut {
 /// Front and back sewn together; the points have no place yet.
 SurfaceMesh sew(const Cut& cut) {
   SurfaceMesh mesh;
-  mesh.points.resize(static_cast<std::size_t>(cut.points()), Eigen::Vector3d::Zero());
+  mesh.points.resize(cut.points(), Eigen::Vector3d::Zero());
   for (const Cut::Side side : {Cut::front, Cut::back}) {
     for (int j = 0; j < cut.up; ++j) {
       for (int i = -cut.sleeve; i < cut.across + cut.sleeve; ++i) {
@@ -149,13 +149,13 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
   using Vector = Eigen::Vector3d;
   Held held{std::vector<bool>(mesh.points.size(), false), std::vector<bool>(mesh.points.size(), false)};
   const auto hold = [&](int point, const Vector& place) {
-    mesh.points[static_cast<std::size_t>(point)] = place;
-    held.any[static_cast<std::size_t>(point)] = true;
+    mesh.points[point] = place;
+    held.any[point] = true;
   };
   const auto hold_rim = [&](int point, const Vector& place, const char* group) {
     hold(point, place);
-    if (!held.rim[static_cast<std::size_t>(point)]) {
-      held.rim[static_cast<std::size_t>(point)] = true;
+    if (!held.rim[point]) {
+      held.rim[point] = true;
       mesh.groups[group].push_back(point);
     }
   };
@@ -171,7 +171,7 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
     // Half of an ellipse with the half axes 0.40 and 0.23 is 1.0 long; with 0.37 and 0.26 too.
     const auto waist = half_ellipse({0, 0, -0.5 * height}, {-0.40 * width, 0, 0}, 0.23 * width * outward, cut.across);
     for (int i = 0; i <= cut.across; ++i) {
-      const Vector& place = waist[static_cast<std::size_t>(i)];
+      const Vector& place = waist[i];
       hold_rim(cut.point(side, i, 0), place, "waist");
       for (int j = 1; j <= straight_rows; ++j) {
         hold(cut.point(side, i, j), place + Vector(0, 0, j * row));
@@ -186,7 +186,7 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
                                      0.26 * half_girth * outward, sleeve_rows);
       const int end = right > 0 ? cut.across + cut.sleeve : -cut.sleeve;
       for (int j = 0; j <= sleeve_rows; ++j) {
-        const Vector& place = cuff[static_cast<std::size_t>(j)];
+        const Vector& place = cuff[j];
         hold_rim(cut.point(side, end, cut.armpit + j), place, "cuffs");
         for (int k = 1; k <= straight_columns; ++k) {
           hold(cut.point(side, end - right * k, cut.armpit + j), place - k * cell * along);
@@ -202,7 +202,7 @@ Held fit(SurfaceMesh& mesh, const Cut& cut, double width, double height) {
     for (int k = 0; k <= count; ++k) {
       const int i = cut.shoulder + std::clamp(k - depth, 0, neck_cells);
       const int j = cut.up - std::min({k, depth, count - k});
-      hold_rim(cut.point(side, i, j), neck[static_cast<std::size_t>(k)], "neck");
+      hold_rim(cut.point(side, i, j), neck[k], "neck");
     }
   }
   for (int k = 0; k <= cut.shoulder; ++k) {
@@ -227,7 +227,7 @@ void span(SurfaceMesh& mesh, const Held& held) {
   for (const std::vector<int>& face : mesh.faces) {
     for (std::size_t k = 0; k < 4; ++k) {
       // The other face at the edge goes along it the other way.
-      if (!held.rim[static_cast<std::size_t>(face[k])]) {
+      if (!held.rim[face[k]]) {
         entries.emplace_back(face[k], face[(k + 1) % 4], 1);
         entries.emplace_back(face[k], face[k], -1);
       }
@@ -241,8 +241,8 @@ void span(SurfaceMesh& mesh, const Held& held) {
   int count = 0;
   Eigen::MatrixX3d known(points, 3);
   for (Eigen::Index i = 0; i < points; ++i) {
-    known.row(i) = mesh.points[static_cast<std::size_t>(i)];
-    if (!held.any[static_cast<std::size_t>(i)]) {
+    known.row(i) = mesh.points[i];
+    if (!held.any[i]) {
       entries.emplace_back(static_cast<int>(i), count++, 1);
     }
   }
@@ -254,7 +254,7 @@ void span(SurfaceMesh& mesh, const Held& held) {
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(normal_equations);
   const Eigen::MatrixX3d found = known + free * factors.solve(side);
   for (Eigen::Index i = 0; i < points; ++i) {
-    mesh.points[static_cast<std::size_t>(i)] = found.row(i);
+    mesh.points[i] = found.row(i);
   }
 }
 

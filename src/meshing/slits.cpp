@@ -9,7 +9,7 @@ namespace pellicle {
 inline namespace meshing {
 
 Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>& boundary) {
-  const auto at = [&mesh](int point) -> const Eigen::Vector3d& { return mesh.points[static_cast<std::size_t>(point)]; };
+  const auto at = [&mesh](int point) -> const Eigen::Vector3d& { return mesh.points[point]; };
   double farthest = 0;
   for (const Eigen::Vector3d& point : mesh.points) {
     farthest = std::max(farthest, point.lpNorm<Eigen::Infinity>());
@@ -20,7 +20,7 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
   std::vector<double> reach(mesh.points.size(), 0);
   for (const auto& [a, b] : boundary) {
     for (const int end : {a, b}) {
-      double& longest = reach[static_cast<std::size_t>(end)];
+      double& longest = reach[end];
       longest = std::max(longest, (at(b) - at(a)).norm());
     }
   }
@@ -34,16 +34,16 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
       round_points.emplace_back(mesh.points[i] - half, mesh.points[i] + half);
     }
   }
-  const auto reach_of = [&reach](int point) { return reach[static_cast<std::size_t>(point)]; };
+  const auto reach_of = [&reach](int point) { return reach[point]; };
 
   Slits slits;
   std::vector<bool> is_near(mesh.points.size(), false);
   visit_pairs(round_points, round_points, [&](int first, int second) {
-    const int a = points[static_cast<std::size_t>(first)];
-    const int b = points[static_cast<std::size_t>(second)];
+    const int a = points[first];
+    const int b = points[second];
     const double gap = (at(a) - at(b)).norm();
     if (a != b && gap > 0 && gap <= std::min(reach_of(a), reach_of(b))) {
-      is_near[static_cast<std::size_t>(a)] = is_near[static_cast<std::size_t>(b)] = true;
+      is_near[a] = is_near[b] = true;
       slits.largest_gap = std::max(slits.largest_gap, gap);
     }
     return 1;
@@ -58,8 +58,8 @@ Slits find_slits(const SurfaceMesh& mesh, const std::vector<std::array<int, 2>>&
     round_sides.emplace_back(box.min() - margin, box.max() + margin);
   }
   visit_pairs(round_points, round_sides, [&](int number, int side) {
-    const int point = points[static_cast<std::size_t>(number)];
-    const auto& [a, b] = boundary[static_cast<std::size_t>(side)];
+    const int point = points[number];
+    const auto& [a, b] = boundary[side];
     const Eigen::Vector3d along = at(b) - at(a);
     const double length = along.norm();
     const double place = (at(point) - at(a)).dot(along) / length;  // [m] from a

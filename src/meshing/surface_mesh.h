@@ -27,8 +27,8 @@ struct SurfaceMesh {
   std::vector<int> face_id;
 
   /// Number in the file of a point or face.
-  int id_of_point(int point) const { return point_id.empty() ? point : point_id[static_cast<std::size_t>(point)]; }
-  int id_of_face(int face) const { return face_id.empty() ? face : face_id[static_cast<std::size_t>(face)]; }
+  int id_of_point(int point) const { return point_id.empty() ? point : point_id[point]; }
+  int id_of_face(int face) const { return face_id.empty() ? face : face_id[face]; }
 };
 
 }  // namespace meshing

@@ -14,7 +14,7 @@ using Corners = std::array<std::size_t, 3>;
 namespace {
 
 const Eigen::Vector3d& point_at(const SurfaceMesh& mesh, const std::vector<int>& face, std::size_t corner) {
-  return mesh.points[static_cast<std::size_t>(face[corner])];
+  return mesh.points[face[corner]];
 }
 
 }  // namespace

@@ -174,7 +174,7 @@ int dimension_of(int type) {
 /// face.
 SurfaceMesh extract(vtkDataSet* data, const std::string& path) {
   SurfaceMesh mesh;
-  mesh.points.resize(static_cast<std::size_t>(data->GetNumberOfPoints()));
+  mesh.points.resize(data->GetNumberOfPoints());
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     data->GetPoint(static_cast<vtkIdType>(i), mesh.points[i].data());
   }

@@ -13,8 +13,8 @@ inline namespace meshing {
 
 void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target) {
   const int kept = 1 + *std::max_element(target.begin(), target.end());
-  std::vector<Eigen::Vector3d> points(static_cast<std::size_t>(kept));
-  std::vector<int> ids(static_cast<std::size_t>(kept));
+  std::vector<Eigen::Vector3d> points(kept);
+  std::vector<int> ids(kept);
   for (std::size_t i = target.size(); i-- > 0;) {
     if (target[i] >= 0) {
       const auto to = static_cast<std::size_t>(target[i]);
@@ -26,14 +26,14 @@ void renumber_points(SurfaceMesh& mesh, const std::vector<int>& target) {
   mesh.point_id = std::move(ids);
   for (std::vector<int>& face : mesh.faces) {
     for (int& point : face) {
-      point = target[static_cast<std::size_t>(point)];
+      point = target[point];
     }
   }
   for (auto& entry : mesh.groups) {
     std::vector<int> members;
     for (const int point : entry.second) {
-      if (target[static_cast<std::size_t>(point)] >= 0) {
-        members.push_back(target[static_cast<std::size_t>(point)]);
+      if (target[point] >= 0) {
+        members.push_back(target[point]);
       }
     }
     std::sort(members.begin(), members.end());
@@ -48,7 +48,7 @@ namespace {
 DisjointSets equal_points(const std::vector<Eigen::Vector3d>& points) {
   std::vector<int> order(points.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto at = [&points](int i) -> const Eigen::Vector3d& { return points[static_cast<std::size_t>(i)]; };
+  const auto at = [&points](int i) -> const Eigen::Vector3d& { return points[i]; };
   std::sort(order.begin(), order.end(), [&at](int a, int b) {
     for (int k = 0; k < 3; ++k) {
       if (at(a)[k] != at(b)[k]) {
@@ -78,8 +78,8 @@ bool unite_near_points(DisjointSets& sets, const std::vector<Eigen::Vector3d>& p
     }
   }
   return visit_pairs(boxes, boxes, [&](int first, int second) {
-    const std::size_t a = lowest[static_cast<std::size_t>(first)];
-    const std::size_t b = lowest[static_cast<std::size_t>(second)];
+    const std::size_t a = lowest[first];
+    const std::size_t b = lowest[second];
     if ((points[a] - points[b]).norm() <= distance) {
       sets.unite(a, b);
     }

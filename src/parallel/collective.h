@@ -35,7 +35,7 @@ inline bool on_any_rank(MPI_Comm comm, bool here) {
 inline void broadcast(MPI_Comm comm, std::string& text) {
   auto length = static_cast<int>(text.size());
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(static_cast<std::size_t>(length));
+  text.resize(length);
   MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
 }
 
@@ -45,7 +45,7 @@ std::vector<Value> of_all_ranks(MPI_Comm comm, const std::vector<Value>& own) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   const auto bytes = static_cast<int>(own.size() * sizeof(Value));
-  std::vector<int> sizes(static_cast<std::size_t>(ranks));
+  std::vector<int> sizes(ranks);
   MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, comm);
   std::vector<int> starts(sizes.size() + 1, 0);
   std::partial_sum(sizes.begin(), sizes.end(), starts.begin() + 1);
@@ -70,9 +70,8 @@ class Gatherer {
 
   /// Collective. @param all is resized
   void gather(const double* own, std::vector<double>& all) const {
-    all.resize(static_cast<std::size_t>(starts_.back()));
-    MPI_Allgatherv(own, counts_[static_cast<std::size_t>(rank_)], MPI_DOUBLE, all.data(), counts_.data(),
-                   starts_.data(), MPI_DOUBLE, comm_);
+    all.resize(starts_.back());
+    MPI_Allgatherv(own, counts_[rank_], MPI_DOUBLE, all.data(), counts_.data(), starts_.data(), MPI_DOUBLE, comm_);
   }
 
  private:

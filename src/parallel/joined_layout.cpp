@@ -35,7 +35,7 @@ JoinedLayout::JoinedLayout(const std::vector<Layout>& parts) {
 PetscInt JoinedLayout::global(std::size_t part, PetscInt global_number) const {
   const std::vector<PetscInt>& begins = part_begins_[part];
   const auto rank = std::upper_bound(begins.begin(), begins.end(), global_number) - begins.begin() - 1;
-  return whole_begins_[part][static_cast<std::size_t>(rank)] + global_number - begins[static_cast<std::size_t>(rank)];
+  return whole_begins_[part][rank] + global_number - begins[rank];
 }
 
 void JoinedLayout::put(std::size_t part, const Field& of_part, Field& whole) const {

@@ -23,7 +23,7 @@ struct Layout {
   PetscInt ghosts() const { return static_cast<PetscInt>(ghost_global.size()); }
   PetscInt local() const { return owned + ghosts(); }
   PetscInt to_global(PetscInt local_number) const {
-    return local_number < owned ? first + local_number : ghost_global[static_cast<std::size_t>(local_number - owned)];
+    return local_number < owned ? first + local_number : ghost_global[local_number - owned];
   }
 
   /// What sends values between owners and ghosts (parallel/exchange.h), made by the first call, after which the layout

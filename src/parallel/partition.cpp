@@ -26,13 +26,13 @@ struct Weights {
 std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&METIS_PartGraphKway) method) {
   static_assert(sizeof(idx_t) == sizeof(int), "METIS must be built with 32-bit indices");
   idx_t cells = graph.cells();
-  std::vector<int> part(static_cast<std::size_t>(cells), 0);
+  std::vector<int> part(cells, 0);
   if (parts == 1 || cells == 0) {
     return part;
   }
   if (cells <= parts) {  // METIS wants more vertices than parts: a cell a rank, the other ranks stay empty.
     for (idx_t cell = 0; cell < cells; ++cell) {
-      part[static_cast<std::size_t>(cell)] = cell;
+      part[cell] = cell;
     }
     return part;
   }
@@ -43,7 +43,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
   if (weights.of_cell > 1) {
     options[METIS_OPTION_UFACTOR] = 10;  // thousandths more than its share that a part may have
   }
-  weights.cells.resize(static_cast<std::size_t>(weights.of_cell * cells), 1);
+  weights.cells.resize(weights.of_cell * cells, 1);
   for (idx_t& weight : weights.cells) {
     weight *= 20;  // METIS wants integers, and takes 3 cells and none for as even as 2 and 1.
   }
@@ -60,7 +60,7 @@ std::vector<int> split(CellGraph graph, Weights weights, int parts, decltype(&ME
 /// Joins each cell that is still alone with at most 5 neighbours that are. @returns the group of each cell
 std::vector<int> small_groups(const CellGraph& graph, int& count) {
   constexpr int most = 5;
-  std::vector<int> group(static_cast<std::size_t>(graph.cells()), -1);
+  std::vector<int> group(graph.cells(), -1);
   count = 0;
   for (std::size_t cell = 0; cell < group.size(); ++cell) {
     if (group[cell] >= 0) {
@@ -69,7 +69,7 @@ std::vector<int> small_groups(const CellGraph& graph, int& count) {
     group[cell] = count;
     int size = 1;
     for (int k = graph.offsets[cell]; k < graph.offsets[cell + 1] && size < most; ++k) {
-      int& of_neighbour = group[static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(k)])];
+      int& of_neighbour = group[graph.neighbours[k]];
       if (of_neighbour < 0) {
         of_neighbour = count;
         ++size;
@@ -90,7 +90,7 @@ struct Members {
     std::partial_sum(first.begin(), first.end(), first.begin());
     std::vector<std::size_t> next = first;
     for (std::size_t cell = 0; cell < group.size(); ++cell) {
-      cells[next[static_cast<std::size_t>(group[cell])]++] = cell;
+      cells[next[group[cell]]++] = cell;
     }
   }
 
@@ -103,15 +103,15 @@ CellGraph graph_of_groups(const CellGraph& graph, const std::vector<int>& group,
   const Members members(group, count);
   CellGraph coarse;
   coarse.offsets.push_back(0);
-  std::vector<std::size_t> place(static_cast<std::size_t>(count), 0);  // of a neighbour, if in the present row
+  std::vector<std::size_t> place(count, 0);  // of a neighbour, if in the present row
   for (int g = 0; g < count; ++g) {
-    const std::size_t first = members.first[static_cast<std::size_t>(g)];
+    const std::size_t first = members.first[g];
     const std::size_t last = members.first[static_cast<std::size_t>(g) + 1];
     const std::size_t begin = coarse.neighbours.size();
     for (std::size_t c = first; c < last; ++c) {
       for (int k = graph.offsets[members.cells[c]]; k < graph.offsets[members.cells[c] + 1]; ++k) {
-        const int other = group[static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(k)])];
-        std::size_t& at = place[static_cast<std::size_t>(other)];
+        const int other = group[graph.neighbours[k]];
+        std::size_t& at = place[other];
         if (other == g) {
           continue;
         }
@@ -144,7 +144,7 @@ std::vector<int> split_in_regions(const CellGraph& graph, const std::vector<int>
       split(std::move(groups), std::move(weights), static_cast<int>(patches.size()), METIS_PartGraphRecursive);
   std::vector<int> region;
   for (const int g : group) {
-    region.push_back(region_of_group[static_cast<std::size_t>(g)]);
+    region.push_back(region_of_group[g]);
   }
   return region;
 }
@@ -183,7 +183,7 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
   if (regions < 2) {
     return split(std::move(graph), {}, patches, METIS_PartGraphRecursive);
   }
-  std::vector<int> counts(static_cast<std::size_t>(regions), patches / regions);
+  std::vector<int> counts(regions, patches / regions);
   std::for_each(counts.begin(), counts.begin() + patches % regions, [](int& count) { ++count; });
   const std::vector<int> region = split_in_regions(graph, counts);
   const Members members(region, regions);
@@ -200,7 +200,7 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
     part.offsets.push_back(0);
     for (std::size_t c = members.first[r]; c < members.first[r + 1]; ++c) {
       for (int k = graph.offsets[members.cells[c]]; k < graph.offsets[members.cells[c] + 1]; ++k) {
-        const auto neighbour = static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(k)]);
+        const auto neighbour = static_cast<std::size_t>(graph.neighbours[k]);
         if (region[neighbour] == static_cast<int>(r)) {
           part.neighbours.push_back(number[neighbour]);
         }
@@ -218,8 +218,8 @@ std::vector<int> split_in_patches(CellGraph graph, int patches) {
 
 std::vector<int> nested_dissection(CellGraph graph) {
   idx_t cells = graph.cells();
-  std::vector<int> order(static_cast<std::size_t>(cells));
-  std::vector<int> place(static_cast<std::size_t>(cells));
+  std::vector<int> order(cells);
+  std::vector<int> place(cells);
   if (cells == 0) {
     return place;
   }

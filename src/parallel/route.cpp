@@ -20,9 +20,9 @@ Route::Route(MPI_Comm comm, const std::vector<int>& destinations) : comm_(comm),
   const auto destination = [&](PetscInt item) { return destinations[static_cast<std::size_t>(item)]; };
   std::stable_sort(order_.begin(), order_.end(),
                    [&](PetscInt a, PetscInt b) { return destination(a) < destination(b); });
-  std::vector<int> sent(static_cast<std::size_t>(ranks), 0);
+  std::vector<int> sent(ranks, 0);
   for (const int rank : destinations) {
-    ++sent[static_cast<std::size_t>(rank)];
+    ++sent[rank];
   }
   std::vector<int> received(sent.size());
   MPI_Alltoall(sent.data(), 1, MPI_INT, received.data(), 1, MPI_INT, comm);
@@ -49,7 +49,7 @@ Records Route::send_back(const Records& records) const {
   const Records sorted = exchange(records, received_, sent_);
   std::vector<PetscInt> place(order_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) {
-    place[static_cast<std::size_t>(order_[i])] = static_cast<PetscInt>(i);
+    place[order_[i]] = static_cast<PetscInt>(i);
   }
   return sorted.of_items(place);
 }

@@ -105,14 +105,13 @@ PlateStencils::Fan PlateStencils::fan_of(std::vector<Wedge> wedges) {
 /// @param wedges set to those of the owned vertices
 std::vector<PlateStencils::Fan> PlateStencils::fans(const Membrane& membrane, std::vector<std::vector<Wedge>>& wedges) {
   const Layout& vertices = membrane.particles;
-  wedges.resize(static_cast<std::size_t>(vertices.owned));
+  wedges.resize(vertices.owned);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const auto& triangle = membrane.triangles[e];
     for (std::size_t k = 0; k < 3; ++k) {
       if (triangle[k] < vertices.owned) {
-        wedges[static_cast<std::size_t>(triangle[k])].push_back({vertices.to_global(triangle[(k + 1) % 3]),
-                                                                 vertices.to_global(triangle[(k + 2) % 3]),
-                                                                 static_cast<PetscInt>(e)});
+        wedges[triangle[k]].push_back({vertices.to_global(triangle[(k + 1) % 3]),
+                                       vertices.to_global(triangle[(k + 2) % 3]), static_cast<PetscInt>(e)});
       }
     }
   }
@@ -132,7 +131,7 @@ std::vector<PlateStencils::Fan> PlateStencils::fans(const Membrane& membrane, st
   };
   const auto sides_round = [&](PetscInt vertex) {
     std::vector<Side> sides;
-    for (const Wedge& wedge : wedges[static_cast<std::size_t>(vertex)]) {
+    for (const Wedge& wedge : wedges[vertex]) {
       sides.push_back({vertices.to_global(vertex), wedge.next, wedge.previous});
     }
     return sides;
@@ -182,7 +181,7 @@ std::vector<PlateStencils::Fan> PlateStencils::fans(const Membrane& membrane, st
   int rank = 0;
   MPI_Comm_rank(vertices.comm, &rank);
   for (PetscInt i = 0; i < vertices.owned; ++i) {
-    const Fan& fan = result[static_cast<std::size_t>(i)];
+    const Fan& fan = result[i];
     std::vector<Point> points;
     std::set<int> ranks;
     for (const bool is_beyond : {false, true}) {

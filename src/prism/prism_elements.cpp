@@ -97,7 +97,7 @@ double PrismElements::energy(const Field& positions, const std::vector<double>& 
   static const PetscLogEvent event = log_event("PrismEnergy");
   const LogScope scope(event, owned_flops_ + static_cast<double>(membrane_->elements.owned));
   double sum = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane_->elements.owned; ++e) {
     sum += element_energy(e, positions, thickness_ratio[e], Derivatives::first).energy;
   }
   return finite_or_infinite(sum);
@@ -146,7 +146,7 @@ void PrismElements::update_thickness(const Field& positions, std::vector<double>
 
 PetscInt PrismElements::inverted(const Field& from, const Field& to) const {
   PetscInt count = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane_->elements.owned; ++e) {
     const std::array<PetscInt, 3>& triangle = membrane_->triangles[e];
     const Eigen::Vector3d after = element_area(to, triangle);
     const bool is_fine =
@@ -159,7 +159,7 @@ PetscInt PrismElements::inverted(const Field& from, const Field& to) const {
 
 double PrismElements::volume(const Field& positions, const std::vector<double>& thickness_ratio) const {
   double sum = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane_->elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane_->elements.owned; ++e) {
     if (stiffness(e) != 0) {
       sum += element_area(positions, membrane_->triangles[e]).norm() * thickness_ratio[e] * wall_->thickness[e];
     }

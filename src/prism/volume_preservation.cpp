@@ -68,8 +68,8 @@ VolumePreservation::VolumePreservation(const Membrane& membrane, const Wall& wal
     const double element_mass = wall.density[e] * wall.rest[e].volume;
     for (const PetscInt corner : membrane.triangles[e]) {
       if (corner < membrane.particles.owned) {
-        mass[static_cast<std::size_t>(corner)] += element_mass / 6;
-        piece_[static_cast<std::size_t>(corner)] = membrane.piece[e];
+        mass[corner] += element_mass / 6;
+        piece_[corner] = membrane.piece[e];
       }
     }
     virtual_inverse_mass_.push_back(2 / element_mass);
@@ -96,7 +96,7 @@ double VolumePreservation::factor(double inverse_mass, int piece) const {
   if (rule_ == VolumeRule::mass) {
     return inverse_mass;
   }
-  const double relative = inverse_mass / mean_inverse_mass_[static_cast<std::size_t>(piece)];
+  const double relative = inverse_mass / mean_inverse_mass_[piece];
   return rule_ == VolumeRule::printed ? relative * inverse_mass : relative;
 }
 

@@ -149,13 +149,12 @@ std::vector<bool> elements_of_group(const Membrane& membrane, const std::string&
   const bool has_faces = faces != membrane.element_groups.end();
   if (on_any_rank(membrane.comm(), has_faces)) {
     for (const PetscInt e : has_faces ? faces->second : std::vector<PetscInt>{}) {
-      elements[static_cast<std::size_t>(e)] = true;
+      elements[e] = true;
     }
     return elements;
   }
   std::transform(membrane.triangles.begin(), membrane.triangles.end(), elements.begin(), [&](const auto& corners) {
-    return std::all_of(corners.begin(), corners.end(),
-                       [&](PetscInt i) { return vertices[static_cast<std::size_t>(i)]; });
+    return std::all_of(corners.begin(), corners.end(), [&](PetscInt i) { return vertices[i]; });
   });
   return elements;
 }
@@ -221,7 +220,7 @@ void apply_region(Wall& wall, const Membrane& membrane, const std::string& name,
   MPI_Allreduce(MPI_IN_PLACE, &twice, 1, MPI_2INT, MPI_MINLOC, membrane.comm());
   if (twice.material != 0) {
     throw Error("regions." + name + ": element " + std::to_string(twice.element) + " is also in regions." +
-                names[static_cast<std::size_t>(twice.material)] + ", expected each element in one region");
+                names[twice.material] + ", expected each element in one region");
   }
   for (std::size_t e = 0; e < chosen.size(); ++e) {
     if (chosen[e]) {
@@ -269,11 +268,11 @@ Wall make_wall(const Membrane& membrane, const WallOptions& options, const std::
 }
 
 std::vector<double> vertex_masses(const Membrane& membrane, const Wall& wall) {
-  std::vector<double> mass(static_cast<std::size_t>(membrane.particles.owned), 0.0);
+  std::vector<double> mass(membrane.particles.owned, 0.0);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     for (const PetscInt corner : membrane.triangles[e]) {
       if (corner < membrane.particles.owned) {
-        mass[static_cast<std::size_t>(corner)] += wall.density[e] * wall.rest[e].volume / 3;
+        mass[corner] += wall.density[e] * wall.rest[e].volume / 3;
       }
     }
   }

@@ -20,9 +20,7 @@ struct Wall {
   std::vector<double> thickness;  ///< undeformed, of each local element [m]
   std::vector<RestMetric> rest;   ///< of each local element
 
-  const Material& material_of(std::size_t element) const {
-    return materials[static_cast<std::size_t>(material[element])];
-  }
+  const Material& material_of(std::size_t element) const { return materials[material[element]]; }
 };
 
 /// The wall that the options describe. Materials: the wall's, then one for each region. Every law works with every

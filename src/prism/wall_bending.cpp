@@ -110,10 +110,10 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
                      stencils_.corners().begin() + static_cast<std::ptrdiff_t>(stencils_.corner_offsets()[s + 1]));
   };
 
-  std::vector<char> is_used(static_cast<std::size_t>(membrane.particles.local()), 0);
+  std::vector<char> is_used(membrane.particles.local(), 0);
   for (std::size_t s = 0; s < stencils_.owned(); ++s) {
     const auto [first, last] = corners_of(s);
-    is_used[static_cast<std::size_t>(stencils[s].centre)] = std::all_of(first, last, [this](const PlateCorner& corner) {
+    is_used[stencils[s].centre] = std::all_of(first, last, [this](const PlateCorner& corner) {
       return elements_.stiffness(static_cast<std::size_t>(corner.element)) > 0;
     });
   }
@@ -123,7 +123,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
   Field known(stencils_.reach(), 8);
   for (std::size_t s = 0; s < stencils_.owned(); ++s) {
     const PetscInt centre = stencils[s].centre;
-    if (is_used[static_cast<std::size_t>(centre)] == 0) {
+    if (is_used[centre] == 0) {
       continue;
     }
     double area = 0, rigidity = 0, poisson = 0, shrinkage = 0, reference = 0;
@@ -144,7 +144,7 @@ std::vector<WallBending::Plate> WallBending::plates(const Field& start,
       reference += edges.col(0).cross(edges.col(1)).norm();
       int sharers = 0;
       for (const PetscInt vertex : triangle) {
-        sharers += is_used[static_cast<std::size_t>(vertex)];
+        sharers += is_used[vertex];
       }
       const double share = elements_.stiffness(e) * stiffness_[e] *
                            std::pow(thickness_ratio[e] * wall.thickness[e], 3) * undeformed / sharers;
@@ -306,7 +306,7 @@ void WallBending::add_hessian(const HessianBlocks& blocks) const {
   Rows sum(3 * most_points_, 3 * most_points_);
   Eigen::VectorXd moment(most_points_);  // m'
   Eigen::Matrix3Xd turning(3, most_points_);
-  std::vector<std::size_t> first_pair(static_cast<std::size_t>(most_points_));
+  std::vector<std::size_t> first_pair(most_points_);
   std::size_t pair = 0;
   for (std::size_t s = 0; s < stencils_.stencils().size(); ++s) {
     const PlateStencil& stencil = stencils_.stencils()[s];

@@ -101,7 +101,7 @@ void WallPotential::add_hessian(const HessianBlocks& blocks) const {
 void WallPotential::add_product(const double* w, double* result) const {
   in_use_->add_product(1, w, result);
   for (std::size_t rim = 0; rim < at_rims_.size(); ++rim) {
-    const auto& corners = elements_.membrane().triangles[static_cast<std::size_t>(rims_[rim] / 3)];
+    const auto& corners = elements_.membrane().triangles[rims_[rim] / 3];
     const auto k = static_cast<std::size_t>(rims_[rim] % 3);
     const PetscInt ends[2] = {3 * corners[k], 3 * corners[(k + 1) % 3]};
     const Eigen::Vector3d of_ends[2] = {Eigen::Map<const Eigen::Vector3d>(w + ends[0]),

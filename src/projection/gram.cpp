@@ -40,7 +40,7 @@ void linearise(const SpringSet& springs, const double* x, const std::vector<doub
 double squared_error(const SpringSet& springs, const double* x, const std::vector<double>& target,
                      const std::vector<bool>& living) {
   double sum = 0;
-  for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+  for (PetscInt s = 0; s < springs.owned(); ++s) {
     if (!living[s]) {
       continue;
     }
@@ -54,11 +54,11 @@ double squared_error(const SpringSet& springs, const double* x, const std::vecto
 Gram::Gram(const SpringSet& springs, const Layout& particles, Choice<GramFormat> mat_type, const std::string& prefix)
     : springs_(springs), particles_(particles), mat_type_(mat_type), lambda_(springs.layout, 1) {
   const PetscInt owned = springs_.owned();
-  diagonal_.resize(static_cast<std::size_t>(owned));
+  diagonal_.resize(owned);
   preconditioner_ = {[this] { update_lines(); }, [this](Vec in, Vec out) { lines_->apply(in, out); },
                      "tridiagonal solves along lines of springs"};
   if (mat_type_ != GramFormat::shell) {
-    std::vector<PetscInt> rows(static_cast<std::size_t>(owned));
+    std::vector<PetscInt> rows(owned);
     std::iota(rows.begin(), rows.end(), 0);
     std::vector<PetscInt> columns;
     for (PetscInt s = 0; s < springs_.local(); ++s) {
@@ -99,8 +99,7 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
   for (std::size_t s = 0; s < diagonal_.size(); ++s) {
     const auto& [a, b] = springs_.ends[s];
     const double square = gradient.col(static_cast<Eigen::Index>(s)).squaredNorm();
-    const double entry =
-        (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) * square;
+    const double entry = (inverse_mass[a] + inverse_mass[b]) * square;
     diagonal_[s] = entry;
     largest_entry = std::max(largest_entry, entry);
     largest_square = std::max(largest_square, square);
@@ -150,8 +149,8 @@ void Gram::multiply(Vec in, Vec out) {
   check(VecGetArrayWrite(out, &values));
   for (std::size_t s = 0; s < diagonal_.size(); ++s) {
     const auto& [a, b] = springs_.ends[s];
-    const double mass_a = (*inverse_mass_)[static_cast<std::size_t>(a)];
-    const double mass_b = (*inverse_mass_)[static_cast<std::size_t>(b)];
+    const double mass_a = (*inverse_mass_)[a];
+    const double mass_b = (*inverse_mass_)[b];
     const auto own = gradient_->col(static_cast<Eigen::Index>(s));
     // The sums include the spring's own share; the diagonal replaces it with the shifted one.
     const double without_shift = (mass_a + mass_b) * own.squaredNorm();

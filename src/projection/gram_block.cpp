@@ -22,18 +22,18 @@ GramBlock::GramBlock(const SpringSet& springs, const Layout& particles, const st
   PetscInt first_column = 0;
   MPI_Exscan(&owned_columns, &first_column, 1, MPIU_INT, MPI_SUM, springs.layout.comm);
   const auto add = [&](PetscInt s, PetscInt other, PetscInt signed_particle) {
-    const PetscInt global = columns[static_cast<std::size_t>(other)];
+    const PetscInt global = columns[other];
     if (global >= 0 && !(is_skipped && is_skipped(s, other))) {
       row.push_back({global, {other, signed_particle}});
     }
   };
   const auto add_row = [&](PetscInt s) {
-    const auto& ends = springs.ends[static_cast<std::size_t>(s)];
+    const auto& ends = springs.ends[s];
     add(s, s, 0);
     for (std::size_t end = 0; end < 2; ++end) {
       for (const PetscInt other : incidence[ends[end]]) {
         if (other != s) {
-          const bool same_end = springs.ends[static_cast<std::size_t>(other)][end] == ends[end];
+          const bool same_end = springs.ends[other][end] == ends[end];
           add(s, other, 2 * ends[end] + (same_end ? 0 : 1));
         }
       }
@@ -84,15 +84,15 @@ void GramBlock::fill(Mat matrix, const Part& part, const Eigen::Matrix3Xd& gradi
   for (std::size_t row = 0; row < part.springs.size(); ++row) {
     const double* own = gradients + 3 * part.springs[row];
     for (PetscInt k = part.offsets[row]; k < part.offsets[row + 1]; ++k) {
-      const Entry entry = part.entries[static_cast<std::size_t>(k)];
+      const Entry entry = part.entries[k];
       const double* other = gradients + 3 * entry.spring;
-      const double product = inverse_mass[static_cast<std::size_t>(entry.signed_particle >> 1)] *
-                             (own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
+      const double product =
+          inverse_mass[entry.signed_particle >> 1] * (own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
       values[k] = (entry.signed_particle & 1) == 0 ? product : -product;
     }
   }
   for (const PetscInt k : part.diagonal) {
-    values[k] = diagonal[static_cast<std::size_t>(part.entries[static_cast<std::size_t>(k)].spring)];
+    values[k] = diagonal[part.entries[k].spring];
   }
   check(MatSeqAIJRestoreArrayWrite(matrix, &values));
   check(PetscLogFlops(6.0 * static_cast<double>(part.entries.size())));
@@ -135,7 +135,7 @@ GramRows::GramRows(Mat matrix) {
       foreign_rows_.push_back(static_cast<std::size_t>(row));
     }
   }
-  ghosts_.resize(static_cast<std::size_t>(count));
+  ghosts_.resize(count);
   changes_.resize(ghosts_.size());
   check(MatGetLayouts(matrix, nullptr, &owners));
   check(PetscSFCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), sf_.create()));
@@ -192,7 +192,7 @@ void GramRows::multiply(std::size_t first, std::size_t count, const double* in, 
   const auto [begin, end] = foreign_rows(first, count);
   for (const std::size_t* row = begin; row != end; ++row) {
     for (PetscInt l = foreign_.offsets[*row]; l < foreign_.offsets[*row + 1]; ++l) {
-      out[*row - first] += foreign_.values[l] * ghosts_[static_cast<std::size_t>(foreign_.columns[l])];
+      out[*row - first] += foreign_.values[l] * ghosts_[foreign_.columns[l]];
     }
   }
   check(PetscLogFlops(2.0 * (own.offsets[first + count] - own.offsets[first])));
@@ -222,7 +222,7 @@ void GramRows::subtract_transposed(std::size_t first, std::size_t count, const d
   const auto [begin, end] = foreign_rows(first, count);
   for (const std::size_t* row = begin; row != end; ++row) {
     for (PetscInt l = foreign_.offsets[*row]; l < foreign_.offsets[*row + 1]; ++l) {
-      changes_[static_cast<std::size_t>(foreign_.columns[l])] -= foreign_.values[l] * values[*row - first];
+      changes_[foreign_.columns[l]] -= foreign_.values[l] * values[*row - first];
     }
   }
   check(PetscLogFlops(2.0 * (own.offsets[first + count] - own.offsets[first])));

@@ -23,7 +23,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
   if (options.shift >= least_shift) {
     return;
   }
-  std::vector<PetscInt> most(static_cast<std::size_t>(sheet.particles.owned), 0);
+  std::vector<PetscInt> most(sheet.particles.owned, 0);
   for (const Colour colour : all_colours) {
     if (!sheet.acts(colour)) {
       continue;

@@ -44,10 +44,10 @@ void JointGram::update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, c
     const SpringSet& springs = sheet_.of(colour);
     const Eigen::Matrix3Xd& gradients = *gradient_[static_cast<std::size_t>(colour)];
     for (PetscInt s = 0; s < springs.owned(); ++s, ++row) {
-      const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+      const auto& [a, b] = springs.ends[s];
       const double square = gradients.col(s).squaredNorm();
       largest = std::max(largest, square);
-      diagonal_[row] = (inverse_mass[static_cast<std::size_t>(a)] + inverse_mass[static_cast<std::size_t>(b)]) * square;
+      diagonal_[row] = (inverse_mass[a] + inverse_mass[b]) * square;
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
@@ -68,7 +68,7 @@ void JointGram::add_transpose(const double* lambda) {
     const SpringSet& springs = sheet_.of(colour);
     const double* g = gradient_[static_cast<std::size_t>(colour)]->data();
     for (PetscInt s = 0; s < springs.owned(); ++s, g += 3) {
-      const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+      const auto& [a, b] = springs.ends[s];
       const double value = *lambda++;
       double* at_a = sums + 3 * a;
       double* at_b = sums + 3 * b;
@@ -89,7 +89,7 @@ void JointGram::multiply(Vec in_vector, Vec out_vector) {
   add_transpose(in);
   double* sums = sum_.data();
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    sum_.vector(i) *= (*inverse_mass_)[static_cast<std::size_t>(i)];
+    sum_.vector(i) *= (*inverse_mass_)[i];
   }
   sum_.update_ghosts();
   std::size_t row = 0;
@@ -97,7 +97,7 @@ void JointGram::multiply(Vec in_vector, Vec out_vector) {
     const SpringSet& springs = sheet_.of(colour);
     const double* g = gradient_[static_cast<std::size_t>(colour)]->data();
     for (PetscInt s = 0; s < springs.owned(); ++s, g += 3, ++row) {
-      const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+      const auto& [a, b] = springs.ends[s];
       const double* at_a = sums + 3 * a;
       const double* at_b = sums + 3 * b;
       out[row] =

@@ -58,8 +58,8 @@ LineMatrices::LineMatrices(const SpringSet& set, const std::vector<std::vector<P
         if (k == 0) {
           continue;
         }
-        const auto& ends = set.ends[static_cast<std::size_t>(line[k])];
-        const auto& previous_ends = set.ends[static_cast<std::size_t>(line[k - 1])];
+        const auto& ends = set.ends[line[k]];
+        const auto& previous_ends = set.ends[line[k - 1]];
         for (std::size_t end = 0; end < 2; ++end) {
           for (std::size_t previous_end = 0; previous_end < 2; ++previous_end) {
             if (ends[end] == previous_ends[previous_end]) {
@@ -95,10 +95,8 @@ void LineMatrices::update(const std::vector<double>& diagonal, const Eigen::Matr
       const PetscInt spring = springs_[i + lane];
       const PetscInt joint = joints_[i + lane];
       const auto row = static_cast<Eigen::Index>(lane);
-      mass[row] = joint < 0          ? 0
-                  : (joint & 1) == 0 ? inverse_mass[static_cast<std::size_t>(joint >> 1)]
-                                     : -inverse_mass[static_cast<std::size_t>(joint >> 1)];
-      entry[row] = spring < 0 ? 1 : diagonal[static_cast<std::size_t>(spring)];
+      mass[row] = joint < 0 ? 0 : (joint & 1) == 0 ? inverse_mass[joint >> 1] : -inverse_mass[joint >> 1];
+      entry[row] = spring < 0 ? 1 : diagonal[spring];
       for (Eigen::Index k = 0; k < 3; ++k) {
         own(row, k) = spring < 0 ? 0 : gradients[3 * spring + k];
       }
@@ -230,18 +228,17 @@ class Array {
 /// Entry of J W J^T of two springs with one common particle.
 double entry_of(const SpringSet& set, const SpringPair& pair, const Eigen::Matrix3Xd& gradient,
                 const std::vector<double>& inverse_mass) {
-  const auto& own = set.ends[static_cast<std::size_t>(pair.own)];
-  const auto& other = set.ends[static_cast<std::size_t>(pair.other)];
+  const auto& own = set.ends[pair.own];
+  const auto& other = set.ends[pair.other];
   const std::size_t end = own[0] == other[0] || own[0] == other[1] ? 0 : 1;
-  const double product =
-      inverse_mass[static_cast<std::size_t>(own[end])] * gradient.col(pair.own).dot(gradient.col(pair.other));
+  const double product = inverse_mass[own[end]] * gradient.col(pair.own).dot(gradient.col(pair.other));
   return own[end] == other[end] ? product : -product;
 }
 
 /// Whether something holds for any spring that shares a particle with this one.
 template <typename Predicate>
 bool any_neighbour(const SpringSet& set, const Incidence& incidence, PetscInt spring, Predicate holds) {
-  for (const PetscInt particle : set.ends[static_cast<std::size_t>(spring)]) {
+  for (const PetscInt particle : set.ends[spring]) {
     const Incidence::Range all = incidence[particle];
     if (std::any_of(all.begin(), all.end(), [&](PetscInt other) { return other != spring && holds(other); })) {
       return true;
@@ -274,7 +271,7 @@ JoinedLines::JoinedLines(const SpringSet& set, LineFamily family, bool keeps_ent
   family_.lines.clear();
   coupling_.resize(family_.ends.size());
   separators_.resize(2 * static_cast<std::size_t>(family_.separators_of_all));
-  right_.resize(static_cast<std::size_t>(family_.separators_of_all));
+  right_.resize(family_.separators_of_all);
   std::size_t largest = 0;
   for (std::size_t group = 0; group < matrices_.groups(); ++group) {
     largest = std::max(largest, matrices_.group_size(group));
@@ -300,8 +297,7 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
   const std::size_t count = right_.size();
   std::fill(separators_.begin(), separators_.end(), 0);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
-    separators_[static_cast<std::size_t>(family_.numbers[k])] +=
-        diagonal[static_cast<std::size_t>(family_.separators[k])];
+    separators_[family_.numbers[k]] += diagonal[family_.separators[k]];
   }
   for (std::size_t k = 0; k < family_.neighbours.size(); ++k) {
     separators_[count + 1 + static_cast<std::size_t>(family_.neighbour_numbers[k])] +=
@@ -311,9 +307,8 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
     const LineEnd& end = family_.ends[k];
     coupling_[k] = entry_of(set_, end.pair, gradient, inverse_mass);
     const std::size_t last = matrices_.at_end(end.line, 1);
-    separators_[static_cast<std::size_t>(end.number)] -=
-        coupling_[k] * coupling_[k] *
-        (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : matrices_.inverse_pivot(last));
+    separators_[end.number] -= coupling_[k] * coupling_[k] *
+                               (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : matrices_.inverse_pivot(last));
     if (k > 0 && family_.ends[k - 1].line == end.line) {
       const auto number = static_cast<std::size_t>(std::max(end.number, family_.ends[k - 1].number));
       separators_[count + number] -=
@@ -344,14 +339,13 @@ void JoinedLines::solve(const double* in, double* out) {
 void JoinedLines::solve_separators(double* values) {
   std::fill(right_.begin(), right_.end(), 0);
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
-    right_[static_cast<std::size_t>(family_.numbers[k])] = values[unknowns_[k]];
+    right_[family_.numbers[k]] = values[unknowns_[k]];
   }
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
     const std::size_t last = matrices_.at_end(end.line, 1);
-    right_[static_cast<std::size_t>(end.number)] -=
-        coupling_[k] *
-        (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)] : values[last] * matrices_.inverse_pivot(last));
+    right_[end.number] -= coupling_[k] * (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)]
+                                                       : values[last] * matrices_.inverse_pivot(last));
   }
   sum_over_ranks(right_);
   const double* inverse_pivot = separators_.data();
@@ -364,7 +358,7 @@ void JoinedLines::solve_separators(double* values) {
   }
   for (std::size_t k = 0; k < coupling_.size(); ++k) {
     const LineEnd& end = family_.ends[k];
-    const double product = coupling_[k] * right_[static_cast<std::size_t>(end.number)];
+    const double product = coupling_[k] * right_[end.number];
     if (end.end == 0) {
       by_spike_[matrices_.spike_of(end.line)] = product;
     } else {
@@ -372,7 +366,7 @@ void JoinedLines::solve_separators(double* values) {
     }
   }
   for (std::size_t k = 0; k < unknowns_.size(); ++k) {
-    values[unknowns_[k]] = right_[static_cast<std::size_t>(family_.numbers[k])];
+    values[unknowns_[k]] = right_[family_.numbers[k]];
   }
 }
 
@@ -390,23 +384,22 @@ LineElimination::LineElimination(const SpringSet& springs, const Layout& particl
   std::vector<PetscInt> columns(springs.ends.size(), -1);
   std::vector<PetscInt> previous(springs.ends.size(), -1);  // in the line of a kept spring
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.matrices().springs()[static_cast<std::size_t>(i)];
+    const PetscInt spring = kept_.matrices().springs()[i];
     if (spring >= 0) {
-      columns[static_cast<std::size_t>(spring)] = first + i;
-      previous[static_cast<std::size_t>(spring)] = kept_.matrices().previous(i);
+      columns[spring] = first + i;
+      previous[spring] = kept_.matrices().previous(i);
     }
   }
   update_ghosts(springs.layout, columns);
   const auto is_in_lines = [&previous](PetscInt row, PetscInt column) {
-    return row == column || previous[static_cast<std::size_t>(row)] == column ||
-           previous[static_cast<std::size_t>(column)] == row;
+    return row == column || previous[row] == column || previous[column] == row;
   };
   std::vector<PetscInt> rows = eliminated_.matrices().springs();
   const Incidence incidence(springs.ends, particles.local());
   for (PetscInt i = 0; i < unknowns; ++i) {
-    const PetscInt spring = kept_.matrices().springs()[static_cast<std::size_t>(i)];
+    const PetscInt spring = kept_.matrices().springs()[i];
     if (spring >= 0 && any_neighbour(springs, incidence, spring, [&](PetscInt other) {
-          return columns[static_cast<std::size_t>(other)] >= 0 && !is_in_lines(spring, other);
+          return columns[other] >= 0 && !is_in_lines(spring, other);
         })) {
       off_lines_.push_back(static_cast<std::size_t>(i));
       rows.push_back(spring);

@@ -111,7 +111,7 @@ SuccessiveProjection::SuccessiveProjection(const Sheet& sheet, const ProjectOpti
     }
     check(
         MatCreateVecs(system.gram->preconditioning_matrix(), system.lambda.create(), system.right_hand_side.create()));
-    system.weight.assign(static_cast<std::size_t>(springs.owned()), options.weight[index]);
+    system.weight.assign(springs.owned(), options.weight[index]);
     if (!spring_weight[index].empty()) {
       std::transform(system.weight.begin(), system.weight.end(), spring_weight[index].begin(), system.weight.begin(),
                      std::multiplies<>());
@@ -165,7 +165,7 @@ double SuccessiveProjection::length_norm(const Living& living) const {
   for (const Colour colour : colours_) {
     const SpringSet& springs = sheet_.of(colour);
     const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
-    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
       if (lives[s]) {
         sum += springs.initial_length[s] * springs.initial_length[s];
       }
@@ -222,7 +222,7 @@ StageResult SuccessiveProjection::project_colour(Field& x, Colour colour, const 
 /// Moves the particles by `displacement_` times their inverse masses. Collective.
 void SuccessiveProjection::move(Field& x) {
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    x.vector(i) -= move_inverse_mass_[static_cast<std::size_t>(i)] * displacement_.col(i);
+    x.vector(i) -= move_inverse_mass_[i] * displacement_.col(i);
   }
   x.update_ghosts();
 }
@@ -262,7 +262,7 @@ void SuccessiveProjection::add_pull(Colour colour, const double* lambda, std::ve
   const System& system = systems_[static_cast<std::size_t>(colour)];
   for (std::size_t s = 0; s < pull.size(); ++s) {
     const auto& [a, b] = springs.ends[s];
-    pull[s] += (move_inverse_mass_[static_cast<std::size_t>(a)] + move_inverse_mass_[static_cast<std::size_t>(b)]) *
+    pull[s] += (move_inverse_mass_[a] + move_inverse_mass_[b]) *
                system.linearisation.gradient.col(static_cast<Eigen::Index>(s)).norm() * lambda[s];
   }
 }

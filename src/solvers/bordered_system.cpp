@@ -100,9 +100,9 @@ LinearResult BorderedSystem::eliminate(const Eigen::VectorXd& wanted) {
   check(VecRestoreArray(part_right_hand_side_, &values));
   LinearResult result = part_.solve(part_right_hand_side_, part_solution_);
   for (int border = 0; border < size() && result.converged; ++border) {
-    copy_to(work_, part_.low_rank().column(columns_[static_cast<std::size_t>(border)]));
+    copy_to(work_, part_.low_rank().column(columns_[border]));
     const int iterations = result.iterations;
-    result = part_.solve(work_, influence_[static_cast<std::size_t>(border)]);
+    result = part_.solve(work_, influence_[border]);
     result.iterations += iterations;
   }
   if (!result.converged) {
@@ -150,13 +150,13 @@ void BorderedSystem::multiply(Vec x, Vec y) {
   const Eigen::VectorXd products = part_.column_products({part_right_hand_side_});
   Eigen::VectorXd weights = low_rank.coefficients.cwiseProduct(products);
   for (int b = 0; b < size(); ++b) {
-    weights[columns_[static_cast<std::size_t>(b)]] = -scales_[b] * border[b];
+    weights[columns_[b]] = -scales_[b] * border[b];
   }
   check(VecGetArrayRead(part_solution_, &given));
   check(VecGetArray(y, &values));
   Eigen::Map<Eigen::VectorXd>(values, rows) = Eigen::Map<const Eigen::VectorXd>(given, rows) + low_rank.times(weights);
   for (int b = 0; rank_ == 0 && b < size(); ++b) {
-    values[rows + b] = -scales_[b] * products[columns_[static_cast<std::size_t>(b)]];
+    values[rows + b] = -scales_[b] * products[columns_[b]];
   }
   check(VecRestoreArray(y, &values));
   check(VecRestoreArrayRead(part_solution_, &given));

@@ -109,12 +109,12 @@ void LowRankSystem::precondition_from(Mat matrix) {
   }
 }
 
-LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution) {
+LinearResult LowRankSystem::solve(Vec right_hand_side, Vec solution, const LinearNeed* need) {
   if (other_solver_ != nullptr) {
-    return pellicle::solve(other_solver_, right_hand_side, solution);
+    return pellicle::solve(other_solver_, right_hand_side, solution, need);
   }
   return solves_sparse_alone_ ? solve_by_woodbury(right_hand_side, solution)
-                              : pellicle::solve(solver_, right_hand_side, solution);
+                              : pellicle::solve(solver_, right_hand_side, solution, need);
 }
 
 /// With Z = T^-1 G: A^-1 r = T^-1 r - Z (1 + C G^T Z)^-1 C G^T T^-1 r.

@@ -52,8 +52,8 @@ class LowRankSystem {
 
   /// From here on uses another solver of `matrix()`; null: its own.
   void use(KSP solver) { other_solver_ = solver; }
-  /// Collective.
-  LinearResult solve(Vec right_hand_side, Vec solution);
+  /// Collective. @param need what a solution must be good for, see pellicle::solve
+  LinearResult solve(Vec right_hand_side, Vec solution, const LinearNeed* need = nullptr);
 
   /// g_c.v of every column (the rows of the result) and every vector (its columns). Collective.
   Eigen::MatrixXd column_products(const std::vector<Vec>& vectors) const;

@@ -34,7 +34,7 @@ PetscErrorCode split_by_fields(DM dm, PetscInt* count, char*** names, IS** rows,
     }
     const MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(dm));
     for (PetscInt field = 0; field < *count; ++field) {
-      check(PetscStrallocpy(all[static_cast<std::size_t>(field)].c_str(), &(*names)[field]));
+      check(PetscStrallocpy(all[field].c_str(), &(*names)[field]));
       const bool is_border = field == components;
       check(ISCreateStride(comm, is_border ? fields.border_rows : (end - first) / components,
                            is_border ? end : first + field, is_border ? 1 : components, &(*rows)[field]));

@@ -82,6 +82,8 @@ class Newton {
   /// Moves `position` to where the method ends, whether that is a solution or not. Collective. @throws Error that names
   /// the options when PETSc cannot do as they say; Stopped, at the beginning of an iteration or in its linear solve
   NewtonResult solve(Vec position);
+  /// The residual where it was last asked for; between solves the problem may overwrite it.
+  Vec residual() const { return residual_; }
 
  private:
   static PetscErrorCode residual_callback(SNES snes, Vec position, Vec residual, void* context);

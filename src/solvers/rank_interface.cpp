@@ -21,7 +21,7 @@ RankInterface::RankInterface(MPI_Comm comm, PetscInt first, PetscInt owned, cons
 
 int RankInterface::number(PetscInt row) const {
   if (row < first_ + static_cast<PetscInt>(number_.size())) {
-    return std::max(-1, -1 - number_[static_cast<std::size_t>(row - first_)]);
+    return std::max(-1, -1 - number_[row - first_]);
   }
   return static_cast<int>(std::lower_bound(rows_.begin(), rows_.end(), row) - rows_.begin());
 }

@@ -30,7 +30,7 @@ class RankInterface {
   /// Of a row of this rank, or a later rank's that one of these is coupled with: -1 for an inner row.
   int number(PetscInt row) const;
   /// Of an inner row of this rank among these.
-  int inner_number(PetscInt row) const { return number_[static_cast<std::size_t>(row - first_)]; }
+  int inner_number(PetscInt row) const { return number_[row - first_]; }
 
   /// Says what this rank's inner rows are coupled with. Collective. @param border numbers, ascending
   /// @param width number of values of each row when loads are summed

@@ -21,7 +21,7 @@ namespace {
 /// Owned vertices joined by the edges of triangles.
 CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>>& triangles) {
   constexpr std::size_t usual = 12;  // two from each of six triangles
-  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(owned));
+  std::vector<std::vector<int>> neighbours(owned);
   for (std::vector<int>& of_vertex : neighbours) {
     of_vertex.reserve(usual);
   }
@@ -29,7 +29,7 @@ CellGraph vertex_graph(PetscInt owned, const std::vector<std::array<PetscInt, 3>
     for (const PetscInt a : triangle) {
       for (const PetscInt b : triangle) {
         if (a < owned && b < owned && a != b) {
-          neighbours[static_cast<std::size_t>(a)].push_back(static_cast<int>(b));
+          neighbours[a].push_back(static_cast<int>(b));
         }
       }
     }
@@ -119,7 +119,7 @@ RigidPatches::RigidPatches(KSP solver, const Tangent& tangent, const std::vector
   for (const int p : patch) {
     patch_.push_back(first_patch_ + p);
   }
-  rows_.resize(static_cast<std::size_t>(count));
+  rows_.resize(count);
   movement_.resize(6, count);
   for (PetscInt i = 0; i < vertices.owned; ++i) {
     if (is_bound(i)) {
@@ -205,7 +205,7 @@ void RigidPatches::restrict_to_patches(Vec vertices, Vec patches) const {
 /// Finds the patches of the vertices in reach of this rank's, and makes room for their motions.
 void RigidPatches::number_reach() {
   const Layout& reach = tangent_.reach();
-  patch_.resize(static_cast<std::size_t>(reach.local()));
+  patch_.resize(reach.local());
   update_ghosts(reach, patch_);
   has_neighbours_ = on_any_rank(reach.comm, reach.local() > reach.owned);
   motions_ = has_neighbours_ ? Field(reach, 18) : Field();
@@ -242,8 +242,7 @@ void RigidPatches::find_motions(const Field& x) {
     const PetscInt p = local_patch(i);
     arm_.col(i) = (x.vector(i) - centre_.col(p)) / (radius_[p] > 0 ? radius_[p] : 1);
     if (!is_bound(i)) {
-      basis_[static_cast<std::size_t>(p)].topLeftCorner<4, 4>() +=
-          with_arm(arm_.col(i)) * with_arm(arm_.col(i)).transpose();
+      basis_[p].topLeftCorner<4, 4>() += with_arm(arm_.col(i)) * with_arm(arm_.col(i)).transpose();
     }
   }
   for (Gram& gram : basis_) {
@@ -253,7 +252,7 @@ void RigidPatches::find_motions(const Field& x) {
   }
   for (const PetscInt i : bound_) {
     const Motion motion = of_body(i);
-    basis_[static_cast<std::size_t>(local_patch(i))] += motion.transpose() * motion;
+    basis_[local_patch(i)] += motion.transpose() * motion;
   }
   for (std::size_t p = 0; p < patches; ++p) {
     Gram& gram = basis_[p];
@@ -262,13 +261,13 @@ void RigidPatches::find_motions(const Field& x) {
     const double least = negligible * gram.trace();
     for (int k = 0; k < 6; ++k) {
       const double square = solver.eigenvalues()[k];
-      rows_[p].is_idle[static_cast<std::size_t>(k)] = square <= least;
+      rows_[p].is_idle[k] = square <= least;
       gram.col(k) = (square <= least ? 0 : 1 / std::sqrt(square)) * solver.eigenvectors().col(k);
     }
   }
   if (has_neighbours_) {
     for (PetscInt i = 0; i < owned; ++i) {
-      motions_.values().col(i) = (of_body(i) * basis_[static_cast<std::size_t>(local_patch(i))]).reshaped();
+      motions_.values().col(i) = (of_body(i) * basis_[local_patch(i)]).reshaped();
     }
     motions_.update_ghosts();
   }
@@ -359,7 +358,7 @@ class RigidPatches::Sum : public HessianTerms {
           add_product(i, q, rows.along * forces_of(rows.normals.vector(i), all_.arm_.col(i)), along);
         }
       };
-      for (auto k = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i)]); k < last; ++k) {
+      for (auto k = static_cast<std::size_t>(rows.offsets[i]); k < last; ++k) {
         const PetscInt j = rows.columns[k];
         if (!is_free(i) || !is_free(j)) {
           add_blocks(rows, i, k);
@@ -408,7 +407,7 @@ class RigidPatches::Sum : public HessianTerms {
   }
 
  private:
-  PetscInt patch(PetscInt vertex) const { return all_.patch_[static_cast<std::size_t>(vertex)]; }
+  PetscInt patch(PetscInt vertex) const { return all_.patch_[vertex]; }
   /// Whether a local vertex is this rank's and may move in all directions.
   bool is_free(PetscInt vertex) const { return vertex < owned() && !all_.is_bound(vertex); }
   const Eigen::Matrix3d& projector(PetscInt vertex) const { return all_.projector(vertex); }
@@ -500,7 +499,7 @@ void RigidPatches::fill_coarse() {
   for (PetscInt p = first_patch_; p < first_patch_ + own_patches(); ++p) {
     CoarseBlock& diagonal = coarse_block(p, p);
     for (int k = 0; k < 6; ++k) {  // of any size, since nothing goes there
-      diagonal(k, k) += rows_[static_cast<std::size_t>(p - first_patch_)].is_idle[static_cast<std::size_t>(k)] ? 1 : 0;
+      diagonal(k, k) += rows_[p - first_patch_].is_idle[k] ? 1 : 0;
     }
   }
   if (on_any_rank(comm, !is_whole_)) {
@@ -521,7 +520,7 @@ void RigidPatches::fill_coarse() {
     is_whole_ = true;
   }
   for (PetscInt p = 0; p < own_patches(); ++p) {
-    const CoarseRow& row = rows_[static_cast<std::size_t>(p)];
+    const CoarseRow& row = rows_[p];
     const PetscInt number = first_patch_ + p;
     for (std::size_t k = 0; k < row.columns.size(); ++k) {
       check(MatSetValuesBlocked(coarse_, 1, &number, 1, &row.columns[k], row.blocks[k].data(), INSERT_VALUES));

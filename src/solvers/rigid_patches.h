@@ -42,6 +42,9 @@ class RigidPatches {
   /// than a new one would have, or there is none yet. To be asked once after each solve.
   bool due() { return lag_.due(solver_); }
 
+  /// The next solve gets a new coarse level. Not collective.
+  void forget() { lag_.forget(); }
+
   /// Takes the tangent's present values, which must be positive definite, over to the coarse level. Collective.
   /// @param x positions at which the tangent was updated [m]
   void renew(const Field& x);
@@ -79,15 +82,13 @@ class RigidPatches {
   void interpolate(Vec patches, Vec vertices) const;
   void restrict_to_patches(Vec vertices, Vec patches) const;
   Motion motion(PetscInt vertex) const { return motions_.values().col(vertex).reshaped(3, 6); }
-  PetscInt local_patch(PetscInt vertex) const { return patch_[static_cast<std::size_t>(vertex)] - first_patch_; }
+  PetscInt local_patch(PetscInt vertex) const { return patch_[vertex] - first_patch_; }
   PetscInt own_patches() const { return static_cast<PetscInt>(rows_.size()); }
   bool is_own(PetscInt patch) const { return patch >= first_patch_ && patch < first_patch_ + own_patches(); }
-  CoarseRow& row(PetscInt patch) { return rows_[static_cast<std::size_t>(patch - first_patch_)]; }
-  const Eigen::Matrix3d& projector(PetscInt vertex) const {
-    return tangent_.projectors()[static_cast<std::size_t>(vertex)];
-  }
+  CoarseRow& row(PetscInt patch) { return rows_[patch - first_patch_]; }
+  const Eigen::Matrix3d& projector(PetscInt vertex) const { return tangent_.projectors()[vertex]; }
   bool is_bound(PetscInt vertex) const { return !tangent_.projectors().is_free(static_cast<std::size_t>(vertex)); }
-  const Gram& basis_of(PetscInt patch) const { return basis_[static_cast<std::size_t>(patch - first_patch_)]; }
+  const Gram& basis_of(PetscInt patch) const { return basis_[patch - first_patch_]; }
 
   KSP solver_;
   const Tangent& tangent_;

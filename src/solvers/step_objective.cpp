@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/error.h"
@@ -30,20 +31,16 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
     : parts_(parts),
       joined_(vertices_of(parts)),
       between_(std::move(between)),
-      start_(joined_.layout(), 3),
       position_(joined_.layout(), 3) {
+  if (!between_.empty()) {
+    start_ = Field(joined_.layout(), 3);
+  }
   MPI_Comm_rank(comm(), &rank_);
   Projectors projectors(static_cast<std::size_t>(joined_.layout().local()));
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const StepPart& part = *parts_[p];
     for (const PetscInt i : part.projectors().bound()) {
-      projectors.bind(static_cast<std::size_t>(joined_.local(p, i)), part.projectors()[static_cast<std::size_t>(i)]);
-    }
-    for (std::array<PetscInt, 3> triangle : part.triangles()) {
-      for (PetscInt& corner : triangle) {
-        corner = joined_.local(p, corner);
-      }
-      triangles_.push_back(triangle);
+      projectors.bind(static_cast<std::size_t>(joined_.local(p, i)), part.projectors()[i]);
     }
     for (Potential* potential : part.potentials()) {
       if (parts_.size() == 1) {  // With one part its numbers are those of the whole.
@@ -53,7 +50,15 @@ StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Po
         potentials_.push_back(adapted_.back().get());
       }
     }
-    places_.push_back({Field(part.vertices(), 3), Field(part.vertices(), 3)});
+    if (parts_.size() > 1) {
+      places_.push_back({Field(part.vertices(), 3), Field(part.vertices(), 3)});
+      for (std::array<PetscInt, 3> triangle : part.triangles()) {
+        for (PetscInt& corner : triangle) {
+          corner = joined_.local(p, corner);
+        }
+        triangles_.push_back(triangle);
+      }
+    }
   }
   potentials_.insert(potentials_.end(), between_.begin(), between_.end());
   tangent_ = std::make_unique<Tangent>(joined_.layout(), potentials_, std::move(projectors), type, prefix);
@@ -70,9 +75,19 @@ Eigen::VectorXd StepObjective::of_parts(const Of& of) const {
   return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
+const Field& StepObjective::place(std::size_t part, const Field& x, std::size_t which) const {
+  if (parts_.size() == 1) {
+    return x;
+  }
+  joined_.take(part, x, places_[part][which]);
+  return places_[part][which];
+}
+
 bool StepObjective::begin_step(double h) {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    joined_.put(p, parts_[p]->start(), start_);
+    if (!between_.empty()) {
+      joined_.put(p, parts_[p]->start(), start_);
+    }
     joined_.put(p, parts_[p]->position(), position_);
   }
   for (Potential* potential : between_) {
@@ -81,8 +96,7 @@ bool StepObjective::begin_step(double h) {
   bool all_led = true;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     if (!between_.empty()) {
-      joined_.take(p, position_, places_[p][0]);
-      parts_[p]->move_to(places_[p][0], parts_[p]->own_unknowns());
+      parts_[p]->move_to(place(p, position_), parts_[p]->own_unknowns());
     }
     all_led = !parts_[p]->leaves_held_behind() && all_led;
   }
@@ -105,9 +119,8 @@ void StepObjective::move_to(Vec unknowns) {
   position_.update_ghosts();
   Eigen::Index first = 0;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    joined_.take(p, position_, places_[p][0]);
     const Eigen::Index count = parts_[p]->own_unknowns().size();
-    parts_[p]->move_to(places_[p][0], own.segment(first, count));
+    parts_[p]->move_to(place(p, position_), own.segment(first, count));
     first += count;
   }
 }
@@ -138,24 +151,23 @@ double StepObjective::value() {
 }
 
 void StepObjective::compute_residual(Vec residual) {
-  Eigen::Matrix3Xd sum(3, vertices().owned);
+  double* values = nullptr;
+  check(VecGetArrayWrite(residual, &values));
+  Eigen::Map<Eigen::Matrix3Xd> sum(values, 3, vertices().owned);
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned) = parts_[p]->gradient();
   }
   for (const Potential* potential : between_) {
-    Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, vertices().owned);
-    potential->add_gradient(position_, gradient);
-    tangent_->projectors().apply(gradient);
-    sum += gradient;
+    of_between_.setZero(3, vertices().owned);
+    potential->add_gradient(position_, of_between_);
+    tangent_->projectors().apply(of_between_);
+    sum += of_between_;
   }
   squared_residuals_.clear();
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     squared_residuals_.push_back(sum.middleCols(joined_.first_owned(p), parts_[p]->vertices().owned).squaredNorm());
   }
   const Eigen::VectorXd own = of_parts([](StepPart& part) { return part.own_rows(); });
-  double* values = nullptr;
-  check(VecGetArrayWrite(residual, &values));
-  Eigen::Map<Eigen::Matrix3Xd>(values, 3, vertices().owned) = sum;
   if (rank_ == 0) {
     std::copy(own.begin(), own.end(), values + 3 * vertices().owned);
   }
@@ -163,7 +175,8 @@ void StepObjective::compute_residual(Vec residual) {
 }
 
 double StepObjective::residual_scale(double rtol) const {
-  std::vector<double> squares = squared_residuals_;
+  std::vector<double>& squares = squares_;
+  squares = squared_residuals_;
   for (const StepPart* part : parts_) {
     squares.insert(squares.end(), part->squared_forces().begin(), part->squared_forces().end());
   }
@@ -212,10 +225,7 @@ std::vector<int> StepObjective::prescribed() const {
 double StepObjective::inverted(const Field& from, const Field& to) const {
   double sum = 0;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    auto& [before, after] = places_[p];
-    joined_.take(p, from, before);
-    joined_.take(p, to, after);
-    sum += parts_[p]->inverted(before, after);
+    sum += parts_[p]->inverted(place(p, from), place(p, to, 1));
   }
   return sum;
 }
@@ -227,6 +237,7 @@ void StepObjective::limit(Vec residual, Vec descent) const {
   check(VecGetArrayRead(residual, &gradient));
   check(VecGetArray(descent, &values));
   Eigen::Map<Eigen::Matrix3Xd> down(values, 3, owned);
+  tangent_->projectors().apply(down);
   down = -down;
   limit_step(comm(), potentials_, position_, Eigen::Map<const Eigen::Matrix3Xd>(gradient, 3, owned), down);
   down = -down;
@@ -254,13 +265,30 @@ int StepObjective::columns() const {
 }
 
 void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, double positive_share) {
+  for (StepPart* part : parts_) {
+    part->begin_tangent(curvature, positive_share);
+  }
+  for (Potential* potential : between_) {
+    potential->set_positive_share(positive_share);
+  }
+  tangent_->update(position_, curvature);
+  if (system.count() > 0) {
+    system.update(dense_tangent(curvature == Curvature::positive ? 0 : 1 - positive_share));
+  }
+}
+
+/// @param left of what is not positive, 0 to 1
+LowRank StepObjective::dense_tangent(double left) {
   LowRank all(Eigen::SparseMatrix<double>(3 * vertices().owned, columns()), Eigen::VectorXd(columns()));
   std::vector<Eigen::Triplet<double>> entries;
   std::vector<Eigen::Index> first_columns;
   Eigen::Index first = 0;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    LowRank part = parts_[p]->begin_tangent(curvature, positive_share);
     first_columns.push_back(first);
+    if (parts_[p]->columns() == 0) {
+      continue;
+    }
+    LowRank part = parts_[p]->dense_tangent();
     if (parts_.size() == 1) {
       all = std::move(part);
       break;
@@ -278,19 +306,27 @@ void StepObjective::update_tangent(Curvature curvature, LowRankSystem& system, d
     all.sparse.setFromTriplets(entries.begin(), entries.end());
   }
   if (joint_) {
-    joint_(all, first_columns, curvature == Curvature::positive ? 0 : 1 - positive_share);
+    joint_(all, first_columns, left);
   }
-  for (Potential* potential : between_) {
-    potential->set_positive_share(positive_share);
-  }
-  tangent_->update(position_, curvature);
-  if (system.count() > 0) {
-    system.update(std::move(all));
-  }
+  return all;
 }
 
 bool StepObjective::blends() const {
   return std::all_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->blends(); });
+}
+
+double StepObjective::residual_norm() const {
+  double sum = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+  return std::sqrt(sum);
+}
+
+bool StepObjective::inverts() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->inverts(); });
+}
+
+bool StepObjective::suits_patches() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const StepPart* part) { return part->suits_patches(); });
 }
 
 double StepObjective::length_scale() const {

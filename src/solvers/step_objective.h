@@ -30,7 +30,9 @@ class StepObjective {
   StepObjective& operator=(const StepObjective&) = delete;
 
   const Layout& vertices() const { return joined_.layout(); }
-  const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }
+  const std::vector<std::array<PetscInt, 3>>& triangles() const {
+    return parts_.size() == 1 ? parts_.front()->triangles() : triangles_;
+  }
 
   /// To be called when all parts have begun a step of length h [s]. @returns whether all held vertices are where the
   /// step has to take them; if not, the step is too long. Collective.
@@ -40,8 +42,6 @@ class StepObjective {
   void write_to(Vec unknowns) const;
   /// x, ghosts up to date.
   const Field& position() const { return position_; }
-  /// Where the step started, ghosts up to date.
-  const Field& start() const { return start_; }
 
   /// The energy at x [J]. Collective.
   double value();
@@ -56,9 +56,14 @@ class StepObjective {
   Eigen::VectorXd multiplier() const;
   Eigen::VectorXd pressure_scales() const;
   std::vector<int> prescribed() const;
+  /// The norm of the last residual of the positions [N]. Collective.
+  double residual_norm() const;
+  /// See StepPart. Not collective.
+  bool inverts() const;
   /// See StepPart::inverted. Collective.
   double inverted(const Field& from, const Field& to) const;
-  /// See limit_step; changes the descent x - y of Newton's step from x, in all unknowns. Collective.
+  /// Changes the descent y of Newton's step from x to x - y, in all unknowns: leaves out what rounding has put into
+  /// directions that are held, and shortens it, see limit_step. Collective.
   void limit(Vec residual, Vec descent) const;
   /// See Potential::renew, for all potentials. Collective.
   bool renew();
@@ -79,6 +84,11 @@ class StepObjective {
   /// Whether the exact tangent can go over to the positive one step by step.
   bool blends() const;
 
+  /// See StepPart. Not collective.
+  bool suits_patches() const;
+  /// The part that follows arc length; null: none does. Not collective.
+  StepPart* path() const { return parts_.front()->follows_path() ? parts_.front() : nullptr; }
+
   /// The largest of the parts'.
   double length_scale() const;
   double force_scale() const;
@@ -86,22 +96,27 @@ class StepObjective {
 
  private:
   MPI_Comm comm() const { return vertices().comm; }
+  LowRank dense_tangent(double left);
+  /// Where a part is if the whole is at x.
+  const Field& place(std::size_t part, const Field& x, std::size_t which = 0) const;
   template <class Of>
   Eigen::VectorXd of_parts(const Of& of) const;
 
   std::vector<StepPart*> parts_;
   Joint joint_;
   JoinedLayout joined_;
-  std::vector<std::array<PetscInt, 3>> triangles_;
+  std::vector<std::array<PetscInt, 3>> triangles_;  ///< if there are several parts
   std::vector<std::unique_ptr<Potential>> adapted_;
   std::vector<Potential*> between_;
   std::vector<Potential*> potentials_;  ///< all of them, of the positions of all parts
   std::unique_ptr<Tangent> tangent_;
   int rank_ = 0;
-  Field start_;
+  Field start_;  ///< if there is anything between the parts
   Field position_;
-  mutable std::vector<std::array<Field, 2>> places_;  ///< of each part, for a moment
+  mutable std::vector<std::array<Field, 2>> places_;  ///< of each of several parts, for a moment
   std::vector<double> squared_residuals_;             ///< of each part, this rank's share of the last residual [N^2]
+  mutable std::vector<double> squares_;               ///< these and those of all forces, for a moment
+  Eigen::Matrix3Xd of_between_;                       ///< the gradient of a potential between the parts
 };
 
 }  // namespace solvers

@@ -43,20 +43,23 @@ class StepPart {
   /// Energy at x, the sum over all ranks [J].
   virtual double value() = 0;
   /// Gradient by the owned vertices, in the directions in which they may move, (3 x owned) [N].
-  virtual Eigen::Matrix3Xd gradient() = 0;
+  virtual const Eigen::Matrix3Xd& gradient() = 0;
   /// This rank's squares of the norms of the kinds of force in the last gradient [N^2]. Not collective.
   virtual const std::vector<double>& squared_forces() const = 0;
   /// Residuals of its own unknowns, where the gradient was last asked for; the same on all ranks.
   virtual Eigen::VectorXd own_rows() { return {}; }
+  /// Whether elements can turn over. Not collective.
+  virtual bool inverts() const { return false; }
   /// Number of elements that turn over on the way from one place to another, on all ranks; ghosts up to date.
   virtual double inverted(const Field& /*from*/, const Field& /*to*/) const { return 0; }
 
   /// Number of columns of the dense second derivative. Not collective.
   virtual int columns() const { return 0; }
-  /// To be called before the second derivatives of the potentials at x are asked for. @returns the dense one, by the
-  /// owned vertices
+  /// To be called before the second derivatives of the potentials at x are asked for.
   /// @param positive_share of the way from the exact one to the positive one, see Potential::set_positive_share
-  virtual LowRank begin_tangent(Curvature curvature, double positive_share) = 0;
+  virtual void begin_tangent(Curvature curvature, double positive_share) = 0;
+  /// The dense one then, by the owned vertices; of parts that have columns.
+  virtual LowRank dense_tangent() { return {}; }
   /// Whether the exact tangent can go over to the positive one step by step. Not collective.
   virtual bool blends() const { return false; }
 
@@ -68,11 +71,21 @@ class StepPart {
   virtual Eigen::VectorXd multiplier() const { return {}; }
   virtual Eigen::VectorXd excess_volume() const { return {}; }
 
+  /// Whether the step follows arc length: the time of its loads is its only unknown beside the positions, and its last
+  /// column is that of the row which this adds (LoadBorder). Such a part is the only one. Not collective.
+  virtual bool follows_path() const { return false; }
+  /// Of a step that does: the derivative of the gradient by the loads' time, of the owned vertices [N/s], and the unit
+  /// of the row of the residual [N/m].
+  virtual Eigen::VectorXd load_rate() { return {}; }
+  virtual double path_scale() const { return 1; }
+
   /// Norm of the gradient at which it is in balance, over the largest norm of a kind of force. Not collective.
   virtual double tolerance() const = 0;
   /// Its size [m], and the scale of its forces [N]. Not collective.
   virtual double length_scale() const = 0;
   virtual double force_scale() const = 0;
+  /// Whether its stiffness is so many times its inertia that rigid patches (RigidPatches) pay. Not collective.
+  virtual bool suits_patches() const { return true; }
   /// Rounding that may remain in the last gradient beyond what follows from the scale of forces [N]. Not collective.
   virtual double rounding() const { return 0; }
 };

@@ -98,7 +98,7 @@ Substructures::Factor::Factor(const std::vector<int>& starts, const std::vector<
   place_.resize(size);
   const int* permutation = static_cast<const int*>(factor_->Perm);
   for (int k = 0; k < size_; ++k) {
-    place_[static_cast<std::size_t>(permutation[k])] = k;
+    place_[permutation[k]] = k;
     at_place_.push_back(std::max(permutation[k] - inner_, -1));
   }
 }
@@ -121,7 +121,7 @@ bool Substructures::Factor::renew(const Eigen::MatrixXd& interface) {
   for (int b = 0; b < border; ++b) {
     double* past = values() + starts[inner_ + b + 1];  // The last entries of a column are the border's.
     for (int a = 0; a <= b; ++a) {
-      past[a - b - 1] = interface(border_[static_cast<std::size_t>(b)], border_[static_cast<std::size_t>(a)]);
+      past[a - b - 1] = interface(border_[b], border_[a]);
     }
   }
   if (cholmod_factorize(matrix_, factor_, &common_) == 0) {
@@ -139,10 +139,10 @@ bool Substructures::Factor::renew(const Eigen::MatrixXd& interface) {
   for (std::size_t block = 0; block < factor_->nsuper; ++block) {
     const int height = first_row[block + 1] - first_row[block];
     for (int column = first_column[block]; column < first_column[block + 1]; ++column) {
-      const int b = at_place_[static_cast<std::size_t>(column)];
+      const int b = at_place_[column];
       const int offset = column - first_column[block];
       for (int k = offset; b >= 0 && k < height; ++k) {
-        const int a = at_place_[static_cast<std::size_t>(rows[first_row[block] + k])];
+        const int a = at_place_[rows[first_row[block] + k]];
         border_factor_(a, b) = entries[first_value[block] + offset * height + k];
       }
     }
@@ -177,12 +177,12 @@ const Eigen::VectorXd& Substructures::Factor::reduce(const Eigen::VectorXd& load
   }
   auto given = at(load_);
   for (int k = 0; k < size_; ++k) {
-    given[place_[static_cast<std::size_t>(k)]] = k < inner_ ? load[k] : 0;
+    given[place_[k]] = k < inner_ ? load[k] : 0;
   }
   solve(CHOLMOD_L);
   border_values_.resize(border_factor_.rows());
   for (Eigen::Index b = 0; b < border_values_.size(); ++b) {
-    border_values_[b] = at(solution_)[place_[static_cast<std::size_t>(inner_ + b)]];
+    border_values_[b] = at(solution_)[place_[inner_ + b]];
   }
   border_loads_.noalias() = border_factor_ * border_values_;
   return border_loads_;
@@ -194,15 +194,15 @@ void Substructures::Factor::expand(const Eigen::VectorXd& interface, Eigen::Vect
   }
   std::swap(load_, solution_);
   for (Eigen::Index b = 0; b < border_values_.size(); ++b) {
-    border_values_[b] = interface[border_[static_cast<std::size_t>(b)]];
+    border_values_[b] = interface[border_[b]];
   }
   border_loads_.noalias() = border_factor_.transpose() * border_values_;
   for (Eigen::Index b = 0; b < border_loads_.size(); ++b) {
-    at(load_)[place_[static_cast<std::size_t>(inner_ + b)]] = border_loads_[b];
+    at(load_)[place_[inner_ + b]] = border_loads_[b];
   }
   solve(CHOLMOD_Lt);
   for (int k = 0; k < inner_; ++k) {
-    result[k] = at(solution_)[place_[static_cast<std::size_t>(k)]];
+    result[k] = at(solution_)[place_[k]];
   }
 }
 
@@ -262,11 +262,11 @@ void Substructures::find_pattern(Mat matrix) {
   matrix_.resize(interface_.size(), interface_.size());
   inner_values_.resize(static_cast<Eigen::Index>(inner.size()));
 
-  std::vector<std::vector<int>> in_column(static_cast<std::size_t>(interface_.size()));  // inner rows coupled with it
+  std::vector<std::vector<int>> in_column(interface_.size());  // inner rows coupled with it
   for (std::size_t i = 0; i < inner.size(); ++i) {
-    for (const PetscInt column : rows[static_cast<std::size_t>(inner[i])]) {
+    for (const PetscInt column : rows[inner[i]]) {
       if (const int number = interface_.number(column); number >= 0) {
-        in_column[static_cast<std::size_t>(number)].push_back(static_cast<int>(i));
+        in_column[number].push_back(static_cast<int>(i));
       }
     }
   }
@@ -280,7 +280,7 @@ void Substructures::find_pattern(Mat matrix) {
   std::vector<int> starts = {0};
   std::vector<int> upper;  // rows of the factor's upper half
   for (std::size_t i = 0; i < inner.size(); ++i) {
-    for (const PetscInt column : rows[static_cast<std::size_t>(inner[i])]) {
+    for (const PetscInt column : rows[inner[i]]) {
       if (column <= first + inner[i] && interface_.number(column) < 0) {
         upper.push_back(interface_.inner_number(column));
       }
@@ -289,8 +289,8 @@ void Substructures::find_pattern(Mat matrix) {
   }
   std::vector<int> next(in_column.size());  // place of a column's next entry
   for (std::size_t b = 0; b < border.size(); ++b) {
-    const auto& column = in_column[static_cast<std::size_t>(border[b])];
-    next[static_cast<std::size_t>(border[b])] = static_cast<int>(upper.size());
+    const auto& column = in_column[border[b]];
+    next[border[b]] = static_cast<int>(upper.size());
     upper.insert(upper.end(), column.begin(), column.end());
     for (std::size_t a = 0; a <= b; ++a) {
       upper.push_back(static_cast<int>(inner.size() + a));
@@ -305,11 +305,11 @@ void Substructures::find_pattern(Mat matrix) {
   PetscInt place = 0;  // in the upper half
   for (PetscInt row = first; row < end; ++row) {
     const int own_number = interface_.number(row);
-    for (const PetscInt column : rows[static_cast<std::size_t>(row - first)]) {
+    for (const PetscInt column : rows[row - first]) {
       PetscInt to = -1;
       if (own_number < 0) {
         const int number = interface_.number(column);
-        to = number >= 0 ? next[static_cast<std::size_t>(number)]++ : column <= row ? place++ : -1;
+        to = number >= 0 ? next[number]++ : column <= row ? place++ : -1;
       } else if (column >= row && interface_.number(column) >= 0) {
         to = static_cast<PetscInt>(entry_rows.size());
         entry_rows.push_back(interface_.number(column));

@@ -30,7 +30,7 @@ class PlacedBlocks : public HessianBlocks {
 
   void add(std::size_t pair, const Eigen::Matrix3d& block) const override {
     if (const PetscInt place = places_[pair]; place >= 0) {
-      blocks_[static_cast<std::size_t>(place)] += block;
+      blocks_[place] += block;
     }
   }
 
@@ -66,7 +66,7 @@ class Diagonal : public HessianTerms {
   bool wants_off_diagonal() const override { return false; }
   void add_block(PetscInt row, PetscInt column, const Eigen::Matrix3d& block) override {
     if (row == column) {
-      blocks_[static_cast<std::size_t>(row)] += block;
+      blocks_[row] += block;
     }
   }
 
@@ -151,7 +151,7 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
   }
   std::sort(beyond.begin(), beyond.end());
   beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
-  projectors_.resize(static_cast<std::size_t>(vertices_.local()));
+  projectors_.resize(vertices_.local());
   if (on_any_rank(vertices_.comm, !beyond.empty())) {
     reach_ = with_ghosts(vertices_, beyond);
     numbers_ = LocalNumbers(reach_);
@@ -160,7 +160,7 @@ void Tangent::extend_reach(const std::vector<std::vector<VertexPair>>& patterns)
       projectors.values().col(static_cast<Eigen::Index>(i)) = projectors_[i].reshaped();
     }
     projectors.update_ghosts();
-    projectors_.resize(static_cast<std::size_t>(reach_.local()));
+    projectors_.resize(reach_.local());
     for (PetscInt i = vertices_.local(); i < reach_.local(); ++i) {
       projectors_.bind(static_cast<std::size_t>(i), projectors.values().col(i).reshaped(3, 3));
     }
@@ -178,14 +178,14 @@ void Tangent::make_rows() {
   const auto is_wanted = [&](const VertexPair& pair) {
     return pair.row < owned() && !(type_ == TangentMatrix::sbaij && pair.column < vertices_.first + pair.row);
   };
-  std::vector<std::vector<PetscInt>> columns(static_cast<std::size_t>(owned()));
+  std::vector<std::vector<PetscInt>> columns(owned());
   for (PetscInt i = 0; !is_shell() && i < owned(); ++i) {
-    columns[static_cast<std::size_t>(i)].push_back(vertices_.first + i);
+    columns[i].push_back(vertices_.first + i);
   }
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     for (const VertexPair& pair : patterns[p]) {
       if (!parts_[p].multiplies && is_wanted(pair)) {
-        columns[static_cast<std::size_t>(pair.row)].push_back(pair.column);
+        columns[pair.row].push_back(pair.column);
       }
     }
   }
@@ -219,9 +219,9 @@ void Tangent::make_rows() {
     for (std::size_t k = 0; k < places.size(); ++k) {
       const VertexPair& pair = patterns[p][k];
       if (is_wanted(pair)) {
-        const auto& row = columns[static_cast<std::size_t>(pair.row)];
+        const auto& row = columns[pair.row];
         const auto found = std::lower_bound(row.begin(), row.end(), pair.column);
-        places[k] = rows_.offsets[static_cast<std::size_t>(pair.row)] + static_cast<PetscInt>(found - row.begin());
+        places[k] = rows_.offsets[pair.row] + static_cast<PetscInt>(found - row.begin());
       }
     }
   }
@@ -230,7 +230,7 @@ void Tangent::make_rows() {
 void Tangent::make_assembled() {
   std::vector<PetscInt> own_blocks;
   std::vector<PetscInt> foreign_blocks;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(owned()); ++i) {
+  for (PetscInt i = 0; i < owned(); ++i) {
     const auto first = rows_.local_columns.begin() + rows_.offsets[i];
     const auto last = rows_.local_columns.begin() + rows_.offsets[i + 1];
     const auto own = static_cast<PetscInt>(std::count_if(first, last, [&](PetscInt j) { return j < owned(); }));
@@ -323,7 +323,7 @@ double Tangent::mean_of_diagonal(double own_sum) const {
 void Tangent::assemble(Curvature curvature) {
   const auto vertices = static_cast<std::size_t>(owned());
   const auto diagonal_block = [&](std::size_t vertex) -> Eigen::Matrix3d& {
-    return rows_.blocks[static_cast<std::size_t>(rows_.diagonal[vertex])];
+    return rows_.blocks[rows_.diagonal[vertex]];
   };
   if (any_constrained_ || curvature == Curvature::positive) {
     double trace = 0;
@@ -391,7 +391,7 @@ void Tangent::make_diagonal() {
   diagonal_.assign(rows_.diagonal.size(), definite_ * Eigen::Matrix3d::Identity());
   for (std::size_t i = 0; i < diagonal_.size(); ++i) {
     if (const PetscInt k = rows_.diagonal[i]; k >= 0) {
-      diagonal_[i] += rows_.blocks[static_cast<std::size_t>(k)];
+      diagonal_[i] += rows_.blocks[k];
     }
   }
   Diagonal terms(diagonal_);
@@ -400,8 +400,8 @@ void Tangent::make_diagonal() {
   }
   for (const PetscInt i : projectors_.bound()) {
     if (i < owned()) {
-      const Eigen::Matrix3d& projector = projectors_[static_cast<std::size_t>(i)];
-      Eigen::Matrix3d& block = diagonal_[static_cast<std::size_t>(i)];
+      const Eigen::Matrix3d& projector = projectors_[i];
+      Eigen::Matrix3d& block = diagonal_[i];
       block = (projector * block * projector).eval();
     }
   }
@@ -439,7 +439,7 @@ void Tangent::multiply(Vec in, Vec out) {
   }
   argument_.update_ghosts();
   for (const PetscInt i : projectors_.bound()) {
-    argument(i) = projectors_[static_cast<std::size_t>(i)] * argument(i).eval();
+    argument(i) = projectors_[i] * argument(i).eval();
   }
   for (PetscInt i = 0; i < owned(); ++i) {
     Eigen::Vector3d sum = definite_ * argument(i);
@@ -465,8 +465,8 @@ void Tangent::multiply(Vec in, Vec out) {
   }
   for (const PetscInt i : projectors_.bound()) {
     if (i < owned()) {
-      product_.col(i).head<3>() = projectors_[static_cast<std::size_t>(i)] * product_.col(i).head<3>().eval() +
-                                  held_ * (given.col(i) - argument(i));
+      product_.col(i).head<3>() =
+          projectors_[i] * product_.col(i).head<3>().eval() + held_ * (given.col(i) - argument(i));
     }
   }
   Eigen::Map<Eigen::Matrix3Xd>(y, 3, owned()) = product_.topRows<3>().leftCols(owned());

@@ -54,10 +54,10 @@ void TangentFactor::make_pattern() {
   TakenBlocks places(reach.owned, take_place);
   tangent_.visit(places);
   interface_ = RankInterface(reach.comm, reach.first, reach.owned, later);
-  std::vector<int> place(static_cast<std::size_t>(interface_.size()), -1);  // of each of its vertices in the border
+  std::vector<int> place(interface_.size(), -1);  // of each of its vertices in the border
   for (const auto& [row, column] : blocks) {
     if (column >= row && (interface_.number(row) < 0) != (interface_.number(column) < 0)) {
-      place[static_cast<std::size_t>(std::max(interface_.number(row), interface_.number(column)))] = 0;
+      place[std::max(interface_.number(row), interface_.number(column))] = 0;
     }
   }
   std::vector<int> border;
@@ -71,7 +71,7 @@ void TangentFactor::make_pattern() {
   const auto inner = static_cast<int>(interface_.inner().size());
   const auto place_in_inner = [&](PetscInt vertex) {
     const int number = interface_.number(vertex);
-    return number < 0 ? interface_.inner_number(vertex) : inner + place[static_cast<std::size_t>(number)];
+    return number < 0 ? interface_.inner_number(vertex) : inner + place[number];
   };
   struct Entries {
     std::vector<int> rows;
@@ -194,7 +194,7 @@ std::optional<int> TangentFactor::renew() {
   Eigen::MatrixXd influence(columns.rows(), count);
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(count);  // of C
   for (Eigen::Index k = 0; k < count; ++k) {
-    const int column = counting[static_cast<std::size_t>(k)];
+    const int column = counting[k];
     columns.col(k) = system_.low_rank().column(column);
     solve(columns.col(k).data(), influence.col(k).data());
     inverse[k] = is_held(column) ? 0 : 1 / system_.low_rank().coefficients[column];

@@ -76,7 +76,7 @@ void multiply_numbers(const NumberRows& rows, const double* w, double* y) {
   for (PetscInt i = 0; i < owned; ++i) {
     const __m256d own = _mm256_loadu_pd(w + 4 * i);
     __m256d sum = _mm256_setzero_pd();
-    auto k = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i)]);
+    auto k = static_cast<std::size_t>(rows.offsets[i]);
     const auto end = static_cast<std::size_t>(rows.offsets[static_cast<std::size_t>(i) + 1]);
     if (k < end && rows.columns[k] == i) {
       sum = _mm256_mul_pd(_mm256_broadcast_sd(&rows.entries[k]), own);

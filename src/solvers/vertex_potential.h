@@ -58,9 +58,9 @@ class VertexPotential : public Potential {
   }
 
   void update_hessian(const Field& x, Curvature /*curvature*/) override {
-    hessian_.resize(static_cast<std::size_t>(vertices_.owned));
+    hessian_.resize(vertices_.owned);
     for (PetscInt i = 0; i < vertices_.owned; ++i) {
-      hessian_[static_cast<std::size_t>(i)] = function_(i, x.vector(i)).hessian;
+      hessian_[i] = function_(i, x.vector(i)).hessian;
     }
   }
 

@@ -108,7 +108,7 @@ class FieldRegistry {
   template <class Number>
   void make_room(std::vector<Number>& values, Item item, int components) const {
     const PetscInt items = item == Item::particle ? particles_->local() : item == Item::cell ? cells_.local : 1;
-    values.assign(static_cast<std::size_t>(items * components), Number{});
+    values.assign(items * components, Number{});
   }
   void make_room(Eigen::VectorXd& values, Item, int components) const { values.setZero(components); }
   void make_room(double& value, Item, int) const { value = 0; }

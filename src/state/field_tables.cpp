@@ -69,7 +69,7 @@ void read_object_fields(const Hdf5File& file, const std::string& group, FieldReg
             if (declaration.item == Item::object && all.size() == 1) {
               *values = all.front();
             } else if (declaration.item == Item::sum && all.size() == static_cast<std::size_t>(ranks)) {
-              *values = all[static_cast<std::size_t>(rank)];
+              *values = all[rank];
             } else if (declaration.item == Item::sum) {
               *values = rank == 0 ? std::accumulate(all.begin(), all.end(), Values{}) : Values{};
             } else {

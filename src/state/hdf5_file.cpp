@@ -310,7 +310,7 @@ std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
   const long long all = rows(name);
   const long long first = first_of_share(all, rank_, ranks_);
   const long long own = first_of_share(all, rank_ + 1, ranks_) - first;
-  std::vector<Number> result(static_cast<std::size_t>(own * columns));
+  std::vector<Number> result(own * columns);
   read_bytes(name, type_of<Number>(), result.data(), first, own, columns, sizeof(Number), true);
   return result;
 }
@@ -318,7 +318,7 @@ std::vector<Number> Hdf5File::read(const std::string& name, int columns) const {
 template <class Number>
 std::vector<Number> Hdf5File::read_all(const std::string& name) const {
   const long long all = rows(name);
-  std::vector<Number> result(static_cast<std::size_t>(all));
+  std::vector<Number> result(all);
   read_bytes(name, type_of<Number>(), result.data(), 0, all, 1, sizeof(Number), false);
   return result;
 }

@@ -48,7 +48,7 @@ SortedRows::SortedRows(MPI_Comm comm, const std::vector<PetscInt>& ids)
   const std::vector<PetscInt> arrived = route_.send(ids);
   order_.resize(arrived.size());
   std::iota(order_.begin(), order_.end(), 0);
-  const auto id = [&arrived](PetscInt row) { return arrived[static_cast<std::size_t>(row)]; };
+  const auto id = [&arrived](PetscInt row) { return arrived[row]; };
   std::sort(order_.begin(), order_.end(), [&id](PetscInt a, PetscInt b) { return id(a) < id(b); });
 }
 

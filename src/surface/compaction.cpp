@@ -22,7 +22,7 @@ std::vector<bool> all_cells(const Sheet& sheet) {
 void split(MeshRows& rows, const SplitCorners& corners, const Records& copies) {
   const std::size_t vertices = rows.vertices.size();
   for (const SplitCorners::Copy& copy : corners.copies) {
-    MeshRows::Point row = rows.vertices[static_cast<std::size_t>(copy.original)];
+    MeshRows::Point row = rows.vertices[copy.original];
     row.id = copy.id;
     row.mass *= copy.share;
     rows.vertices.push_back(row);
@@ -52,9 +52,9 @@ LoadedSheet spread(const Sheet& sheet, const std::vector<double>& load, const Re
   for (std::size_t i = 0; i < share.size(); ++i) {
     share[i] /= std::max(sheet.cell_count[i], 1);
   }
-  share.resize(static_cast<std::size_t>(sheet.particles.local()));
+  share.resize(sheet.particles.local());
   update_ghosts(sheet.particles, share);
-  const auto of = [&share](PetscInt particle) { return share[static_cast<std::size_t>(particle)]; };
+  const auto of = [&share](PetscInt particle) { return share[particle]; };
   MeshRows rows = rows_of(sheet, all_cells(sheet), particles, cells);
   rows.part.clear();
   for (std::size_t cell = 0; cell < rows.cells.size(); ++cell) {

@@ -32,7 +32,7 @@ struct Owner {
 /// The numbers 0, 1, ... of items, ordered by their `key`.
 template <class Key>
 std::vector<PetscInt> ordered_by(PetscInt count, const Key& key) {
-  std::vector<PetscInt> items(static_cast<std::size_t>(count));
+  std::vector<PetscInt> items(count);
   std::iota(items.begin(), items.end(), 0);
   std::sort(items.begin(), items.end(), [&key](PetscInt a, PetscInt b) { return key(a) < key(b); });
   return items;
@@ -77,7 +77,7 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
   check(PetscSectionCreate(comm, sizes.create()));
   check(PetscPartitionerPartition(partitioner, ranks, graph.cells(), graph.offsets.data(), graph.neighbours.data(),
                                   nullptr, nullptr, sizes, cells_by_part.create()));
-  std::vector<int> part(static_cast<std::size_t>(graph.cells()));
+  std::vector<int> part(graph.cells());
   const PetscInt* cells = nullptr;
   check(ISGetIndices(cells_by_part, &cells));
   for (PetscInt p = 0; p < ranks; ++p) {
@@ -86,7 +86,7 @@ std::vector<int> partition_with_petsc(MPI_Comm comm, CellGraph graph, const std:
     check(PetscSectionGetDof(sizes, p, &count));
     check(PetscSectionGetOffset(sizes, p, &first));
     for (PetscInt i = first; i < first + count; ++i) {
-      part[static_cast<std::size_t>(cells[i])] = static_cast<int>(p);
+      part[cells[i]] = static_cast<int>(p);
     }
   }
   check(ISRestoreIndices(cells_by_part, &cells));
@@ -107,8 +107,7 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
   const auto count = static_cast<std::size_t>(rows.corners);
   const std::vector<PetscInt> corner_ids =
       to_root.send(Records::of(rows.cell_corners, static_cast<PetscInt>(rows.cells.size()), count)).as<PetscInt>();
-  const std::vector<PetscInt> order =
-      ordered_by(to_root.arrivals(), [&ids](PetscInt cell) { return ids[static_cast<std::size_t>(cell)]; });
+  const std::vector<PetscInt> order = ordered_by(to_root.arrivals(), [&ids](PetscInt cell) { return ids[cell]; });
   std::vector<PetscInt> corners;
   for (const PetscInt cell : order) {
     const auto first = corner_ids.begin() + cell * static_cast<PetscInt>(count);
@@ -124,7 +123,7 @@ std::vector<int> find_parts(MPI_Comm comm, const MeshRows& rows, const SheetOpti
                                            : partition_with_petsc(comm, std::move(graph), options.partitioner.name());
   std::vector<int> part(sorted_part.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
-    part[static_cast<std::size_t>(order[i])] = sorted_part[i];
+    part[order[i]] = sorted_part[i];
   }
   return to_root.send_back(part);
 }
@@ -249,7 +248,7 @@ bool are_scattered(const std::vector<PetscInt>& corners, int count, std::size_t 
 std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, int count,
                                         std::vector<PetscInt>& vertices) {
   const auto cells = static_cast<PetscInt>(corners.size()) / count;
-  std::vector<PetscInt> order(static_cast<std::size_t>(cells));
+  std::vector<PetscInt> order(cells);
   if (cells == 0) {
     return order;
   }
@@ -262,11 +261,11 @@ std::vector<PetscInt> order_by_nearness(const std::vector<PetscInt>& corners, in
   check(DMPlexGetOrdering(dm, MATORDERINGRCM, nullptr, permutation.create()));
   check(ISGetIndices(permutation, &new_number));
   for (PetscInt cell = 0; cell < cells; ++cell) {
-    order[static_cast<std::size_t>(new_number[cell])] = cell;
+    order[new_number[cell]] = cell;
   }
   const std::vector<PetscInt> before = vertices;
   for (std::size_t vertex = 0; vertex < before.size(); ++vertex) {
-    vertices[static_cast<std::size_t>(new_number[static_cast<std::size_t>(cells) + vertex] - cells)] = before[vertex];
+    vertices[new_number[static_cast<std::size_t>(cells) + vertex] - cells] = before[vertex];
   }
   check(ISRestoreIndices(permutation, &new_number));
   return order;
@@ -316,7 +315,7 @@ std::vector<int> fetch_vertices(MPI_Comm comm, const std::vector<PetscInt>& held
       missing = wanted[i];
     } else {
       chosen.push_back(row);
-      int& last = owner[static_cast<std::size_t>(row)];
+      int& last = owner[row];
       last = is_own[i] != 0 ? std::max(last, to_home.sources()[i]) : last;
     }
   }
@@ -349,7 +348,7 @@ Layout layout_with(MPI_Comm comm, PetscInt owned, const std::vector<Owner>& ghos
   Layout layout = number_owned(comm, owned);
   const std::vector<PetscInt> first = of_all_ranks(comm, std::vector<PetscInt>{layout.first});
   for (const Owner& ghost : ghosts) {
-    layout.ghost_global.push_back(first[static_cast<std::size_t>(ghost.rank)] + ghost.number);
+    layout.ghost_global.push_back(first[ghost.rank] + ghost.number);
   }
   return layout;
 }
@@ -377,8 +376,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
   };
   {
     const auto points = cells.points.as<MeshRows::Point>();
-    reorder(cells, ordered_by(to_owner.arrivals(),
-                              [&points](PetscInt cell) { return points[static_cast<std::size_t>(cell)].id; }));
+    reorder(cells, ordered_by(to_owner.arrivals(), [&points](PetscInt cell) { return points[cell].id; }));
   }
   std::vector<PetscInt> vertices = without_repeats(cells.corners.as<PetscInt>());
   {
@@ -417,7 +415,7 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
     held = without_repeats(std::move(held));
   }
   const std::vector<PetscInt> ghost_order =
-      ordered_by(ghosts.points.count(), [&](PetscInt cell) { return ghost_owner[static_cast<std::size_t>(cell)]; });
+      ordered_by(ghosts.points.count(), [&](PetscInt cell) { return ghost_owner[cell]; });
   reorder(ghosts, ghost_order);
   cell_layout_ = layout_with(comm, owned_cells, picked(ghost_owner, ghost_order));
   cells.append(ghosts);
@@ -440,10 +438,10 @@ Distribution::Distribution(MPI_Comm comm, MeshRows rows, int layers, Numbering n
       numbers_of_owners(comm, picked(vertices, others), picked(owner, others), picked(vertices, own));
   std::vector<Owner> vertex_owner;
   for (std::size_t i = 0; i < others.size(); ++i) {
-    vertex_owner.push_back({owner[static_cast<std::size_t>(others[i])], numbers[i]});
+    vertex_owner.push_back({owner[others[i]], numbers[i]});
   }
-  const std::vector<PetscInt> other_order = ordered_by(
-      static_cast<PetscInt>(others.size()), [&](PetscInt i) { return vertex_owner[static_cast<std::size_t>(i)]; });
+  const std::vector<PetscInt> other_order =
+      ordered_by(static_cast<PetscInt>(others.size()), [&](PetscInt i) { return vertex_owner[i]; });
   vertex_layout_ = layout_with(comm, static_cast<PetscInt>(own.size()), picked(vertex_owner, other_order));
   std::vector<PetscInt> order = own;
   const std::vector<PetscInt> sorted_others = picked(others, other_order);
@@ -534,7 +532,7 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
   std::vector<int> open(number.size(), 0);
   for (std::size_t side = 0; side < sides * owned; ++side) {
     if (opposite_[side] < 0) {
-      open[static_cast<std::size_t>(piece[side / sides])] = 1;
+      open[piece[side / sides]] = 1;
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, open.data(), static_cast<int>(open.size()), MPI_INT, MPI_MAX, comm_);
@@ -550,8 +548,7 @@ Layout Distribution::layout(const std::vector<PetscInt>& points) const {
   std::vector<PetscInt> of_cells(rows_.cells.size(), -1);
   std::vector<PetscInt> of_vertices(rows_.vertices.size(), -1);
   const auto number = [&](PetscInt point) -> PetscInt& {
-    return point < cells().end ? of_cells[static_cast<std::size_t>(point)]
-                               : of_vertices[static_cast<std::size_t>(point - cells().end)];
+    return point < cells().end ? of_cells[point] : of_vertices[point - cells().end];
   };
   for (auto point = points.begin(); point != first_ghost; ++point) {
     number(*point) = layout.first + static_cast<PetscInt>(point - points.begin());
@@ -574,14 +571,14 @@ void Distribution::fill(Surface& set, const std::vector<PetscInt>& points) const
     members.push_back(&set.groups[group]);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
-    const MeshRows::Point& point = data(points[static_cast<std::size_t>(i)]);
+    const MeshRows::Point& point = data(points[i]);
     set.rest.col(i) = Eigen::Map<const Eigen::Vector3d>(point.position.data());
     if (has_uv()) {
       set.uv.col(i) = Eigen::Map<const Eigen::Vector2d>(point.uv.data());
     }
     set.persistent_id.push_back(point.id);
-    for (const int group : groups_of(points[static_cast<std::size_t>(i)])) {
-      members[static_cast<std::size_t>(group)]->push_back(static_cast<PetscInt>(i));
+    for (const int group : groups_of(points[i])) {
+      members[group]->push_back(static_cast<PetscInt>(i));
     }
   }
   set.partition = quality();
@@ -592,7 +589,7 @@ PartitionQuality Distribution::quality() const {
   const auto count = static_cast<PetscInt>(rows_.corners);
   PetscInt cut = 0;  // edges, which are counted from both sides
   for (PetscInt side = 0; side < count * owned; ++side) {
-    cut += opposite_[static_cast<std::size_t>(side)] >= count * owned ? 1 : 0;
+    cut += opposite_[side] >= count * owned ? 1 : 0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &cut, 1, MPIU_INT, MPI_SUM, comm_);
   return {cut / 2, shares_of_ranks(comm_, static_cast<double>(owned)).imbalance};

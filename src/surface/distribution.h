@@ -52,8 +52,7 @@ class Distribution {
     return point < cells().end ? point < cell_layout_.owned : point - cells().end < vertex_layout_.owned;
   }
   const MeshRows::Point& data(PetscInt point) const {
-    return point < cells().end ? rows_.cells[static_cast<std::size_t>(point)]
-                               : rows_.vertices[static_cast<std::size_t>(point - cells().end)];
+    return point < cells().end ? rows_.cells[point] : rows_.vertices[point - cells().end];
   }
   MeshRows::Point& data(PetscInt point) { return const_cast<MeshRows::Point&>(std::as_const(*this).data(point)); }
   /// Gives the owners' data of all points to the ranks that have them as ghosts. Collective.
@@ -64,9 +63,7 @@ class Distribution {
   }
   /// The names of all groups, and the numbers of those that a point is in.
   const std::vector<std::string>& groups() const { return rows_.groups; }
-  const std::vector<int>& groups_of(PetscInt point) const {
-    return rows_.group_sets[static_cast<std::size_t>(data(point).group_set)];
-  }
+  const std::vector<int>& groups_of(PetscInt point) const { return rows_.group_sets[data(point).group_set]; }
   /// The data that moved with cells.
   Records cell_data(const std::vector<PetscInt>& cells) const { return rows_.cell_data.of_items(cells); }
   /// The data that moved with particles: vertices, or the lattice points of cells.

@@ -25,9 +25,9 @@ std::vector<bool> members_of_group(const Surface& points, const std::string& key
                            (names.size() > most ? ", ... (" + std::to_string(names.size()) + " in all)" : "") +
                            "; the nearest is " + nearest(group, names)));
   }
-  std::vector<bool> members(static_cast<std::size_t>(points.particles.local()), false);
+  std::vector<bool> members(points.particles.local(), false);
   for (const PetscInt particle : found->second) {
-    members[static_cast<std::size_t>(particle)] = true;
+    members[particle] = true;
   }
   return members;
 }

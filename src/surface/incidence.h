@@ -38,7 +38,7 @@ struct Incidence {
     std::vector<PetscInt> next(offsets.begin(), offsets.end() - 1);
     for (std::size_t item = 0; item < corners.size(); ++item) {
       for (const PetscInt corner : corners[item]) {
-        items[static_cast<std::size_t>(next[static_cast<std::size_t>(corner)]++)] = static_cast<PetscInt>(item);
+        items[next[corner]++] = static_cast<PetscInt>(item);
       }
     }
   }

@@ -12,14 +12,14 @@ Living::Living(const Surface& surface)
 }
 
 std::vector<bool> particles_with_springs(const Surface& surface, const Living& living) {
-  std::vector<bool> result(static_cast<std::size_t>(surface.particles.local()), false);
+  std::vector<bool> result(surface.particles.local(), false);
   for (const Colour colour : all_colours) {
     const std::vector<std::array<PetscInt, 2>>& ends = surface.of(colour).ends;
     const std::vector<bool>& lives = living.springs[static_cast<std::size_t>(colour)];
     for (std::size_t s = 0; s < ends.size(); ++s) {
       if (lives[s]) {
-        result[static_cast<std::size_t>(ends[s][0])] = true;
-        result[static_cast<std::size_t>(ends[s][1])] = true;
+        result[ends[s][0]] = true;
+        result[ends[s][1]] = true;
       }
     }
   }

@@ -23,7 +23,7 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
   // Elements: owned ones, then those of other ranks with an owned vertex.
   const Distribution::Range cells = distribution.cells();
   std::vector<PetscInt> elements;
-  std::vector<bool> is_used(static_cast<std::size_t>(distribution.points()), false);
+  std::vector<bool> is_used(distribution.points(), false);
   for (const bool owned : {true, false}) {
     for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
       const std::array<PetscInt, 3> corners = distribution.corners<3>(cell);
@@ -32,7 +32,7 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
       if (distribution.is_owned(cell) == owned && (owned || touches)) {
         elements.push_back(cell);
         for (const PetscInt corner : corners) {
-          is_used[static_cast<std::size_t>(corner)] = true;
+          is_used[corner] = true;
         }
       }
     }
@@ -42,11 +42,11 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
   // Particles: the vertices that elements use, owned ones first. Every owned vertex is in an owned cell or beside one.
   const Distribution::Range vertices = distribution.vertices();
   std::vector<PetscInt> particles;
-  std::vector<PetscInt> particle_of_point(static_cast<std::size_t>(distribution.points()), -1);
+  std::vector<PetscInt> particle_of_point(distribution.points(), -1);
   for (const bool owned : {true, false}) {
     for (PetscInt vertex = vertices.begin; vertex < vertices.end; ++vertex) {
-      if (distribution.is_owned(vertex) == owned && is_used[static_cast<std::size_t>(vertex)]) {
-        particle_of_point[static_cast<std::size_t>(vertex)] = static_cast<PetscInt>(particles.size());
+      if (distribution.is_owned(vertex) == owned && is_used[vertex]) {
+        particle_of_point[vertex] = static_cast<PetscInt>(particles.size());
         particles.push_back(vertex);
       }
     }
@@ -57,7 +57,7 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
                         : *std::max_element(membrane.persistent_id.begin(), membrane.persistent_id.end()) + 1;
   MPI_Allreduce(MPI_IN_PLACE, &membrane.id_end, 1, MPIU_INT, MPI_MAX, comm);
   membrane.is_lattice.assign(particles.size(), false);
-  membrane.cell_count.assign(static_cast<std::size_t>(membrane.particles.owned), 0);
+  membrane.cell_count.assign(membrane.particles.owned, 0);
 
   membrane.element_uv.resize(2, distribution.has_uv() ? static_cast<Eigen::Index>(elements.size()) : 0);
   for (const std::string& field : distribution.fields()) {
@@ -66,21 +66,20 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
   for (std::size_t e = 0; e < elements.size(); ++e) {
     std::array<PetscInt, 3> corners = distribution.corners<3>(elements[e]);
     for (PetscInt& corner : corners) {
-      corner = particle_of_point[static_cast<std::size_t>(corner)];
+      corner = particle_of_point[corner];
       if (corner < membrane.particles.owned) {
-        ++membrane.cell_count[static_cast<std::size_t>(corner)];
+        ++membrane.cell_count[corner];
       }
     }
     membrane.triangles.push_back(corners);
     const MeshRows::Point& data = distribution.data(elements[e]);
     membrane.element_id.push_back(data.id);
-    membrane.piece.push_back(piece[static_cast<std::size_t>(elements[e])]);
+    membrane.piece.push_back(piece[elements[e]]);
     if (distribution.has_uv()) {
       membrane.element_uv.col(static_cast<Eigen::Index>(e)) = Eigen::Map<const Eigen::Vector2d>(data.uv.data());
     }
     for (const int group : distribution.groups_of(elements[e])) {
-      membrane.element_groups[distribution.groups()[static_cast<std::size_t>(group)]].push_back(
-          static_cast<PetscInt>(e));
+      membrane.element_groups[distribution.groups()[group]].push_back(static_cast<PetscInt>(e));
     }
     for (std::size_t f = 0; f < distribution.fields().size(); ++f) {
       membrane.element_fields[distribution.fields()[f]].push_back(distribution.field_values(elements[e])[f]);
@@ -128,14 +127,14 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
   for (const auto& field : membrane.element_fields) {
     rows.fields.push_back(field.first);
   }
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     MeshRows::Point& cell = rows.cells.emplace_back();
     cell.id = membrane.element_id[e];
     if (rows.has_uv) {
       Eigen::Map<Eigen::Vector2d>(cell.uv.data()) = membrane.element_uv.col(static_cast<Eigen::Index>(e));
     }
     for (const PetscInt corner : membrane.triangles[e]) {
-      rows.cell_corners.push_back(membrane.persistent_id[static_cast<std::size_t>(corner)]);
+      rows.cell_corners.push_back(membrane.persistent_id[corner]);
     }
     for (const auto& field : membrane.element_fields) {
       rows.field_values.push_back(field.second[e]);
@@ -152,7 +151,7 @@ MeshRows rows_of(const Membrane& membrane, const Records& particles, const Recor
 Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOptions& options) {
   double sum = 0;
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
-    const auto& triangle = membrane.triangles[static_cast<std::size_t>(e)];
+    const auto& triangle = membrane.triangles[e];
     for (std::size_t k = 0; k < 3; ++k) {
       sum += (membrane.rest.col(triangle[(k + 1) % 3]) - membrane.rest.col(triangle[k])).norm();
     }

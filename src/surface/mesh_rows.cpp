@@ -19,7 +19,7 @@ std::vector<std::string> broadcast(MPI_Comm comm, const std::vector<std::string>
   }
   auto length = static_cast<int>(text.size());
   MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-  text.resize(static_cast<std::size_t>(length));
+  text.resize(length);
   MPI_Bcast(text.data(), length, MPI_CHAR, 0, comm);
   std::vector<std::string> received;
   for (std::size_t begin = 0; begin < text.size(); begin = text.find('\0', begin) + 1) {
@@ -153,7 +153,7 @@ void set_groups(MPI_Comm comm, MeshRows& rows, const Groups& vertices, const Gro
 
 MeshRows::Point row_of(const Surface& points, PetscInt particle) {
   MeshRows::Point row;
-  row.id = points.persistent_id[static_cast<std::size_t>(particle)];
+  row.id = points.persistent_id[particle];
   Eigen::Map<Eigen::Vector3d>(row.position.data()) = points.rest.col(particle);
   if (points.uv.cols() > 0) {
     Eigen::Map<Eigen::Vector2d>(row.uv.data()) = points.uv.col(particle);

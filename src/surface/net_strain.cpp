@@ -31,7 +31,7 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
     double sum = 0;
     PetscInt count = 0;
     PetscInt bearing = 0;
-    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
       if (!lives[s]) {
         continue;
       }
@@ -47,8 +47,7 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
       }
       strain.largest_of[index] = std::max(strain.largest_of[index], value);
       if (is_of_net(colour) && value >= strain.largest) {
-        const auto [first, last] = std::minmax(sheet.persistent_id[static_cast<std::size_t>(a)],
-                                               sheet.persistent_id[static_cast<std::size_t>(b)]);
+        const auto [first, last] = std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
         const Key own{first, last, static_cast<PetscInt>(colour)};
         if (value > strain.largest || own < key) {
           strain.largest = value;

@@ -12,7 +12,7 @@ Eigen::Matrix3Xd perturbed_positions(const Surface& points, const SheetOptions& 
   Eigen::Matrix3Xd positions = points.rest;
   for (Eigen::Index i = 0; i < positions.cols(); ++i) {
     for (int component = 0; component < 3; ++component) {
-      const auto id = static_cast<std::uint64_t>(points.persistent_id[static_cast<std::size_t>(i)]);
+      const auto id = static_cast<std::uint64_t>(points.persistent_id[i]);
       positions(component, i) += amplitude * noise(options.seed, 3 * id + static_cast<std::uint64_t>(component));
     }
   }

@@ -47,8 +47,8 @@ std::vector<PetscInt> connected_parts(const Surface& surface, const Living& livi
     update_ghosts(surface.particles, part);
     changed = false;
     for (PetscInt i = owned; i < local; ++i) {
-      PetscInt& of_set = least[set_of[static_cast<std::size_t>(i)]];
-      const PetscInt of_ghost = part[static_cast<std::size_t>(i)];
+      PetscInt& of_set = least[set_of[i]];
+      const PetscInt of_ghost = part[i];
       if (of_ghost >= 0 && of_ghost < of_set) {
         changed = true;
         of_set = of_ghost;
@@ -66,7 +66,7 @@ using PartSizes = std::map<PetscInt, std::map<PetscInt, PetscInt>>;
 /// The sizes of the parts over all ranks. Collective.
 PartSizes part_sizes(const Surface& surface, const std::vector<PetscInt>& parts, const std::vector<PetscInt>& pieces) {
   std::unordered_map<PetscInt, std::array<PetscInt, 3>> own;  // by part: piece, part, particles
-  for (std::size_t i = 0; i < static_cast<std::size_t>(surface.particles.owned); ++i) {
+  for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     if (parts[i] >= 0) {
       ++own.insert({parts[i], {pieces[i], parts[i], 0}}).first->second[2];
     }
@@ -139,7 +139,7 @@ void update_pieces(Pieces& pieces, const Surface& surface, const Living& living,
 std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, const Field& mass) {
   std::vector<double> masses(pieces.present.size(), 0);
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    const PetscInt id = pieces.of_particle[static_cast<std::size_t>(i)];
+    const PetscInt id = pieces.of_particle[i];
     if (id >= 0) {
       masses[pieces.place_of(id)] += mass.data()[i];
     }

@@ -60,7 +60,7 @@ void place_lattice(Distribution& mesh, const SheetOptions& options) {
 /// Collective.
 void add_corner_masses(Distribution& mesh) {
   // In the order of the ids, so that rounding does not depend on the ranks: all cells at an owned vertex are held.
-  std::vector<PetscInt> by_id(static_cast<std::size_t>(mesh.cells().end));
+  std::vector<PetscInt> by_id(mesh.cells().end);
   std::iota(by_id.begin(), by_id.end(), 0);
   std::sort(by_id.begin(), by_id.end(), [&mesh](PetscInt a, PetscInt b) { return mesh.data(a).id < mesh.data(b).id; });
   for (const PetscInt cell : by_id) {
@@ -79,9 +79,8 @@ LoadedSheet assembled(const Distribution& rows, const SheetIds& ids, const Sheet
   shell.sheet.id_end = ids.id_end;
   std::vector<PetscInt> cells;
   for (const PetscInt lattice : shell.sheet.lattice) {
-    cells.push_back(shell.points[static_cast<std::size_t>(lattice)]);
-    shell.sheet.element_id.push_back(shell.sheet.persistent_id[static_cast<std::size_t>(lattice)] -
-                                     ids.first_lattice_id);
+    cells.push_back(shell.points[lattice]);
+    shell.sheet.element_id.push_back(shell.sheet.persistent_id[lattice] - ids.first_lattice_id);
   }
   return {std::move(shell.sheet), rows.particle_data(shell.points), rows.cell_data(cells)};
 }
@@ -102,7 +101,7 @@ void require_lengths(const Sheet& sheet) {
       if (springs.initial_length[spring] * static_cast<double>(springs.layout.global) <= least * sum) {
         std::array<PetscInt, 2> ids{};
         std::transform(springs.ends[spring].begin(), springs.ends[spring].end(), ids.begin(),
-                       [&sheet](PetscInt i) { return sheet.persistent_id[static_cast<std::size_t>(i)]; });
+                       [&sheet](PetscInt i) { return sheet.persistent_id[i]; });
         std::sort(ids.begin(), ids.end());
         first = std::min(first, ids);
       }
@@ -152,9 +151,9 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
   MeshRows rows = vertex_rows(sheet, sheet.owned_corners);
   rows.corners = 4;
   for (PetscInt corner = 0; corner < sheet.owned_corners; ++corner) {
-    rows.vertices[static_cast<std::size_t>(corner)].mass = sheet.initial_mass[static_cast<std::size_t>(corner)];
+    rows.vertices[corner].mass = sheet.initial_mass[corner];
   }
-  std::vector<PetscInt> corners(static_cast<std::size_t>(sheet.owned_corners));
+  std::vector<PetscInt> corners(sheet.owned_corners);
   std::iota(corners.begin(), corners.end(), 0);
   std::vector<PetscInt> kept_cells;
   std::vector<PetscInt> lattice;
@@ -165,7 +164,7 @@ MeshRows rows_of(const Sheet& sheet, const std::vector<bool>& kept, const Record
       lattice.push_back(sheet.lattice[c]);
       rows.cells.push_back(row_of(sheet, lattice.back()));
       for (const PetscInt corner : sheet.cells[c]) {
-        rows.cell_corners.push_back(sheet.persistent_id[static_cast<std::size_t>(corner)]);
+        rows.cell_corners.push_back(sheet.persistent_id[corner]);
       }
     }
   }

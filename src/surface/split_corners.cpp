@@ -22,8 +22,7 @@ class Fan {
   Fan(const Surface& surface, const Living& living, std::vector<std::pair<PetscInt, std::size_t>> elements)
       : elements_(std::move(elements)) {
     std::sort(elements_.begin(), elements_.end(), [&surface](const auto& a, const auto& b) {
-      return surface.element_id[static_cast<std::size_t>(a.first)] <
-             surface.element_id[static_cast<std::size_t>(b.first)];
+      return surface.element_id[a.first] < surface.element_id[b.first];
     });
     DisjointSets joined(elements_.size());
     std::vector<bool> lives(elements_.size(), false);
@@ -56,7 +55,7 @@ class Fan {
     mass_.assign(std::max<std::size_t>(1, group_of_root.size()), 0);
     for (std::size_t i = 0; i < elements_.size(); ++i) {
       group_.push_back(lives[i] ? group_of_root.at(joined.find(i)) : 0);
-      mass_[group_[i]] += surface.element_mass[static_cast<std::size_t>(elements_[i].first)];
+      mass_[group_[i]] += surface.element_mass[elements_[i].first];
     }
   }
 
@@ -113,7 +112,7 @@ std::map<PetscInt, Fan> parted_fans(const Surface& surface, const Living& living
 
 SplitCorners find_split_corners(const Surface& surface, const Living& living) {
   const std::map<PetscInt, Fan> fans = parted_fans(surface, living);
-  const auto id_of = [&surface](PetscInt i) { return surface.persistent_id[static_cast<std::size_t>(i)]; };
+  const auto id_of = [&surface](PetscInt i) { return surface.persistent_id[i]; };
   SplitCorners split;
   std::vector<PetscInt> own;  // ids of corners, each as often as it gets a copy
   for (const auto& [corner, fan] : fans) {
@@ -127,10 +126,10 @@ SplitCorners find_split_corners(const Surface& surface, const Living& living) {
     return split;
   }
 
-  split.share.assign(static_cast<std::size_t>(surface.particles.owned), 1);
+  split.share.assign(surface.particles.owned, 1);
   constexpr PetscInt same = -1;
   constexpr std::array<PetscInt, 4> none{same, same, same, same};
-  std::vector<std::array<PetscInt, 4>> new_ids(static_cast<std::size_t>(surface.elements.local()), none);
+  std::vector<std::array<PetscInt, 4>> new_ids(surface.elements.local(), none);
   for (const auto& entry : fans) {
     const PetscInt corner = entry.first;
     const Fan& fan = entry.second;
@@ -138,20 +137,20 @@ SplitCorners find_split_corners(const Surface& surface, const Living& living) {
     const auto new_id = [&](std::size_t group) {
       return surface.id_end + static_cast<PetscInt>(first) + static_cast<PetscInt>(group) - 1;
     };
-    split.share[static_cast<std::size_t>(corner)] = fan.share(0);
+    split.share[corner] = fan.share(0);
     for (std::size_t group = 1; group < fan.groups(); ++group) {
       split.copies.push_back({corner, new_id(group), fan.share(group)});
     }
     fan.for_each([&](PetscInt element, std::size_t place, std::size_t group) {
       if (group > 0) {
-        new_ids[static_cast<std::size_t>(element)][place] = new_id(group);
+        new_ids[element][place] = new_id(group);
       }
     });
   }
   // The owner of a corner need not own the elements at it.
   surface.elements.exchange()->combine(RowType(MPIU_INT, 4), sizeof(none), MPI_MAX, new_ids.data());
-  for (std::size_t element = 0; element < static_cast<std::size_t>(surface.elements.owned); ++element) {
-    for (std::size_t place = 0; place < static_cast<std::size_t>(surface.sides_per_element()); ++place) {
+  for (PetscInt element = 0; element < surface.elements.owned; ++element) {
+    for (PetscInt place = 0; place < surface.sides_per_element(); ++place) {
       const PetscInt id = new_ids[element][place];
       split.cell_corners.push_back(id == same ? id_of(surface.corner(element, place)) : id);
     }

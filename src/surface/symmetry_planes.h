@@ -13,10 +13,7 @@ struct SymmetryPlanes {
   std::vector<unsigned> of_particle;
 
   /// The planes that two particles lie in. Not collective.
-  unsigned common(PetscInt a, PetscInt b) const {
-    return of_particle.empty() ? 0
-                               : of_particle[static_cast<std::size_t>(a)] & of_particle[static_cast<std::size_t>(b)];
-  }
+  unsigned common(PetscInt a, PetscInt b) const { return of_particle.empty() ? 0 : of_particle[a] & of_particle[b]; }
 };
 
 }  // namespace surface

@@ -17,7 +17,7 @@ namespace {
 const char* const counts_table = "/step_counts";
 const char* const residuals_table = "/step_residuals";
 
-std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
+std::vector<History::Column> columns_of_balloon(const Inflate& chain, bool contact_apart) {
   std::vector<History::Column> columns = gas_columns(chain.chambers());
   columns.insert(columns.end(), {{"rubber_volume_ratio", ""},
                                  {"thickness_min", "m"},
@@ -35,7 +35,7 @@ std::vector<History::Column> columns_of_balloon(const Inflate& chain) {
                                  {"elastic_energy", "J"}});
   const std::vector<History::Column> of_work = work_columns(chain.options());
   columns.insert(columns.end(), of_work.begin(), of_work.end());
-  const std::vector<History::Column> of_contact = contact_columns(chain.contact_options());
+  const std::vector<History::Column> of_contact = contact_columns(chain.options().contact, contact_apart);
   columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chain.burns()) {
     columns.push_back({"heat_iterations", ""});
@@ -66,10 +66,11 @@ double area_of(const double* positions, const std::array<PetscInt, 3>& triangle)
 BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain)
     : options_(chain.options()),
       group_(output.group("balloon")),
-      ledger_(output, chain.burns(), columns_of_balloon(chain)) {
+      contact_apart_(output.contact_apart),
+      ledger_(output, chain.burns(), columns_of_balloon(chain, output.contact_apart)) {
   const Membrane& membrane = chain.elements().membrane();
   const Wall& wall = chain.elements().wall();
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     initial_rubber_volume_ += wall.rest[e].volume;
   }
   MPI_Allreduce(MPI_IN_PLACE, &initial_rubber_volume_, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
@@ -106,7 +107,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
   maxima.fill({-HUGE_VAL, -HUGE_VAL});
   sums[rubber] = elements.volume(state.position, state.thickness_ratio);
   sums[elastic] = elements.energy(state.position, state.thickness_ratio) + chain.bending_energy(state);
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     if (elements.stiffness(e) == 0) {
       continue;
     }
@@ -130,7 +131,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
   const std::vector<double> of_work = work_values(chain.options(), state.work);
   own.insert(own.end(), of_work.begin(), of_work.end());
   const std::vector<double> of_contact =
-      contact_values(chain.contact_options(), chain.contact(), step.touching, membrane, state,
+      contact_values(options_.contact, contact_apart_, step.touching, membrane, state,
                      state.burning ? &state.burning->living.triangles : nullptr);
   own.insert(own.end(), of_contact.begin(), of_contact.end());
   if (chain.burns()) {

@@ -38,7 +38,8 @@ class BalloonLedger {
 
  private:
   const Options& options_;
-  std::string group_;  ///< of the object in a checkpoint
+  std::string group_;   ///< of the object in a checkpoint
+  bool contact_apart_;  ///< see ObjectOutput
   Ledger ledger_;
   std::array<double, 2> cracks_{};    ///< sides and length, of the last row
   double initial_rubber_volume_ = 0;  ///< [m^3]

@@ -7,13 +7,13 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "elastic/elastic_sheet.h"
 #include "elastic/sheet_springs.h"
 #include "equilibrium/time_scheme.h"
 #include "parallel/collective.h"
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
-#include "world/contact_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -21,18 +21,6 @@ inline namespace world {
 namespace {
 
 const std::map<std::string, BodyOptions> no_bodies;
-
-/// The bodies, so that they begin to press where a BodyCorrection puts the sheet, and without friction, which is its
-/// task.
-std::map<std::string, BodyOptions> behind_the_surface(const Options& options, double thickness) {
-  std::map<std::string, BodyOptions> bodies = options.bodies;
-  for (auto& [name, body] : bodies) {
-    body.margin -= (1 - BodyContact::onset) * thickness;
-    body.friction = 0;
-    body.restitution = 0;
-  }
-  return bodies;
-}
 
 /// Mean of the values at both ends of every local spring.
 std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vector<double>& values) {
@@ -42,8 +30,7 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
   }
   for (const Colour colour : all_colours) {
     for (const auto& [a, b] : sheet.of(colour).ends) {
-      result[static_cast<std::size_t>(colour)].push_back(
-          (values[static_cast<std::size_t>(a)] + values[static_cast<std::size_t>(b)]) / 2);
+      result[static_cast<std::size_t>(colour)].push_back((values[a] + values[b]) / 2);
     }
   }
   return result;
@@ -52,25 +39,17 @@ std::array<std::vector<double>, 4> at_springs(const Sheet& sheet, const std::vec
 /// phi = (1 - e^{-x})/x, 1 at 0: mean of e^{-t} between 0 and x.
 double exact_share(double x) { return x > 0 ? -std::expm1(-x) / x : 1; }
 
-/// How a sheet that is not elastic is brought into balance with its contact.
-PrismOptions settling_options(const Options& options) {
-  PrismOptions settling;
-  settling.solver_prefix = options.elastic.solver_prefix;
-  settling.newton = NewtonEnd::converged;
-  settling.positive_elements = false;
-  settling.mat_type = TangentMatrix::shell;
-  settling.ksp_rtol = 1e-3;
-  return settling;
-}
-
-/// Of contact, in steps of the deck's length [Pa/m]. A sheet that is not elastic bears what it is projected to,
-/// whatever its mass.
+/// Of contact, in steps of the deck's length [Pa/m]. A projected sheet bears what it is projected to, whatever its
+/// mass.
 double usual_stiffness_of(const Sheet& sheet, const Options& options) {
   constexpr double strain = 0.05;  // as much as a sheet may bear
   constexpr double rigid = 10;     // times its mass in a step
-  const bool is_elastic = options.dynamics == Dynamics::elastic;
-  return usual_contact_stiffness(sheet, is_elastic ? strain * stiffness_of(options.material).tensile[0] : 0,
-                                 (is_elastic ? 1 : rigid) * options.sheet.areal_density, options.time.step);
+  if (options.dynamics == Dynamics::projection) {
+    return usual_contact_stiffness(sheet, 0, rigid * options.sheet.areal_density, options.time.step);
+  }
+  const double stiffness =
+      options.dynamics == Dynamics::elastic ? stiffness_of(options.material).tensile[0] : options.spring.stiffness;
+  return usual_contact_stiffness(sheet, strain * stiffness, options.sheet.areal_density, options.time.step);
 }
 
 /// Square root of the undeformed area [m]. Collective.
@@ -123,41 +102,26 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   });
   usual_stiffness_ = usual_stiffness_of(sheet, options);
   stiffness_ = options.contact.stiffness.value_or(usual_stiffness_);
-  if (options.contact.self && !options.contact.together) {
-    const std::vector<bool>& pinned = pins_.pinned();
-    const bool is_free = std::find(pinned.begin(), pinned.end(), true) == pinned.end();
-    contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
-                     !on_any_rank(sheet.comm(), !is_free));
-  }
   if (balances_bodies(options) && !options.bodies.empty()) {
     body_contact_ = std::make_unique<BodyContact>(sheet, options.bodies, options.contact, usual_stiffness_);
   }
   if (options.force.air.density > 0) {
     air_.emplace(sheet, options.force.air);
   }
-  if (options.dynamics == Dynamics::elastic) {
-    make_elastic();
-    size_ = options.time.tolerance > 0 ? size_of(sheet) : 0;
-    if (chambers_.count() > 0 && options.contact.together) {
-      filled_.emplace(*elastic_, chambers_, options.gas.tangent);
-    }
-  } else if (options.contact.self) {
-    if (!bodies_.empty()) {
-      backing_ = std::make_unique<BodyContact>(sheet, behind_the_surface(options, bodies_.thickness()), options.contact,
-                                               usual_stiffness_);
-    }
-    masses_ = std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.newton_tolerance, options.time.step,
-                                         pressing());
-    if (contact_) {
-      settling_ = std::make_unique<Settling>(*masses_, *contact_, settling_options(options));
-    }
-  }
-  if (options.dynamics == Dynamics::spring) {
-    springs_ = std::make_unique<SpringBaseline>(sheet, options.spring);
-  } else if (options.dynamics == Dynamics::projection) {
+  size_ = options.time.tolerance > 0 ? size_of(sheet) : 0;
+  if (options.dynamics == Dynamics::projection) {
     projection_ = std::make_unique<SuccessiveProjection>(
         sheet, options.project,
         at_springs(sheet, textures_.values(sheet.uv, "project.weight_texture", options.project.weight_texture)));
+    if (options.contact.self) {
+      masses_ =
+          std::make_unique<MassPart>(sheet, pins_.pinned(), options.elastic.snes_rtol, options.time.step, pressing());
+    }
+  } else {
+    make_springs();
+    if (chambers_.count() > 0) {
+      filled_.emplace(*springs_, chambers_, options.gas.tangent);
+    }
   }
   if (chambers_.count() > 0 && !filled_) {
     end_ = Field(sheet.particles, 3);
@@ -176,11 +140,15 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   }
 }
 
-void Burn::make_elastic() {
+void Burn::make_springs() {
   if (air_) {
     drag_ = make_drag_potential(
         sheet_.particles, *air_, start_, [this] { return moving_ ? 1 / moving_->h : 0; },
         [this](PetscInt i) { return start_.vector(i); });
+  }
+  if (options_.dynamics == Dynamics::spring) {
+    springs_ = std::make_unique<SpringSheet>(sheet_, options_.spring, pins_.pinned(), options_.time.step, pressing());
+    return;
   }
   const SheetMaterial& material = options_.material;
   const auto factors = [&](const char* key, const std::string& file) {
@@ -189,11 +157,11 @@ void Burn::make_elastic() {
   ElasticOptions elastic = options_.elastic;
   elastic.strain_limit = options_.project.strain_limit;
   elastic.usual_h = options_.time.step;
-  elastic_ = std::make_unique<ElasticStep>(sheet_, material, options_.sheet.thickness,
-                                           MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
-                                                           factors("sheet.shear_texture", material.shear_texture),
-                                                           factors("sheet.bending_texture", material.bending_texture)},
-                                           pins_.pinned(), pins_.clamped(), elastic, pressing());
+  springs_ = std::make_unique<ElasticSheet>(sheet_, material, options_.sheet.thickness,
+                                            MaterialFactors{factors("sheet.tensile_texture", material.tensile_texture),
+                                                            factors("sheet.shear_texture", material.shear_texture),
+                                                            factors("sheet.bending_texture", material.bending_texture)},
+                                            pins_.pinned(), pins_.clamped(), elastic, pressing());
 }
 
 /// What acts on the sheet as a potential, in addition to its stiffness.
@@ -201,12 +169,6 @@ std::vector<Potential*> Burn::pressing() {
   std::vector<Potential*> potentials;
   if (body_contact_ != nullptr) {
     potentials.push_back(body_contact_.get());
-  }
-  if (backing_ != nullptr) {
-    potentials.push_back(backing_.get());
-  }
-  if (contact_ && options_.dynamics == Dynamics::elastic) {
-    potentials.push_back(&*contact_);
   }
   if (drag_ != nullptr) {
     potentials.push_back(drag_.get());
@@ -220,7 +182,7 @@ State Burn::initial_state() const {
   pins_.impose(state.position, 0);
   state.pin = pins_.numbers();
   state.chamber = chambers_.numbers();
-  state.pressure.assign(static_cast<std::size_t>(chambers_.count()), 0.0);
+  state.pressure.assign(chambers_.count(), 0.0);
   if (gas_is_joined(options_)) {
     state.add_gas(chambers_.count(), static_cast<int>(options_.gas.links.size()));
   }
@@ -236,6 +198,7 @@ void Burn::follow_start(State& state) const {
 }
 
 void Burn::follow(State& state) {
+  state_ = &state;
   if (state.gas != nullptr) {
     chambers_.set_numbers(state.chamber);
     chambers_.begin_step(*state.gas, 0);
@@ -247,50 +210,18 @@ void Burn::follow(State& state) {
   set_lengths(state);
 }
 
-BurnStep Burn::advance(State& state, double h) {
-  BurnStep step = begin_burning(state, h);
-  if (step.converged) {
-    dynamics(state, h);
-    finish(state, step);
-  }
-  return step;
-}
-
-/// What is behind the dynamics. Collective.
-void Burn::finish(State& state, BurnStep& step) {
-  step.dynamics_iterations = moved_.iterations;
-  step.constraint_error = moved_.error;
-  step.newton_iterations = moved_.newton_iterations;
-  step.force_residual = moved_.force_residual;
-  step.contacts = moved_.contacts;
-  step.loads = moved_.loads;
-  step.step_error = moved_.step_error;
-  step.take(moved_);
-  if (step.converged && contact_) {
-    step.reason = passed_through(*contact_, {{sheet_, start_, &state.living.triangles}},
-                                 {{sheet_, state.position, &state.living.triangles}}, {""});
-    step.converged = step.reason.empty();
-  }
-  if (step.converged) {
-    look_at_contact(state, step);
-    step.elastic_energy = elastic_energy(state);
-    step.cracked = tear(state);
-    step.take(end_step(state, moving_->h));
-  }
-}
-
 double Burn::elastic_energy(const State& state) {
-  if (elastic_ != nullptr && !moving_) {  // There has been no step.
+  if (springs_ == nullptr) {
+    return 0;
+  }
+  if (!moving_) {  // There has been no step.
     start_.values() = state.position.values();
     mass_.assign(state.mass.data(), state.mass.data() + sheet_.particles.local());
     set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
     set_stiffness_factors(state.mass);
-    elastic_->set_shape(elastic_input(state, options_.time.step));
+    springs_->set_shape(sheet_input(state, options_.time.step));
   }
-  if (springs_ != nullptr) {
-    return springs_->elastic_energy(state.position, state.target_length, state.living);
-  }
-  return elastic_ != nullptr ? elastic_->elastic_energy(state.position) : 0;
+  return springs_->elastic_energy(state.position);
 }
 
 /// Collective. [J]
@@ -342,8 +273,8 @@ void Burn::add_work(State& state) {
     of(works, kind) += added.cwiseProduct(moved).sum();
     all += added;
   };
-  const auto mass = [&](PetscInt i) { return phi * mass_[static_cast<std::size_t>(i)]; };
-  const auto is_free = [&](PetscInt i) { return !held_[static_cast<std::size_t>(i)]; };
+  const auto mass = [&](PetscInt i) { return phi * mass_[i]; };
+  const auto is_free = [&](PetscInt i) { return !held_[i]; };
   const auto by_particle = [&](const auto& force) -> const Eigen::Matrix3Xd& {
     forces.resize(3, owned);
     for (PetscInt i = 0; i < owned; ++i) {
@@ -373,9 +304,8 @@ void Burn::add_work(State& state) {
         }));
   }
   if (push_) {
-    add(Work::pressure, by_particle([&](PetscInt i) -> Eigen::Vector3d {
-          return mass_[static_cast<std::size_t>(i)] / h * push_->velocity().vector(i);
-        }));
+    add(Work::pressure,
+        by_particle([&](PetscInt i) -> Eigen::Vector3d { return mass_[i] / h * push_->velocity().vector(i); }));
   } else if (filled_) {
     add(Work::pressure, filled_->pressure_forces());
   }
@@ -385,23 +315,18 @@ void Burn::add_work(State& state) {
   if (body_contact_ != nullptr) {
     add(Work::bodies, of_potential(*body_contact_));
   }
-  const double viscous = elastic_ != nullptr   ? elastic_->viscous_work(state.position)
-                         : springs_ != nullptr ? springs_->viscous_work(state.position, start_, state.living)
-                                               : 0;
+  const double viscous = springs_ != nullptr ? springs_->viscous_work(state.position) : 0;
   // What moves pins does the work that no other force does on the particles that they hold.
   if (pins_move_) {
-    if (elastic_ != nullptr) {
-      for (const Potential* potential : elastic_->of_shape()) {
+    if (springs_ != nullptr) {
+      for (const Potential* potential : springs_->of_shape()) {
         all += of_potential(*potential);
-      }
-      if (contact_) {
-        all += of_potential(*contact_);
       }
     } else {
       add_spring_forces(state, all);
     }
     for (PetscInt i = 0; i < owned; ++i) {
-      if (pins_.pinned()[static_cast<std::size_t>(i)]) {
+      if (pins_.pinned()[i]) {
         const Eigen::Vector3d inertia = mass(i) / h * (moved.col(i) / h - start_velocity_.vector(i));
         of(works, Work::pins) += (inertia - all.col(i)).dot(moved.col(i));
       }
@@ -412,18 +337,9 @@ void Burn::add_work(State& state) {
   state.work += works;
 }
 
-/// How the sheet touches itself at the end of a step. Collective.
-void Burn::look_at_contact(State& state, BurnStep& step) const {
-  if (contact_) {
-    step.touching = contact_->figures(state.position);
-    const ContactWork work = contact_->work(state.position).front();
-    state.contact_work += work.pressing;
-    state.friction_work += work.friction;
-  }
-}
-
 /// What is before the dynamics.
 BurnStep Burn::begin_burning(State& state, double h) {
+  state_ = &state;
   BurnStep step;
   const StageResult conducted = heat(state, h);
   step.heat_iterations = conducted.iterations;
@@ -439,74 +355,67 @@ StepPart* Burn::part() {
   if (filled_) {
     return &*filled_;
   }
-  if (!options_.contact.together) {
-    return nullptr;
-  }
-  return elastic_ != nullptr ? elastic_.get() : masses_.get();
+  return springs_ != nullptr ? springs_.get() : masses_.get();
 }
 
 BurnStep Burn::begin(State& state, double h) {
   BurnStep step = begin_burning(state, h);
   if (step.converged) {
-    begin_dynamics(state, h);
-    if (masses_ != nullptr && part() == masses_.get()) {
-      move_alone(state);
-      step.take(moved_);
-    }
-    if (part() != nullptr && step.converged) {
-      const auto timer = clock_.time("projection");
-      if (masses_ != nullptr) {
-        begin_masses(state, h);
-      } else {
-        begin_bodies(state, h);
-        elastic_->begin(state.position, elastic_input(state, h));
-      }
-      if (filled_) {
-        filled_->begin_step(state.pressure, state.time + h, h);
-      }
-    }
+    step.take(begin_dynamics(state, h));
   }
   return step;
 }
 
-void Burn::end(State& state, const ImplicitResult& balance, BurnStep& step) {
-  if (part() != nullptr) {
-    take_balance(state, balance);
+void Burn::end(State& state, const EquilibriumResult& balance, BurnStep& step) {
+  const DynamicsResult moved = end_dynamics(state, balance);
+  step.dynamics_iterations = moved.iterations;
+  step.constraint_error = moved.error;
+  step.newton_iterations = moved.newton_iterations;
+  step.force_residual = moved.force_residual;
+  step.contacts = moved.contacts;
+  step.loads = moved.loads;
+  step.step_error = moved.step_error;
+  step.touching = balance.contact;
+  step.take(moved);
+  if (step.converged) {
+    step.elastic_energy = elastic_energy(state);
+    step.cracked = tear(state);
+    step.take(end_step(state, moving_->h));
   }
-  if (moved_.converged) {
-    end_dynamics(state);
-  }
-  finish(state, step);
 }
 
-/// What has been brought into balance elsewhere. Collective.
-void Burn::take_balance(State& state, const ImplicitResult& balance) {
+std::string Burn::passed_limit() const {
+  if (!options_.project.strain_limit || springs_ == nullptr) {
+    return "";
+  }
+  const NetStrain strain = surface::net_strain(sheet_, springs_->position(), state_->target_length, state_->living);
+  return strain.largest <= *options_.project.strain_limit ? "" : beyond_limit(strain, *options_.project.strain_limit);
+}
+
+/// Takes what has been brought into balance. Collective.
+void Burn::take_balance(State& state, const EquilibriumResult& balance) {
+  moved_.iterations += balance.linear_iterations;
   moved_.newton_iterations = balance.newton_iterations;
-  moved_.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
-  take_positions(state, part()->position(), moved_);
-  if (const std::optional<double> limit = options_.project.strain_limit; limit && moved_.converged) {
-    const NetStrain strain = net_strain(state);
-    moved_.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit);
-    moved_.converged = moved_.reason.empty();
-  }
-  if (filled_) {
-    state.pressure = filled_->pressures();
-  }
-  if (tearing_ && elastic_ != nullptr) {
-    force_ = elastic_->spring_forces(state.position);
-  }
-  moved_.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
-}
-
-/// To where contact has moved the sheet. Collective.
-void Burn::take_positions(State& state, const Field& positions, DynamicsResult& result) const {
-  state.position.values() = positions.values();
-  ask_bodies(state, result);
+  moved_.force_residual = balance.over_tolerance * part()->tolerance();
+  state.position.values() = part()->position().values();
+  ask_bodies(state, moved_);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (state.mass.data()[i] == 0) {  // What has left stays exactly where it was.
       state.position.vector(i) = start_.vector(i);
     }
   }
+  if (const std::optional<double> limit = options_.project.strain_limit; limit && moved_.converged) {
+    const NetStrain strain = net_strain(state);
+    moved_.reason = strain.largest <= *limit ? "" : beyond_limit(strain, *limit) + ": where all forces are in balance";
+    moved_.converged = moved_.reason.empty();
+  }
+  if (filled_) {
+    state.pressure = filled_->pressures();
+  }
+  if (tearing_ && springs_ != nullptr) {
+    force_ = springs_->spring_forces(state.position);
+  }
+  moved_.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
 }
 
 StageResult Burn::heat(State& state, double h) { return burning_.heat(state, state, h); }
@@ -528,7 +437,7 @@ void Burn::combustion(State& state, double h) {
 
 bool Burn::ablation(State& state, double h) {
   const bool has_died = burning_.ablation(state, state, h);
-  if (has_died && elastic_ != nullptr) {
+  if (has_died && options_.dynamics == Dynamics::elastic) {
     set_lengths(state);  // They follow from what is left, too.
   }
   return has_died;
@@ -546,7 +455,7 @@ bool Burn::tear(State& state) {
 
 void Burn::set_lengths(State& state) {
   set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
-  if (elastic_ != nullptr) {
+  if (options_.dynamics == Dynamics::elastic) {
     set_surface_lengths(state.target_length, sheet_, state.living, volume_ratio_);
   } else {
     set_target_lengths(state.target_length, sheet_, volume_ratio_);
@@ -555,7 +464,7 @@ void Burn::set_lengths(State& state) {
 
 /// Char is softer, linearly in the share that has burnt.
 void Burn::set_stiffness_factors(const Field& mass) {
-  stiffness_factor_.assign(static_cast<std::size_t>(sheet_.particles.local()), 1);
+  stiffness_factor_.assign(sheet_.particles.local(), 1);
   for (std::size_t i = 0; i < stiffness_factor_.size() && options_.combustion.char_stiffness != 1; ++i) {
     stiffness_factor_[i] += (options_.combustion.char_stiffness - 1) *
                             burnt_share(mass.data()[i] / sheet_.initial_mass[i], options_.combustion);
@@ -563,14 +472,14 @@ void Burn::set_stiffness_factors(const Field& mass) {
 }
 
 NetStrain Burn::net_strain(const State& state) const {
-  if (elastic_ == nullptr) {
+  if (options_.dynamics != Dynamics::elastic) {
     return surface::net_strain(sheet_, state.position, state.target_length, state.living);
   }
   return surface::net_strain(sheet_, state.position, state.target_length, state.living,
-                             elastic_->bearing_springs(state.living));
+                             springs_->bearing_springs(state.living));
 }
 
-ElasticInput Burn::elastic_input(const State& state, double h) const {
+SheetInput Burn::sheet_input(const State& state, double h) const {
   return {{mass_, held_, start_, h}, state.target_length, volume_ratio_, stiffness_factor_, state.living};
 }
 
@@ -591,24 +500,8 @@ void Burn::ask_bodies(const State& state, DynamicsResult& result) const {
   }
 }
 
-DynamicsResult Burn::advance_elastic(State& state, double h) {
-  begin_bodies(state, h);
-  const ElasticResult moved = elastic_->advance(state.position, elastic_input(state, h));
-  DynamicsResult result{moved, 0, moved.newton_iterations, moved.error, {}, {}};
-  if (tearing_) {
-    force_ = elastic_->spring_forces(state.position);
-  }
-  ask_bodies(state, result);
-  if (!result.converged) {
-    if (const std::string fault = start_fault(); !fault.empty()) {
-      result.reason = fault;
-    }
-  }
-  return result;
-}
-
-/// Of a sheet that is not elastic: contact moves it from where it is now. In a shorter step it presses harder, as the
-/// projection does, which moves the sheet as far as in a longer one. Collective.
+/// Of a projected sheet: contact moves it from where it is now. In a shorter step it presses harder, as the projection
+/// does, which moves the sheet as far as in a longer one. Collective.
 void Burn::begin_masses(const State& state, double h) {
   const double ratio = options_.time.step / h;
   stiffness_ = options_.contact.stiffness.value_or(ratio * ratio * usual_stiffness_);
@@ -616,93 +509,29 @@ void Burn::begin_masses(const State& state, double h) {
     body_contact_->set_stiffness(stiffness_);
   }
   begin_bodies(state, h);
-  if (backing_ != nullptr) {
-    backing_->set_stiffness(stiffness_);
-    backing_->set_surface(held_, &state.living.triangles);
-    backing_->begin_step(start_, state.time + h, h);
-  }
   masses_->begin(state.position, {mass_, held_, start_, h});
 }
 
-/// Moves a sheet that is not elastic from where it would be without contact. Collective.
-void Burn::settle_contact(State& state, DynamicsResult& result) {
-  begin_masses(state, moving_->h);
-  contact_->set_stiffness(stiffness_);
-  const ImplicitResult balance = settling_->solver.advance(moving_->h);
-  result.iterations += balance.linear_iterations;
-  result.newton_iterations += balance.newton_iterations;
-  result.force_residual = balance.over_tolerance * options_.elastic.newton_tolerance;
-  result.converged = balance.converged;
-  result.reason = balance.converged ? "" : "its contact: " + balance.reason;
-  if (balance.converged) {
-    take_positions(state, masses_->position(), result);
-  }
-}
-
-/// Moves the positions so that springs and bodies are content with them.
+/// Projects the springs, and corrects what has run into bodies.
 DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
   const auto timer = clock_.time("projection");  // eq. 12
   DynamicsResult result;
-  if (elastic_ != nullptr) {
-    result = advance_elastic(state, contact.h);
-  } else {
-    bodies_.begin_step(contact, &state.living.triangles);
-    // With a strain limit it is brought into balance with its contact after each projection step, until both hold.
-    const bool settles_often = settling_ != nullptr && options_.project.strain_limit;
-    DynamicsResult settled;
-    const auto settle_if_often = [&] {
-      if (settles_often && settled.converged) {
-        settle_contact(state, settled);
-      }
-    };
-    const auto correct = [&](Field& positions) {
-      bodies_.correct_positions(positions, contact);
-      settle_if_often();
-    };
-    const auto finish = [&](Field& positions) {
-      const bool has_moved = bodies_.correct_triangles(positions, contact);
-      if (has_moved) {
-        settle_if_often();
-      }
-      return has_moved;
-    };
-    const ProjectionInput input{state.target_length,
-                                mass_,
-                                held_,
-                                state.living,
-                                std::cref(correct),
-                                std::cref(finish),
-                                tearing_ || pins_move_ ? &force_ : nullptr};
-    if (projection_ != nullptr) {
-      static_cast<StageResult&>(result) = projection_->advance(state.position, input);
-      if (input.pull != nullptr) {
-        to_forces(force_, sheet_, input, contact.h);
-      }
-    } else {
-      static_cast<StageResult&>(result) = springs_->advance(
-          state.position,
-          {state.target_length, mass_, held_, state.living, start_, contact.h, air_ ? &air_->resistances() : nullptr});
-      if (pins_move_) {
-        force_ = springs_->forces(state.position, state.living);
-      }
-      correct(state.position);
-      finish(state.position);
-    }
-    result.contacts = bodies_.contacts();
-    if (settling_ != nullptr && !settles_often && result.converged) {
-      settle_contact(state, settled);
-    }
-    if (settling_ != nullptr) {
-      result.iterations += settled.iterations;
-      result.newton_iterations = settled.newton_iterations;
-      result.force_residual = settled.force_residual;
-      if (!settled.converged) {
-        result.converged = false;
-        result.reason = settled.reason;
-      }
-    }
+  bodies_.begin_step(contact, &state.living.triangles);
+  const auto correct = [&](Field& positions) { bodies_.correct_positions(positions, contact); };
+  const auto finish = [&](Field& positions) { return bodies_.correct_triangles(positions, contact); };
+  const ProjectionInput input{state.target_length,
+                              mass_,
+                              held_,
+                              state.living,
+                              std::cref(correct),
+                              std::cref(finish),
+                              tearing_ || pins_move_ ? &force_ : nullptr};
+  static_cast<StageResult&>(result) = projection_->advance(state.position, input);
+  if (input.pull != nullptr) {
+    to_forces(force_, sheet_, input, contact.h);
   }
-  if (projection_ == nullptr || !bodies_.empty() || settling_ != nullptr) {  // They have moved what was projected.
+  result.contacts = bodies_.contacts();
+  if (!bodies_.empty()) {  // They have moved what was projected.
     result.error = constraint_errors(sheet_, state.position, state.target_length, state.living).total;
   }
   return result;
@@ -718,12 +547,6 @@ void Burn::leave_bodies(State& state, const ContactStep& contact, std::vector<Bo
   } else if (!bodies_.empty()) {
     bodies_.correct_velocities(state.velocity, state.position, contact);
     loads = bodies_.loads(state.position, contact);
-    if (backing_ != nullptr) {
-      const std::vector<BodyLoad> pressed = backing_->loads(state.position);
-      for (std::size_t b = 0; b < loads.size(); ++b) {
-        loads[b].force += pressed[b].force;
-      }
-    }
   }
 }
 
@@ -739,7 +562,7 @@ ContactStep Burn::move_freely(State& state, double h) {
   } else {
     mass_.assign(state.mass.data(), state.mass.data() + sheet_.particles.local());
   }
-  if (elastic_ != nullptr) {
+  if (springs_ != nullptr) {
     set_volume_ratios(volume_ratio_, sheet_, state.mass, options_.combustion);
     set_stiffness_factors(state.mass);
   }
@@ -756,8 +579,8 @@ ContactStep Burn::move_freely(State& state, double h) {
     v *= std::exp(-fading_);
     v.colwise() += phi * h * options_.force.gravity;
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      if (mass_[static_cast<std::size_t>(i)] == 0) {
-        held_[static_cast<std::size_t>(i)] = true;
+      if (mass_[i] == 0) {
+        held_[i] = true;
         v.col(i).setZero();
       }
     }
@@ -770,23 +593,9 @@ ContactStep Burn::move_freely(State& state, double h) {
   return {sheet_.particles, start_, held_, state.time + h, h, mass_, &start_velocity_};
 }
 
-/// With gas that is not joined to any other. Collective.
-void Burn::move_alone(State& state) {
-  for (bool is_done = false; !is_done;) {
-    choose_pressures();
-    move(state, is_done);
-  }
-}
-
-DynamicsResult Burn::dynamics(State& state, double h) {
-  begin_dynamics(state, h);
-  move_alone(state);
-  end_dynamics(state);
-  return moved_;
-}
-
-/// As far as to what holds the sheet together. Collective.
-void Burn::begin_dynamics(State& state, double h) {
+/// Up to what is brought into balance. Collective.
+StageResult Burn::begin_dynamics(State& state, double h) {
+  state_ = &state;
   moving_.emplace(move_freely(state, h));
   if (chambers_.count() > 0) {
     chambers_.set_living(state.living);
@@ -800,11 +609,31 @@ void Burn::begin_dynamics(State& state, double h) {
     free_position_ = state.position.values();
     free_velocity_ = state.velocity.values();
   }
-  if (contact_) {
-    contact_->set_surface(held_, &state.living.triangles);
-  }
   unconstrained_ = state.position.values();
   moved_ = {};
+  projections_ = 0;
+  if (masses_ != nullptr) {
+    project_until_agreed(state);
+    if (moved_.converged) {
+      begin_masses(state, h);
+    }
+  } else if (springs_ != nullptr) {
+    const auto timer = clock_.time("projection");
+    begin_bodies(state, h);
+    springs_->begin(state.position, sheet_input(state, h));
+    if (filled_) {
+      filled_->begin_step(state.pressure, state.time + h, h);
+    }
+  }
+  return moved_;
+}
+
+/// With gas that is not joined to any other. Collective.
+void Burn::project_until_agreed(State& state) {
+  for (bool is_done = false; !is_done;) {
+    choose_pressures();
+    project(state, is_done);
+  }
 }
 
 void Burn::choose_pressures() {
@@ -813,7 +642,34 @@ void Burn::choose_pressures() {
   }
 }
 
-StageResult Burn::move(State& state, bool& is_done) {
+/// A sheet that contact has strained beyond its limit is projected again from where contact has moved it, as often as
+/// the limit has steps.
+StageResult Burn::move(bool& is_done) {
+  if (springs_ != nullptr) {
+    return {};
+  }
+  State& state = *state_;
+  if (masses_ == nullptr) {
+    return project(state, is_done);
+  }
+  if (const std::optional<double> limit = options_.project.strain_limit; limit) {
+    state.position.values() = masses_->position().values();
+    if (net_strain(state).largest > *limit && projections_ < options_.project.strain_steps) {
+      ++projections_;
+      const int iterations = moved_.iterations;
+      moved_ = hold_together(state, *moving_);
+      begin_masses(state, moving_->h);
+      is_done = false;
+      StageResult result = moved_;
+      moved_.iterations += iterations;
+      return result;
+    }
+  }
+  return {};
+}
+
+/// Of a projected sheet: one try, with the pressures that have been chosen.
+StageResult Burn::project(State& state, bool& is_done) {
   if (push_ && push_->has_settled()) {
     is_done = true;
     return {};
@@ -828,33 +684,26 @@ StageResult Burn::move(State& state, bool& is_done) {
   moved_ = hold_together(state, *moving_);
   StageResult result = moved_;
   moved_.iterations += iterations;
-  if (push_) {
+  is_done = true;
+  if (push_ && moved_.converged) {
     end_.values() = state.position.values();
-  }
-  is_done = !push_ || !moved_.converged;
-  if (!is_done && options_.dynamics == Dynamics::projection) {
     // It has no stiffness that would answer a pressure in proportion: what it is joined to takes it where it is.
     push_->settle(state.position);
     is_done = pushed_->is_alone();
-  } else if (!is_done) {
-    is_done = push_->is_done(state.position);
   }
-  if (is_done && push_ && moved_.converged && !push_->disagreement().empty()) {
-    moved_.converged = false;
-    moved_.reason = push_->disagreement();
-  }
-  result.converged = moved_.converged;
-  result.reason = moved_.reason;
   return result;
 }
 
 /// From where the sheet is at the end of the step. Collective.
-void Burn::end_dynamics(State& state) {
-  if (moved_.converged) {
-    add_work(state);
+DynamicsResult Burn::end_dynamics(State& state, const EquilibriumResult& balance) {
+  if (part() != nullptr) {
+    take_balance(state, balance);
   }
-  const std::string imbalance = end_gas(state);
-  if (moved_.converged && !imbalance.empty()) {
+  if (!moved_.converged) {
+    return moved_;
+  }
+  add_work(state);
+  if (const std::string imbalance = end_gas(state); !imbalance.empty()) {
     moved_.converged = false;
     moved_.reason = imbalance;
   }
@@ -864,6 +713,7 @@ void Burn::end_dynamics(State& state) {
     moved_.converged = false;
     moved_.reason = of_start.empty() ? fault : of_start;
   }
+  return moved_;
 }
 
 /// What the weights of gas and air do (Chambers::uneven_forces). Collective.
@@ -882,8 +732,8 @@ void Burn::lift(State& state, double h) {
   }
   lift_ = force.values().leftCols(sheet_.particles.owned);
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (!held_[static_cast<std::size_t>(i)]) {
-      const Eigen::Vector3d push = h / mass_[static_cast<std::size_t>(i)] * force.vector(i);
+    if (!held_[i]) {
+      const Eigen::Vector3d push = h / mass_[i] * force.vector(i);
       state.velocity.vector(i) += push;
       state.position.vector(i) += h * push;
     }
@@ -932,7 +782,7 @@ void Burn::find_velocities(State& state, const ContactStep& contact, std::vector
   Field::Values v = state.velocity.values();
   v += (x - unconstrained_) / contact.h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    if (held_[static_cast<std::size_t>(i)]) {
+    if (held_[i]) {
       v.col(i) = (x.col(i) - start_.values().col(i)) / contact.h;
     }
   }
@@ -951,9 +801,9 @@ void Burn::find_velocities(State& state, const ContactStep& contact, std::vector
 double Burn::step_error(const State& state, double h) const {
   double error = 0;
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    if (!held_[static_cast<std::size_t>(i)] && mass_[static_cast<std::size_t>(i)] > 0) {
-      const Motion before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
-      const Motion after{state.velocity.vector(i), Eigen::Vector3d::Zero()};
+    if (!held_[i] && mass_[i] > 0) {
+      const Kinematics before{start_velocity_.vector(i), Eigen::Vector3d::Zero()};
+      const Kinematics after{state.velocity.vector(i), Eigen::Vector3d::Zero()};
       error = std::max(error, TimeIntegrator().error(h, before, after));
     }
   }

@@ -15,12 +15,10 @@
 #include "contact/bodies.h"
 #include "contact/body_contact.h"
 #include "contact/body_correction.h"
-#include "contact/surface_contact.h"
-#include "elastic/elastic_step.h"
+#include "elastic/spring_sheet.h"
+#include "equilibrium/equilibrium.h"
 #include "equilibrium/gas_filled_part.h"
-#include "equilibrium/implicit_step.h"
 #include "gas/chambers.h"
-#include "projection/spring_baseline.h"
 #include "projection/successive_projection.h"
 #include "surface/net_strain.h"
 #include "world/burning.h"
@@ -41,11 +39,11 @@ struct BurnStep {
   int dynamics_iterations = 0;
   double constraint_error = 0;             ///< ||C|| at the end [m]
   int newton_iterations = 0;               ///< of an elastic sheet
-  double force_residual = 0;               ///< likewise, see ElasticStep
+  double force_residual = 0;               ///< norm of the sum of all forces over the largest kind of force
   double elastic_energy = 0;               ///< see Burn::elastic_energy
   PetscInt contacts = 0;                   ///< particles of this rank held by a body at the end
   std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names
-  std::optional<ContactFigures> touching;  ///< of a sheet that touches itself
+  std::optional<ContactFigures> touching;  ///< of a sheet that touches itself, or others
   std::optional<double> step_error;        ///< with time.tolerance, see Burn::step_error
   bool died = false;                       ///< whether a part of the sheet burnt away, on any rank
   bool cracked = false;                    ///< whether a side of its cells cracked, on any rank
@@ -67,9 +65,11 @@ struct DynamicsResult : StageResult {
 
 /// The chain of the burning paper: heat, combustion, ablation, external force, projection with contact, velocity
 /// (section 4); then sides of cells crack, if they can. Where cracks separate the sheet its numbering has to be renewed
-/// between steps (surface/split_corners.h), as BurnRun does. `advance` runs all stages; a program with stages of its
-/// own calls the stages of this class itself, and its own between them (tests/external).
-class Burn {
+/// between steps (surface/split_corners.h), as BurnRun does.
+///
+/// A step is begun, brought into balance by an Equilibrium, alone or with what it touches or is linked to, and ended. A
+/// program with stages of its own calls the stages of this class itself, and its own between them (tests/external).
+class Burn : public Motion {
  public:
   /// Reads textures, builds operators. Sheet, options and clock must outlive it. Collective.
   /// @throws Error on textures that cannot be read or are asked for on a sheet without texture coordinates, and on
@@ -87,31 +87,29 @@ class Burn {
   /// Updates what follows from the positions of the state at time 0, in case they have changed. Collective.
   void follow_start(State& state) const;
 
-  /// Makes what follows from the other fields: target lengths from masses, living springs from living triangles.
-  /// Collective.
+  /// Makes what follows from the other fields: target lengths from masses, living springs from living triangles. To be
+  /// called before the first step of a state, which must outlive the steps. Collective.
   void follow(State& state);
 
-  /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
-  BurnStep advance(State& state, double h);
+  // One step of length h from `state.time`, which stays where it is until the step has been ended; the caller restores
+  // the state when the step did not converge. Collective.
 
-  // The same together with what it touches (ContactOptions::together) or is linked to: begun, brought into balance
-  // elsewhere or, of a sheet that is not elastic, moved by itself, and ended. Collective.
-
+  /// All stages up to the balance.
   BurnStep begin(State& state, double h);
-  /// What is brought into balance elsewhere; null: it moves by itself.
-  StepPart* part();
-  GasFilled* gas() { return filled_ ? static_cast<GasFilled*>(&*filled_) : pushed_ ? &*pushed_ : nullptr; }
-  /// Of what has no part: takes the pressures by which it will move.
-  void choose_pressures();
-  /// Moves what has begun and has no part. @param is_done set to whether it need not be done again, once what its gas
-  /// is joined to has answered
-  StageResult move(State& state, bool& is_done);
-  /// See TouchingObject.
-  std::string start_fault() const {
+  StepPart* part() override;
+  std::string stage() const override { return "projection"; }
+  GasFilled* gas() override { return filled_ ? static_cast<GasFilled*>(&*filled_) : pushed_ ? &*pushed_ : nullptr; }
+  void choose_pressures() override;
+  StageResult move(bool& is_done) override;
+  std::string start_fault() const override {
     return body_contact_ != nullptr ? body_contact_->start_fault() : bodies_.start_fault();
   }
-  /// @param balance how the balance was found @param step what `begin` has said
-  void end(State& state, const ImplicitResult& balance, BurnStep& step);
+  std::string passed_limit() const override;
+  ContactSurface::Part contact_part() const override { return {&sheet_, options_.contact.thickness, stiffness_}; }
+  const std::vector<bool>* living() const override { return &state_->living.triangles; }
+  std::vector<bool> held() const override { return held_; }
+  /// The rest of the step. @param balance how it was found @param step result of `begin`
+  void end(State& state, const EquilibriumResult& balance, BurnStep& step);
 
   // The stages of a step of length h [s], in the order in which `advance` runs them. They read and leave fields with
   // ghosts up to date. After one that has not converged the state may be anything. Collective.
@@ -122,32 +120,25 @@ class Burn {
   void combustion(State& state, double h);
   /// Removes what has burnt from the sheet. @returns whether there was anything, on any rank
   bool ablation(State& state, double h);
-  /// Changes velocities by gravity, damping, air and the pressure of gas, positions by the velocities; projection and
-  /// contact correct both. To apply a force F of one's own, add h F/m to the velocities before.
-  DynamicsResult dynamics(State& state, double h);
+  /// Changes velocities by gravity, damping and air, positions by the velocities, up to the balance, which corrects
+  /// both. To apply a force F of one's own, add h F/m to the velocities before.
+  StageResult begin_dynamics(State& state, double h);
+  /// Velocities, and the work of the step, from the balance.
+  DynamicsResult end_dynamics(State& state, const EquilibriumResult& balance);
   /// Cracks what `dynamics` has pulled too hard, if anything can crack. @returns whether anything has, on any rank
   bool tear(State& state);
   /// Moves the clock, unless heat is unaccounted for: a stage that heats or cools by itself adds what the particles of
   /// this rank got or gave to `state.heat_in` or `state.heat_out`.
   StageResult end_step(State& state, double h);
 
+  const Options& options() const { return options_; }
   const Chambers& chambers() const { return chambers_; }
-  /// How the sheet touches itself, if it can.
-  const std::optional<SurfaceContact>& contact() const { return contact_; }
   /// All that the sheet may meet, however they move it.
   const std::vector<Body>& bodies() const { return body_contact_ ? body_contact_->bodies() : bodies_.bodies(); }
-  /// Local particles that are pinned or, in the present step, have left.
-  const std::vector<bool>& held() const { return held_; }
-  /// As what touches itself, or others.
-  ContactSurface::Part contact_part() const { return {&sheet_, options_.contact.thickness, stiffness_}; }
-  /// See ElasticStep; empty of what is not elastic, and if its balance is found elsewhere.
-  std::string solver_words() const {
-    return elastic_ != nullptr && !options_.contact.together ? elastic_->solver_words() : "";
-  }
   /// See Cracks::remark; empty if nothing can crack.
   std::string crack_remark() const { return tearing_ ? tearing_->remark() : ""; }
-  /// See ElasticStep; 1 of what is not elastic. Collective.
-  double largest_excess() const { return elastic_ != nullptr ? elastic_->largest_excess() : 1; }
+  /// See SpringSheet; 1 of what is projected. Collective.
+  double largest_excess() const { return springs_ != nullptr ? springs_->largest_excess() : 1; }
 
   /// Of the sheet as it is now; of an elastic one the mean is that of the springs that have stiffness. Collective.
   NetStrain net_strain(const State& state) const;
@@ -163,44 +154,29 @@ class Burn {
   }
 
  private:
-  /// The balance of a sheet that is not elastic with its contact with itself.
-  struct Settling {
-    Settling(MassPart& masses, SurfaceContact& contact, const PrismOptions& options)
-        : objective({&masses}, {&contact}, options.mat_type, options.solver_prefix), solver(objective, options) {}
-
-    StepObjective objective;
-    ImplicitStep solver;
-  };
-
   Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textures textures, const State* state);
-  void make_elastic();
+  void make_springs();
   std::vector<Potential*> pressing();
   void set_stiffness_factors(const Field& mass);
   void set_lengths(State& state);
-  DynamicsResult advance_elastic(State& state, double h);
   BurnStep begin_burning(State& state, double h);
   ContactStep move_freely(State& state, double h);
-  void begin_dynamics(State& state, double h);
-  void move_alone(State& state);
-  void take_balance(State& state, const ImplicitResult& balance);
-  void take_positions(State& state, const Field& positions, DynamicsResult& result) const;
+  void project_until_agreed(State& state);
+  StageResult project(State& state, bool& is_done);
+  DynamicsResult hold_together(State& state, const ContactStep& contact);
   void begin_masses(const State& state, double h);
-  void settle_contact(State& state, DynamicsResult& result);
-  void end_dynamics(State& state);
-  void finish(State& state, BurnStep& step);
   void begin_bodies(const State& state, double h);
+  void take_balance(State& state, const EquilibriumResult& balance);
   void ask_bodies(const State& state, DynamicsResult& result) const;
   void find_velocities(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
   void add_spring_forces(const State& state, Eigen::Matrix3Xd& sum);
   double step_error(const State& state, double h) const;
-  void look_at_contact(State& state, BurnStep& step) const;
-  ElasticInput elastic_input(const State& state, double h) const;
+  SheetInput sheet_input(const State& state, double h) const;
   void add_work(State& state);
   double kinetic_energy(const State& state) const;
   void lift(State& state, double h);
   void begin_gas(State& state, double h);
   std::string end_gas(State& state);
-  DynamicsResult hold_together(State& state, const ContactStep& contact);
   void leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads);
 
   const Sheet& sheet_;
@@ -211,24 +187,22 @@ class Burn {
   Pins pins_;
   BodyCorrection bodies_;                      ///< that move the sheet; none if there are any in body_contact_
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance
-  std::unique_ptr<BodyContact> backing_;       ///< bodies into which a sheet that they correct would press itself
-  std::optional<SurfaceContact> contact_;      ///< if it touches itself
   std::optional<AirDrag> air_;                 ///< if there is air
-  std::unique_ptr<Potential> drag_;            ///< of the air on an elastic sheet, part of its balance
+  std::unique_ptr<Potential> drag_;            ///< of the air on a sheet of springs, part of its balance
   Chambers chambers_;
-  std::optional<PushedGas> pushed_;  ///< if it has chambers, and is not brought into balance elsewhere
+  std::optional<PushedGas> pushed_;  ///< if it has chambers, and is projected
   GasHeat gas_heat_;
   std::optional<Tearing> tearing_;
+  State* state_ = nullptr;                    ///< whose steps these are
   std::optional<ContactStep> moving_;         ///< the step in progress
   DynamicsResult moved_;                      ///< what it says
-  std::optional<GasFilledPart> filled_;       ///< if it has chambers, and is brought into balance elsewhere
+  std::optional<GasFilledPart> filled_;       ///< if it has chambers, and springs
   std::array<std::vector<double>, 4> force_;  ///< of the owned springs in the last step, see Tearing [N]
-  // One of these, as `dynamics` says.
-  std::unique_ptr<ElasticStep> elastic_;
+  // One of the first two, as `dynamics` says.
+  std::unique_ptr<SpringSheet> springs_;
   std::unique_ptr<SuccessiveProjection> projection_;
-  std::unique_ptr<SpringBaseline> springs_;
-  std::unique_ptr<MassPart> masses_;        ///< of a sheet that is not elastic and touches itself or others
-  std::unique_ptr<Settling> settling_;      ///< if it does not touch others
+  std::unique_ptr<MassPart> masses_;        ///< of a sheet that is projected and touches itself or others
+  int projections_ = 0;                     ///< so often has it been projected again in the step, see move
   std::vector<ProjectionError> no_errors_;  ///< of what is not projected
   // Of the local particles in the present step.
   Field start_;                     ///< positions at the beginning

@@ -38,7 +38,7 @@ std::string sheet_state(const ObjectOutput& output) { return output.group("sheet
 std::vector<PetscInt> cell_ids(const Sheet& sheet, std::size_t count) {
   std::vector<PetscInt> ids;
   for (std::size_t cell = 0; cell < count; ++cell) {
-    ids.push_back(sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[cell])]);
+    ids.push_back(sheet.persistent_id[sheet.lattice[cell]]);
   }
   return ids;
 }
@@ -66,15 +66,15 @@ std::vector<double> mass_ratio_of_layers(const Sheet& sheet, const Field& mass) 
   const auto add = [&](PetscInt to, PetscInt from, double initial) {
     const double m = mass.data()[from];
     if (m > 0) {
-      sum.values().col(to) += initial * Eigen::Vector2d(m / sheet.initial_mass[static_cast<std::size_t>(from)], 1);
+      sum.values().col(to) += initial * Eigen::Vector2d(m / sheet.initial_mass[from], 1);
     }
   };
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    add(i, i, sheet.initial_mass[static_cast<std::size_t>(i)]);
+    add(i, i, sheet.initial_mass[i]);
   }
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     const PetscInt lattice = sheet.lattice[cell];
-    const double eighth = sheet.initial_mass[static_cast<std::size_t>(lattice)] / 4;
+    const double eighth = sheet.initial_mass[lattice] / 4;
     for (const PetscInt corner : sheet.cells[cell]) {
       add(corner, lattice, eighth);
       add(lattice, corner, eighth);
@@ -106,11 +106,11 @@ ParticleFields derive(const Sheet& sheet, const State& state) {
     }
     const std::vector<double> strain = strains(sheet.of(colour), state, colour);
     for (PetscInt s = 0; s < sheet.of(colour).owned(); ++s) {
-      if (!state.living.springs[static_cast<std::size_t>(colour)][static_cast<std::size_t>(s)]) {
+      if (!state.living.springs[static_cast<std::size_t>(colour)][s]) {
         continue;
       }
-      const double value = strain[static_cast<std::size_t>(s)];
-      for (const PetscInt end : sheet.of(colour).ends[static_cast<std::size_t>(s)]) {
+      const double value = strain[s];
+      for (const PetscInt end : sheet.of(colour).ends[s]) {
         sum.values().col(end) += Eigen::Vector2d(value * value, 1);
       }
     }
@@ -139,10 +139,9 @@ SpringFields derive(const Sheet& sheet, const State& state, const std::vector<do
     const std::vector<double> strain = strains(set, state, colour);
     fields.strain.insert(fields.strain.end(), strain.begin(), strain.begin() + set.owned());
     fields.target_length.insert(fields.target_length.end(), lengths.begin(), lengths.begin() + set.owned());
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+    for (PetscInt s = 0; s < set.owned(); ++s) {
       const auto [a, b] = set.ends[s];
-      fields.state.push_back(
-          static_cast<double>(spring_state(level[static_cast<std::size_t>(a)], level[static_cast<std::size_t>(b)])));
+      fields.state.push_back(static_cast<double>(spring_state(level[a], level[b])));
     }
   }
   return fields;
@@ -215,7 +214,8 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
       ledger_(std::make_unique<SheetLedger>(output_, options_, burn_->chambers())) {
   require_error_estimate(options);
   require_threshold(*sheet_, options);
-  start_lines_ = settle_start(options.contact, *this, burn_->bodies());
+  burn_->follow(*state_);
+  refuse_starts_in_bodies(options.contact, *this, burn_->bodies());
 }
 
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -235,22 +235,12 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
   find_end();
 }
 
-StepResult BurnRun::advance(double h) {
-  last_ = within_reach(options_, *sheet_, *state_, h, [&] { return burn_->advance(*state_, h); });
-  return result();
-}
-
 StepResult BurnRun::begin(double h) {
   last_ = within_reach(options_, *sheet_, *state_, h, [&] { return burn_->begin(*state_, h); });
   return {last_.converged, last_.reason, last_.heat_iterations};
 }
 
-StepResult BurnRun::move(bool& is_done) {
-  const StageResult moved = burn_->move(*state_, is_done);
-  return {moved.converged, moved.reason, moved.iterations};
-}
-
-StepResult BurnRun::end(const ImplicitResult& balance) {
+StepResult BurnRun::end(const EquilibriumResult& balance) {
   burn_->end(*state_, balance, last_);
   return result();
 }
@@ -299,11 +289,8 @@ void BurnRun::accept(double time) {
   }
   if (burn_->chambers().count() > 0) {  // the walls of chambers keep all cells
     divide();
-  } else if (last_.died && options_.ablation.compact_fraction < 1) {
-    compact();
-  }
-  if (burn_->contact()) {
-    spread(burn_->contact()->load());
+  } else if (last_.died && lips_.empty() && options_.ablation.compact_fraction < 1) {
+    compact();  // Lips are to be opened before, with their present numbers.
   }
 }
 
@@ -315,8 +302,9 @@ void BurnRun::divide() {
   const std::vector<std::string> lines =
       divide_chambers(burn_->chambers(), state_->pieces.of_particle, *state_, state_->chamber);
   if (!lines.empty()) {
-    state_->pressure.resize(static_cast<std::size_t>(state_->gas->parent.size()));
-    forget();
+    state_->pressure.resize(state_->gas->parent.size());
+    burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_);
+    note_replaced();
   }
   burn_->follow(*state_);
   for (const std::string& line : lines) {
@@ -332,9 +320,6 @@ void BurnRun::split() {
     lips_ = find_lips(*sheet_, corners);
     take_over(pellicle::split(*sheet_, corners, particles, copies, cells, shell_options(options_)));
     update_pieces(state_->pieces, *sheet_, state_->living, state_->time);
-    if (options_.contact.self && !options_.contact.together) {
-      open_lips({this});
-    }
   }
 }
 
@@ -453,18 +438,10 @@ void BurnRun::save(Hdf5File& checkpoint) const {
   ledger_->save(checkpoint);
 }
 
-void BurnRun::forget() {
-  burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_);
-  note_replaced();
-}
-
 void BurnRun::resume_output(const Hdf5File& checkpoint) { ledger_->resume(checkpoint); }
 
 std::vector<std::string> BurnRun::first_remarks() const {
-  std::vector<std::string> lines = start_lines_;
-  if (const std::string words = burn_->solver_words(); !words.empty()) {
-    lines.push_back("elastic solver: " + words);
-  }
+  std::vector<std::string> lines;
   for (const std::string& line : front_remarks(options_, mean_side(*sheet_))) {
     lines.push_back(line);
   }

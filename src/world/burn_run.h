@@ -15,7 +15,7 @@ inline namespace world {
 
 /// A burning sheet: its chain with state, frames and history. Where cracks separate a sheet without gas its corners are
 /// split after the step; cells that have burnt away are removed from it now and then, see `ablation.compact_fraction`.
-class BurnRun : public TouchingObject {
+class BurnRun : public Object {
  public:
   /// Options must outlive it. Collective.
   /// @throws Error on bad textures and other input, or when adaptive steps are asked for
@@ -26,18 +26,9 @@ class BurnRun : public TouchingObject {
   const Sheet& sheet() const { return *sheet_; }
 
   State& state() override { return *state_; }
-  StepResult advance(double h) override;
   StepResult begin(double h) override;
-  StepPart* part() override { return burn_->part(); }
-  void choose_pressures() override { burn_->choose_pressures(); }
-  StepResult move(bool& is_done) override;
-  GasFilled* gas() override { return burn_->gas(); }
-  std::string start_fault() const override { return burn_->start_fault(); }
-  StepResult end(const ImplicitResult& balance) override;
-  const Surface& surface() const override { return *sheet_; }
-  ContactSurface::Part contact_part() const override { return burn_->contact_part(); }
-  const std::vector<bool>* living() const override { return &state_->living.triangles; }
-  std::vector<bool> held() const override { return burn_->held(); }
+  Motion& motion() override { return *burn_; }
+  StepResult end(const EquilibriumResult& balance) override;
   void spread(const std::vector<double>& load) override;
   const std::vector<Lip>& fresh_lips() const override { return lips_; }
   void follow_start() override { burn_->follow_start(*state_); }
@@ -51,7 +42,6 @@ class BurnRun : public TouchingObject {
   std::vector<std::string> first_remarks() const override;
   std::vector<std::string> remarks() const override;
   void save(Hdf5File& checkpoint) const override;
-  void forget() override;
   void resume_output(const Hdf5File& checkpoint) override;
 
  private:
@@ -68,12 +58,11 @@ class BurnRun : public TouchingObject {
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
-  Eigen::VectorXd told_open_;             ///< see newly_open
-  std::string ended_;                     ///< see Object::ended
-  std::vector<Lip> lips_;                 ///< see TouchingObject::fresh_lips
-  std::vector<std::string> start_lines_;  ///< see settle_start
-  BurnStep last_;                         ///< results of the last step
-  std::unique_ptr<State> kept_;           ///< of the present sheet, to be restored
+  Eigen::VectorXd told_open_;    ///< see newly_open
+  std::string ended_;            ///< see Object::ended
+  std::vector<Lip> lips_;        ///< see Object::fresh_lips
+  BurnStep last_;                ///< results of the last step
+  std::unique_ptr<State> kept_;  ///< of the present sheet, to be restored
   std::unique_ptr<SheetLedger> ledger_;
 };
 

@@ -112,7 +112,7 @@ void Burning::combustion(BurningFields& fields, double h) {
 bool Burning::ablation(BurningFields& fields, const ObjectState& state, double h) {
   const auto timer = clock_.time("ablation");
   set_level(level_, surface_, fields.mass, options_.ablation.loss_mass);
-  const auto has_burnt = [this](PetscInt particle) { return level_[static_cast<std::size_t>(particle)] < 0; };
+  const auto has_burnt = [this](PetscInt particle) { return level_[particle] < 0; };
   const auto per_element = static_cast<std::size_t>(surface_.triangles_per_element);
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
     const auto& [a, b, c] = surface_.triangles[t];
@@ -130,7 +130,7 @@ bool Burning::ablation(BurningFields& fields, const ObjectState& state, double h
 bool Burning::crack(BurningFields& fields, const std::vector<PetscInt>& sides) {
   for (const PetscInt side : sides) {
     ++fields.cracked_sides;
-    fields.crack_length += surface_.of(Colour::blue).initial_length[static_cast<std::size_t>(side)];
+    fields.crack_length += surface_.of(Colour::blue).initial_length[side];
   }
   return ablation_.crack(fields.living, sides);
 }

@@ -32,7 +32,7 @@ BurningFields::BurningFields(FieldRegistry& registry, const Surface& surface)
                      living.springs[index]);
   }
   mass.values() = Eigen::Map<const Eigen::RowVectorXd>(surface.initial_mass.data(), mass.values().cols());
-  pieces.of_particle.assign(static_cast<std::size_t>(surface.particles.local()), -1);
+  pieces.of_particle.assign(surface.particles.local(), -1);
   std::fill(burn_time.begin(), burn_time.end(), -1);
 }
 

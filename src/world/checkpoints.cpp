@@ -113,7 +113,7 @@ Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options,
   auto count = static_cast<int>(std::min(written_.size(), static_cast<std::size_t>(std::max(options_.keep, 1))));
   written_.erase(written_.begin(), written_.end() - count);
   MPI_Bcast(&count, 1, MPI_INT, 0, folder_.comm());
-  written_.resize(static_cast<std::size_t>(count));
+  written_.resize(count);
   MPI_Bcast(written_.data(), count, MPI_INT, 0, folder_.comm());
   folder_.keep([steps = written_](const std::string& file) {
     return std::any_of(steps.begin(), steps.end(), [&file](int step) { return file == name_of(step); });

@@ -87,14 +87,14 @@ std::vector<StartingElement> all_elements(const std::vector<StartingSurface>& su
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const Surface& surface = *surfaces[s].part.surface;
     const auto each = static_cast<std::size_t>(surface.triangles_per_element);
-    for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+    for (PetscInt e = 0; e < surface.elements.owned; ++e) {
       StartingElement element;
       element.surface = s;
       element.number = surface.element_id[e];
-      for (std::size_t k = 0; k < static_cast<std::size_t>(surface.sides_per_element()); ++k) {
+      for (PetscInt k = 0; k < surface.sides_per_element(); ++k) {
         const PetscInt corner = surface.corner(e, k);
-        element.corners[k] = surface.persistent_id[static_cast<std::size_t>(corner)];
-        element.held[k] = surfaces[s].held[static_cast<std::size_t>(corner)];
+        element.corners[k] = surface.persistent_id[corner];
+        element.held[k] = surfaces[s].held[corner];
         std::copy_n(surfaces[s].position.vector(corner).data(), 3,
                     element.places.begin() + static_cast<std::ptrdiff_t>(3 * k));
       }
@@ -148,9 +148,9 @@ void untangle_all(const std::vector<StartingSurface>& surfaces) {
     const Surface& surface = *surfaces[s].part.surface;
     Field& position = surfaces[s].position;
     for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-      const auto found = numbers.find({s, surface.persistent_id[static_cast<std::size_t>(i)]});
+      const auto found = numbers.find({s, surface.persistent_id[i]});
       if (found != numbers.end()) {
-        position.vector(i) = mesh.particles[static_cast<std::size_t>(found->second)];
+        position.vector(i) = mesh.particles[found->second];
       }
     }
     position.update_ghosts();
@@ -164,8 +164,7 @@ void carry_lattice(const std::vector<StartingSurface>& surfaces, const std::vect
     Field& position = surfaces[s].position;
     for (std::size_t e = 0; surface.has_quads() && e < static_cast<std::size_t>(surface.elements.owned); ++e) {
       const PetscInt lattice = surface.lattice[e];
-      if (surface.is_lattice[static_cast<std::size_t>(lattice)] &&
-          !surfaces[s].held[static_cast<std::size_t>(lattice)]) {
+      if (surface.is_lattice[lattice] && !surfaces[s].held[lattice]) {
         position.vector(lattice) = before[s].col(lattice);
         for (const PetscInt corner : surface.cells[e]) {
           position.vector(lattice) += (position.vector(corner) - before[s].col(corner)) / 4;
@@ -195,7 +194,7 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
     contact.set_surface(surfaces[p].held, surfaces[p].living, p);
     joined.put(p, surfaces[p].position, x);
     for (PetscInt i = 0; i < surfaces[p].part.surface->particles.local(); ++i) {
-      held[static_cast<std::size_t>(joined.local(p, i))] = surfaces[p].held[static_cast<std::size_t>(i)];
+      held[joined.local(p, i)] = surfaces[p].held[i];
     }
   }
   for (int n = 0; n < most; ++n) {
@@ -216,7 +215,8 @@ void push_apart(const ContactOptions& options, const std::vector<StartingSurface
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects) {
   std::vector<StartingSurface> surfaces;
   for (const auto& [name, object] : objects) {
-    surfaces.push_back({name, object->contact_part(), object->living(), object->held(), object->state().position});
+    const Motion& motion = object->motion();
+    surfaces.push_back({name, motion.contact_part(), motion.living(), motion.held(), object->state().position});
     check_thickness(surfaces.back());
   }
   const Crossings crossings = crossings_of(surfaces);
@@ -257,25 +257,18 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   return tangle_words(crossings, surfaces) + text;
 }
 
-std::vector<std::string> settle_start(const ContactOptions& options, TouchingObject& object,
-                                      const std::vector<Body>& bodies) {
-  std::vector<std::string> lines;
-  if (options.self && !options.together) {
-    if (const std::string crossed = settle_start(options, {{"", &object}}); !crossed.empty()) {
-      lines.push_back(crossed);
-    }
-  }
-  const Surface& surface = *object.contact_part().surface;
+void refuse_starts_in_bodies(const ContactOptions& options, Object& object, const std::vector<Body>& bodies) {
+  const Surface& surface = *object.motion().contact_part().surface;
   const double least = BodyContact::tolerance * contact_thickness(surface, options);
   const ObjectState& state = object.state();
-  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, object.held(), least);
+  const std::vector<bool> held = object.motion().held();
+  std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, held, least);
   if (inside.empty()) {
-    inside = triangles_inside(bodies, state.time, surface, state.position, object.held(), least);
+    inside = triangles_inside(bodies, state.time, surface, state.position, held, least);
   }
   if (!inside.empty()) {
     throw Error(inside);
   }
-  return lines;
 }
 
 }  // namespace world

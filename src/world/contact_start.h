@@ -13,7 +13,7 @@ inline namespace world {
 /// What may touch at the start of a run.
 struct StartingObject {
   std::string name;  ///< empty: the run has one object, without a name
-  TouchingObject* object;
+  Object* object;
 };
 
 /// Counts crossings and acts as `contact.start` says: only counts, or refuses surfaces that pass through themselves or
@@ -23,11 +23,8 @@ struct StartingObject {
 /// @throws Error naming objects, elements and place, if crossings are refused or cannot be removed, and if a thickness
 /// is more than ten mean sides of its mesh
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
-/// Settles the start of one object as above if its surface touches itself and no other object, and refuses an object
-/// that starts inside a body, whatever it touches. Collective.
-/// @returns messages; none: there is nothing to say @throws Error as above, and if it starts inside a body
-std::vector<std::string> settle_start(const ContactOptions& options, TouchingObject& object,
-                                      const std::vector<Body>& bodies);
+/// Refuses an object that starts inside a body. Collective. @throws Error that names particle or triangle, and body
+void refuse_starts_in_bodies(const ContactOptions& options, Object& object, const std::vector<Body>& bodies);
 
 }  // namespace world
 }  // namespace pellicle

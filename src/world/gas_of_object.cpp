@@ -66,7 +66,7 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
   double energy = 0;  // of the joined chambers
   std::vector<double> of_chambers;
   for (int chamber = 0; chamber < chambers.count(); ++chamber) {
-    GasState gas = states[static_cast<std::size_t>(chamber)];
+    GasState gas = states[chamber];
     gas.pressure = chambers.prescribes_volume(chamber) ? pressure[chamber] : gas.pressure;
     const double share = chambers.count() == 1 ? 1 : volumes[chamber] / volumes.sum();
     all.volume += gas.volume;
@@ -147,7 +147,7 @@ std::string hole(const Chambers& chambers, const Surface& surface, const Field& 
   const auto chamber_of = [&](std::size_t e) { return chambers.of_triangle(static_cast<PetscInt>(per_element * e)); };
   PetscInt least = none;
   std::size_t found = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+  for (PetscInt e = 0; e < surface.elements.owned; ++e) {
     if (fields.burn_time[e] >= 0 && surface.element_id[e] < least && chamber_of(e) >= 0 &&
         chambers.needs_closed_wall(chamber_of(e))) {
       least = surface.element_id[e];
@@ -193,7 +193,7 @@ std::string torn_open(const Chambers& chambers, const Surface& surface, const Fi
   std::array<double, 5> first{HUGE_VAL};  // id, place and chamber
   for (const SplitCorners::Copy& copy : corners.copies) {
     if (const auto found = chamber_of.find(copy.original); found != chamber_of.end()) {
-      const double id = surface.persistent_id[static_cast<std::size_t>(copy.original)];
+      const double id = surface.persistent_id[copy.original];
       const Eigen::Vector3d x = position.vector(copy.original);
       first = std::min(first, {id, x[0], x[1], x[2], static_cast<double>(found->second)});
     }

@@ -44,14 +44,13 @@ class PushedGas : public GasFilled {
   std::size_t number_ = 0;
 };
 
-/// What the gas in a sheet does in a step: h W g p is added to its velocities before what holds the sheet together
-/// acts, with the volume's gradient g, the inverse masses W of what is not held, and the pressure p.
+/// The gas in a projected sheet in a step: h W g p is added to its velocities before the projection, with the volume's
+/// gradient g, the inverse masses W of what is not held, and the pressure p.
 ///
-/// The pressure is that of the law at the volume at the end of the step. How far p moves that volume is known for a
-/// sheet without springs (h^2 g.W g); for the sheet as it is it follows from solving the step with two pressures, and a
-/// secant through them gives the next (`is_done`). So stiff gas in a small chamber asks for no shorter steps, and taut
-/// material bears the pressure that is in the history. Of a sheet of one layer the corners feel what acts on the
-/// centres of their cells.
+/// The pressure is that of the law at the volume to which it would push the sheet if that had no springs, whose
+/// response is known (h^2 g.W g): projected springs have no stiffness that would answer a pressure in proportion. What
+/// the gas is joined to takes the volume as the projection has left it. Of a sheet of one layer the corners feel what
+/// acts on the centres of their cells.
 class GasPush {
  public:
   /// Gas and sheet must outlive it. Collective.
@@ -68,28 +67,17 @@ class GasPush {
   /// Of each chamber [Pa].
   const std::vector<double>& pressure() const { return pressure_; }
 
-  /// Whether the step that has led to these positions is the last try: it agrees with the laws, or enough others have
-  /// not. If not, pressures are to be chosen anew. Collective.
-  bool is_done(const Field& end);
   /// The sheet stays at these positions for the rest of the step, whatever the pressure. Collective.
   void settle(const Field& end);
   bool has_settled() const { return has_settled_; }
-  /// In words, how the last try does not agree with a law; empty: it does.
-  const std::string& disagreement() const { return disagreement_; }
 
  private:
   PushedGas& gas_;
   const Chambers& chambers_;
-  int solves_ = 0;
   bool has_settled_ = false;
-  std::string disagreement_;
-  std::vector<Field> moves_;           ///< h W g of each chamber, (3 x local) [m/(s Pa)]
-  FlowingGas::Response response_;      ///< as far as known
-  Eigen::VectorXd free_compliance_;    ///< without springs
-  std::vector<double> pressure_;       ///< [Pa]
-  Eigen::VectorXd expected_;           ///< W at which the laws give them [m^3]
-  std::vector<double> last_pressure_;  ///< of the solve before
-  Eigen::VectorXd last_volume_;        ///< W to which it has led
+  std::vector<Field> moves_;       ///< h W g of each chamber, (3 x local) [m/(s Pa)]
+  FlowingGas::Response response_;  ///< as far as known
+  std::vector<double> pressure_;   ///< [Pa]
   Field velocity_;
 };
 

@@ -9,7 +9,6 @@
 #include "combustion/combustion.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
-#include "world/contact_of_object.h"
 #include "world/textures.h"
 
 namespace pellicle {
@@ -25,7 +24,7 @@ Wall wall_of(const Membrane& membrane, const Options& options, Textures& texture
 /// Of contact, with the wall's means [Pa/m]. Collective.
 double usual_stiffness_of(const Membrane& membrane, const Wall& wall, const Options& options) {
   std::array<double, 3> sums{};  // of area, of mass, of 6 mu h, the tension of rubber that is drawn out far
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     const double area = wall.rest[e].area;
     sums[0] += area;
     sums[1] += area * wall.thickness[e] * wall.density[e];
@@ -76,9 +75,6 @@ TimeIntegrator integrator_of(const Options& options) {
 void require_contact_possible(const Options& options) {
   if (options.time.scheme == TimeScheme::generalized_alpha) {
     throw Error("contact.self: does not go with time.scheme: generalized_alpha, expected implicit_euler or statics");
-  }
-  if (options.contact.together && options.time.arc_length) {
-    throw Error("contact.self: true of several objects does not go with time.arc_length, expected none");
   }
   if (options.wall.thickness_rule == WallThickness::global_volume) {
     throw Error("contact.self: does not go with prism.thickness: global, whose volume is preserved behind the step");
@@ -184,8 +180,8 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   if (options.force.air.density > 0) {
     air_.emplace(membrane, options.force.air);
     drag_ = make_drag_potential(
-        membrane.particles, *air_, start_, [this] { return implicit_->potential().rate(); },
-        [this](PetscInt i) { return implicit_->potential().still(i); });
+        membrane.particles, *air_, start_, [this] { return step_->rate(); },
+        [this](PetscInt i) { return step_->still(i); });
   }
   if (gas_pushes_unevenly(options)) {
     lift_ = make_vertex_potential(membrane.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
@@ -204,38 +200,22 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
         "gas_network.links to chambers of other objects do not go with prism.thickness: global, whose volume is "
         "preserved behind the step");
   }
-  if (options.contact.self && !options.contact.together) {
-    contact_.emplace(std::vector<ContactSurface::Part>{contact_part()}, options.contact,
-                     can_move_alike(membrane.comm(), constraints_.projectors()));
-  }
-  make_solvers();
-}
-
-void Inflate::make_solvers() {
-  // They are made for the wall as it was, whatever has happened to it.
+  // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
   BalloonModel model{elements_, chambers_, constraints_,           pins_,
                      loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
   if (bending_) {
     model.others.push_back(&*bending_);
   }
-  if (contact_) {
-    model.others.push_back(&*contact_);
-  }
-  if (hold_ != nullptr) {
-    model.others.push_back(hold_.get());
-  }
-  if (drag_ != nullptr) {
-    model.others.push_back(drag_.get());
-  }
-  if (lift_ != nullptr) {
-    model.others.push_back(lift_.get());
+  for (Potential* potential : {hold_.get(), drag_.get(), lift_.get()}) {
+    if (potential != nullptr) {
+      model.others.push_back(potential);
+    }
   }
   if (!bodies_.empty()) {
     model.bodies = &bodies_;
   }
-  implicit_.reset();
-  implicit_.emplace(model, options_.prism, integrator_, !options_.contact.together);
+  step_.emplace(model, options_.prism, integrator_);
   if (wall_.preserve_volume) {
     volume_preservation_ =
         std::make_unique<VolumePreservation>(membrane_, wall_, constraints_.projectors(), options_.volume);
@@ -245,7 +225,7 @@ void Inflate::make_solvers() {
 std::vector<bool> Inflate::held() const {
   std::vector<bool> held(constraints_.projectors().size(), false);
   for (const PetscInt i : constraints_.projectors().bound()) {
-    held[static_cast<std::size_t>(i)] = true;
+    held[i] = true;
   }
   return held;
 }
@@ -254,7 +234,7 @@ BalloonState Inflate::initial_state() const {
   BalloonState state = state_at_rest(membrane_, options_, chambers_.count());
   const Eigen::Matrix3Xd noise = perturbed_positions(membrane_, options_.sheet) - membrane_.rest;
   for (Eigen::Index i = 0; i < noise.cols(); ++i) {
-    state.position.vector(i) += constraints_.projectors()[static_cast<std::size_t>(i)] * noise.col(i);
+    state.position.vector(i) += constraints_.projectors()[i] * noise.col(i);
   }
   pins_.impose(state.position, 0);
   state.pin = pins_.numbers();
@@ -277,20 +257,8 @@ void Inflate::follow_start(BalloonState& state) const {
   set_pressures(state);
 }
 
-InflateStep Inflate::advance(BalloonState& state, double h) {
-  InflateStep step = begin(state, h);
-  if (step.converged) {
-    ImplicitResult balance;
-    {
-      const auto timer = clock_.time("implicit step");
-      balance = implicit_->balance();
-    }
-    end(state, balance, step);
-  }
-  return step;
-}
-
 InflateStep Inflate::begin(BalloonState& state, double h) {
+  state_ = &state;
   InflateStep step;
   if (burning_) {
     const StageResult burnt = burn(state, h, step.has_burnt);
@@ -305,9 +273,6 @@ InflateStep Inflate::begin(BalloonState& state, double h) {
   start_velocity_.values() = state.velocity.values();
   h_ = h;
   const auto timer = clock_.time("implicit step");
-  if (contact_ && burning_) {
-    contact_->set_surface(held(), &state.burning->living.triangles);
-  }
   if (bending_) {
     bending_->begin_step(state.position, state.thickness_ratio);
   }
@@ -315,25 +280,21 @@ InflateStep Inflate::begin(BalloonState& state, double h) {
   begin_gas(state);
   begin_acceleration(state);
   set_drag(state, integrator_.share());
-  implicit_->begin(state.position, state.pressure, start_of_step(state));
+  step_->begin_step(state.position, state.pressure, start_of_step(state));
   return step;
 }
 
-void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateStep& step) {
+void Inflate::end(BalloonState& state, const EquilibriumResult& balance, InflateStep& step) {
   {
     const auto timer = clock_.time("implicit step");
     static_cast<ImplicitResult&>(step) = balance;
-    implicit_->end(state.position, state.pressure, step);
-    if (step.converged && contact_) {
-      const std::vector<bool>* living = burning_ ? &state.burning->living.triangles : nullptr;
-      step.reason =
-          passed_through(*contact_, {{membrane_, start_, living}}, {{membrane_, state.position, living}}, {""});
-      step.converged = step.reason.empty();
-    }
+    step.touching = balance.contact;
+    step.reason = step_->end_step(state.position, state.pressure);
+    step.converged = step.reason.empty();
     if (step.converged) {
-      step.reason = bodies_.fault(implicit_->potential().position());
+      step.reason = bodies_.fault(step_->position());
       step.converged = step.reason.empty();
-      step.loads = bodies_.loads(implicit_->potential().position());
+      step.loads = bodies_.loads(step_->position());
     }
     if (!step.converged) {
       if (const std::string fault = start_fault(); !fault.empty()) {
@@ -370,11 +331,11 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     state.time += h_;
     ++state.step;
     if (integrator_.arc_length()) {
-      *state.load_time = implicit_->potential().time();
-      implicit_->potential().write_direction(state.position, *state.direction);
+      *state.load_time = step_->time();
+      step_->write_direction(state.position, *state.direction);
     }
     set_pressures(state);
-    step.step_error = move_on(state) / implicit_->potential().length_scale();
+    step.step_error = move_on(state) / step_->length_scale();
     MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
     step.inverted = elements_.inverted(start_, state.position);
     MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
@@ -384,18 +345,12 @@ void Inflate::end(BalloonState& state, const ImplicitResult& balance, InflateSte
     bodies_.rebound(state.position, start_velocity_, mass_, state.velocity, step.loads);
     of(state.work, Work::bodies) += kinetic_energy(state.velocity) - before;
   }
-  if (contact_) {
-    step.touching = contact_->figures(state.position);
-    const ContactWork work = contact_->work(state.position).front();
-    state.contact_work += work.pressing;
-    state.friction_work += work.friction;
-  }
   step.has_cracked = crack(state);
 }
 
 /// Of the step, by the forces with which it is in balance. Collective.
 void Inflate::add_work(BalloonState& state) {
-  StepPotential& step = implicit_->potential();
+  StepPotential& step = *step_;
   const StepWork work = step.work(state.position, start_velocity_);
   std::array<double, 2> of_others{drag_ != nullptr ? step.work_of(*drag_, state.position) : 0,
                                   lift_ != nullptr ? step.work_of(*lift_, state.position) : 0};
@@ -413,7 +368,7 @@ void Inflate::add_work(BalloonState& state) {
 double Inflate::kinetic_energy(const Field& velocity) const {
   double sum = 0;
   for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
-    sum += mass_[static_cast<std::size_t>(i)] / 2 * velocity.vector(i).squaredNorm();
+    sum += mass_[i] / 2 * velocity.vector(i).squaredNorm();
   }
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, membrane_.comm());
   return sum;
@@ -450,7 +405,7 @@ std::string Inflate::end_gas(BalloonState& state) {
     return "";
   }
   const Eigen::VectorXd before = state.gas->wall_heat;
-  *state.gas = implicit_->potential().end_gas(state.position);
+  *state.gas = step_->end_gas(state.position);
   chambers_.begin_step(*state.gas, 0);
   if (burning_) {
     const std::string fault = gas_heat_.end_step(chambers_, state.gas->wall_heat - before, *state.burning);
@@ -482,7 +437,7 @@ void Inflate::begin_acceleration(BalloonState& state) {
   state.acceleration->values().setZero();
   set_drag(state, 0);
   chambers_.set_step_length(0);
-  const Eigen::Matrix3Xd acceleration = implicit_->potential().acceleration(state.position, start_of_step(state));
+  const Eigen::Matrix3Xd acceleration = step_->acceleration(state.position, start_of_step(state));
   state.acceleration->values().leftCols(acceleration.cols()) = acceleration;
   state.acceleration->update_ghosts();
   chambers_.set_step_length(integrator_.share() * h_);
@@ -495,9 +450,9 @@ double Inflate::move_on(BalloonState& state) const {
   double error = 0;
   for (PetscInt i = 0; i < membrane_.particles.local(); ++i) {
     const Eigen::Vector3d displacement = state.position.vector(i) - start_.vector(i);
-    const Motion before = start.motion(i);
-    Motion after = integrator_.end(h_, displacement, before);
-    if (integrator_.is_second_order() && pins_.pinned()[static_cast<std::size_t>(i)]) {
+    const Kinematics before = start.motion(i);
+    Kinematics after = integrator_.end(h_, displacement, before);
+    if (integrator_.is_second_order() && pins_.pinned()[i]) {
       after = {displacement / h_, Eigen::Vector3d::Zero()};  // They move evenly in each step.
     }
     error = std::max(error, integrator_.error(h_, before, after));
@@ -569,6 +524,7 @@ bool Inflate::crack(BalloonState& state) {
 }
 
 void Inflate::follow(BalloonState& state) {
+  state_ = &state;
   if (state.gas != nullptr) {
     chambers_.set_numbers(state.chamber);
     chambers_.begin_step(*state.gas, 0);
@@ -594,7 +550,7 @@ void Inflate::take_over(const BalloonState& state) {
     double temperature = 0;
     for (const PetscInt vertex : membrane_.triangles[e]) {
       const double mass = fields.mass.data()[vertex];
-      ratio += (mass > 0 ? mass / membrane_.initial_mass[static_cast<std::size_t>(vertex)] : combustion.min_mass) / 3;
+      ratio += (mass > 0 ? mass / membrane_.initial_mass[vertex] : combustion.min_mass) / 3;
       temperature += fields.temperature.data()[vertex] / 3;
     }
     const double char_stiffness = 1 + (combustion.char_stiffness - 1) * burnt_share(ratio, combustion);
@@ -611,7 +567,7 @@ void Inflate::set_pressures(BalloonState& state) const {
   const std::vector<GasState> gas = chambers_.states(chambers_.volumes(state.position), state.time_of_loads());
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     if (!chambers_.prescribes_volume(chamber)) {
-      state.pressure[chamber] = gas[static_cast<std::size_t>(chamber)].pressure;
+      state.pressure[chamber] = gas[chamber].pressure;
     }
   }
 }

@@ -8,8 +8,8 @@
 #include "ablation/cracks.h"
 #include "air/drag_potential.h"
 #include "base/stage_clock.h"
-#include "contact/surface_contact.h"
-#include "equilibrium/balloon_step.h"
+#include "equilibrium/equilibrium.h"
+#include "equilibrium/step_potential.h"
 #include "prism/volume_preservation.h"
 #include "prism/wall_bending.h"
 #include "world/balloon_state.h"
@@ -24,7 +24,7 @@ inline namespace world {
 struct InflateStep : ImplicitResult {
   int heat_iterations = 0;
   std::vector<BodyLoad> loads;             ///< of the bodies, in the order of their names
-  std::optional<ContactFigures> touching;  ///< of a balloon that touches itself
+  std::optional<ContactFigures> touching;  ///< of a balloon that touches itself, or others
   double step_error = 0;                   ///< TimeIntegrator::error at most, over the square root of the wall's area
   PetscInt inverted = 0;                   ///< elements that have turned over (PrismElements::inverted), on all ranks
   bool has_burnt = false;                  ///< whether an element burnt away, on any rank
@@ -45,7 +45,7 @@ BalloonState state_at_rest(const Membrane& membrane, const Options& options, int
 /// cracks separate the wall its numbering has to be renewed between steps (surface/split_corners.h), as InflateRun
 /// does. By generalized alpha (TimeOptions::scheme) the step starts from accelerations, too, which follow from the
 /// forces in the first one.
-class Inflate {
+class Inflate : public Motion {
  public:
   /// Builds the wall, its gas and what holds it. Membrane, options and clock must outlive it. Collective.
   /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads, and on what cannot be
@@ -62,33 +62,31 @@ class Inflate {
   /// The undeformed shape with its initial noise, at rest at time 0, pins in their places. Collective.
   BalloonState initial_state() const;
 
-  /// One step of length h from `state.time`; the caller restores the state when it did not converge. Collective.
-  InflateStep advance(BalloonState& state, double h);
-
-  // The same together with what it touches (ContactOptions::together): begun, brought into balance elsewhere, and
-  // ended. Collective.
+  // One step of length h from `state.time`, which stays where it is until the step has been ended; the caller restores
+  // the state when the step did not converge. A step is begun, brought into balance by an Equilibrium, alone or with
+  // what it touches or is linked to, and ended. Collective.
 
   InflateStep begin(BalloonState& state, double h);
-  StepPotential& part() { return implicit_->potential(); }
-  /// @param step what `begin` has said @param balance how the balance was found
-  void end(BalloonState& state, const ImplicitResult& balance, InflateStep& step);
-
-  /// Makes solvers forget earlier steps: the next step is the same as that of a new chain. Collective.
-  void forget(const BalloonState& state) {
-    if (contact_) {
-      contact_->forget();
-    }
-    make_solvers();
-    take_over(state);
+  StepPart* part() override { return &*step_; }
+  std::string stage() const override { return "implicit step"; }
+  GasFilled* gas() override { return chambers_.count() > 0 ? &*step_ : nullptr; }
+  std::string start_fault() const override { return bodies_.start_fault(); }
+  ContactSurface::Part contact_part() const override {
+    return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
   }
+  const std::vector<bool>* living() const override {
+    return state_->burning ? &state_->burning->living.triangles : nullptr;
+  }
+  std::vector<bool> held() const override;
+  /// @param step what `begin` has said @param balance how the balance was found
+  void end(BalloonState& state, const EquilibriumResult& balance, InflateStep& step);
 
-  /// Makes what follows from the other fields of a state that `advance` has not left so. Collective.
+  /// Makes what follows from the other fields of a state that no step has left so. To be called before the first step
+  /// of a state, which must outlive the steps. Collective.
   void follow(BalloonState& state);
 
   const std::vector<Body>& bodies() const { return bodies_.bodies(); }
   bool goes_by_arc_length() const { return integrator_.arc_length().has_value(); }
-  /// Which linear solver the implicit step has; empty if its balance is found elsewhere.
-  std::string solver_words() const { return implicit_->solver_words(); }
   bool burns() const { return burning_.has_value(); }
   bool can_crack() const { return cracks_.has_value(); }
   /// See Cracks::remark; empty if nothing can crack.
@@ -100,19 +98,8 @@ class Inflate {
   const PrismElements& elements() const { return elements_; }
   const Chambers& chambers() const { return chambers_; }
   const std::vector<double>& mass() const { return mass_; }
-  /// See TouchingObject.
-  std::string start_fault() const { return bodies_.start_fault(); }
-  /// How the wall touches itself, if it can.
-  const std::optional<SurfaceContact>& contact() const { return contact_; }
   /// Updates what follows from the positions of the state at time 0, in case they have changed. Collective.
   void follow_start(BalloonState& state) const;
-  /// Which local vertices are not free in all directions.
-  std::vector<bool> held() const;
-  /// As what touches itself, or others.
-  ContactSurface::Part contact_part() const {
-    return {&membrane_, options_.contact.thickness, options_.contact.stiffness.value_or(usual_stiffness_)};
-  }
-  const ContactOptions& contact_options() const { return options_.contact; }
   /// This rank's share of the energy with which the wall is bent [J]. Collective.
   double bending_energy(const BalloonState& state) const {
     return bending_ ? bending_->energy(state.position, state.thickness_ratio) : 0;
@@ -124,7 +111,6 @@ class Inflate {
  private:
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock, Textures textures,
           const BalloonState* state);
-  void make_solvers();
   StageResult burn(BalloonState& state, double h, bool& has_burnt);
   bool crack(BalloonState& state);
   void add_work(BalloonState& state);
@@ -155,9 +141,8 @@ class Inflate {
   PointLoads loads_;
   double usual_stiffness_;  ///< of contact [Pa/m]
   BodyContact bodies_;
-  std::optional<SurfaceContact> contact_;  ///< if it touches itself
-  std::optional<WallBending> bending_;     ///< unless the wall has none
-  std::optional<BalloonStep> implicit_;
+  std::optional<WallBending> bending_;  ///< unless the wall has none
+  std::optional<StepPotential> step_;
   std::unique_ptr<VolumePreservation> volume_preservation_;  ///< if the wall's rule asks for it
   std::optional<Burning> burning_;                           ///< if the wall burns
   std::optional<Cracks> cracks_;                             ///< if the wall can crack
@@ -168,6 +153,7 @@ class Inflate {
   Field between_;                                            ///< positions at which these are
   std::unique_ptr<Potential> lift_;                          ///< likewise, if they have any
   std::unique_ptr<Potential> drag_;                          ///< likewise: of its drag
+  BalloonState* state_ = nullptr;                            ///< whose steps these are
   double h_ = 0;                                             ///< length of the step [s]
   Field start_;                                              ///< positions at the beginning of the step
   Field start_velocity_;                                     ///< likewise

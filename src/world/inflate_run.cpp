@@ -62,7 +62,8 @@ InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOu
       state_(std::make_unique<BalloonState>(inflate_->initial_state())),
       surface_(drawing_of(*membrane_, whole_surface(*membrane_))),
       ledger_(std::make_unique<BalloonLedger>(output_, *inflate_)) {
-  start_lines_ = settle_start(options.contact, *this, inflate_->bodies());
+  inflate_->follow(*state_);
+  refuse_starts_in_bodies(options.contact, *this, inflate_->bodies());
 }
 
 InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -79,17 +80,12 @@ InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const
   find_end();
 }
 
-StepResult InflateRun::advance(double h) {
-  last_ = within_reach(options_, *membrane_, *state_, h, [&] { return inflate_->advance(*state_, h); });
-  return result();
-}
-
 StepResult InflateRun::begin(double h) {
   last_ = within_reach(options_, *membrane_, *state_, h, [&] { return inflate_->begin(*state_, h); });
   return {last_.converged, last_.reason, last_.heat_iterations};
 }
 
-StepResult InflateRun::end(const ImplicitResult& balance) {
+StepResult InflateRun::end(const EquilibriumResult& balance) {
   inflate_->end(*state_, balance, last_);
   return result();
 }
@@ -184,9 +180,6 @@ void InflateRun::split() {
   membrane_ = std::move(membrane);
   inflate_->follow(*state_);
   update_pieces(state_->burning->pieces, *membrane_, state_->burning->living, state_->time);
-  if (options_.contact.self && !options_.contact.together) {
-    open_lips({this});
-  }
 }
 
 void InflateRun::find_end() {
@@ -274,10 +267,7 @@ void InflateRun::record(double h, int retries) {
 }
 
 std::vector<std::string> InflateRun::first_remarks() const {
-  std::vector<std::string> lines = start_lines_;
-  if (const std::string words = inflate_->solver_words(); !words.empty()) {
-    lines.push_back("linear solver: " + words);
-  }
+  std::vector<std::string> lines;
   if (inflate_->burns()) {
     for (const std::string& line : front_remarks(options_, mean_side(*membrane_))) {
       lines.push_back(line);

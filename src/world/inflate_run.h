@@ -13,7 +13,7 @@ inline namespace world {
 
 /// A balloon: its chain with state, frames and history. Where cracks separate its wall the vertices are split after the
 /// step, unless that opens a chamber which needs a closed wall, and so ends the run.
-class InflateRun : public TouchingObject {
+class InflateRun : public Object {
  public:
   /// Options must outlive it. Collective. @throws Error on bad input, see Inflate
   InflateRun(Membrane membrane, const Options& options, const ObjectOutput& output);
@@ -23,18 +23,9 @@ class InflateRun : public TouchingObject {
   const Membrane& membrane() const { return *membrane_; }
 
   BalloonState& state() override { return *state_; }
-  StepResult advance(double h) override;
   StepResult begin(double h) override;
-  StepPart* part() override { return &inflate_->part(); }
-  GasFilled* gas() override { return inflate_->chambers().count() > 0 ? &inflate_->part() : nullptr; }
-  std::string start_fault() const override { return inflate_->start_fault(); }
-  StepResult end(const ImplicitResult& balance) override;
-  const Surface& surface() const override { return *membrane_; }
-  ContactSurface::Part contact_part() const override { return inflate_->contact_part(); }
-  const std::vector<bool>* living() const override {
-    return state_->burning ? &state_->burning->living.triangles : nullptr;
-  }
-  std::vector<bool> held() const override { return inflate_->held(); }
+  Motion& motion() override { return *inflate_; }
+  StepResult end(const EquilibriumResult& balance) override;
   const std::vector<Lip>& fresh_lips() const override { return lips_; }
   void follow_start() override { inflate_->follow_start(*state_); }
   void accept(double time) override;
@@ -45,7 +36,6 @@ class InflateRun : public TouchingObject {
   void draw(const FrameSink& write) override;
   void record(double h, int retries) override;
   void save(Hdf5File& checkpoint) const override;
-  void forget() override { inflate_->forget(*state_); }
   void resume_output(const Hdf5File& checkpoint) override;
   std::vector<std::string> first_remarks() const override;
   std::vector<std::string> remarks() const override;
@@ -63,14 +53,13 @@ class InflateRun : public TouchingObject {
   std::unique_ptr<Membrane> membrane_;
   std::unique_ptr<Inflate> inflate_;
   std::unique_ptr<BalloonState> state_;
-  std::unique_ptr<BalloonState> kept_;    ///< of the present wall, to be restored
-  Drawing surface_;                       ///< of the last frame; where nothing burns, of all frames
-  Eigen::VectorXd told_open_;             ///< see newly_open
-  std::string ended_;                     ///< see Object::ended
-  std::vector<Lip> lips_;                 ///< see TouchingObject::fresh_lips
-  std::vector<std::string> start_lines_;  ///< see settle_start
-  InflateStep last_;                      ///< results of the last step
-  int factorised_steps_ = 0;              ///< of this process
+  std::unique_ptr<BalloonState> kept_;  ///< of the present wall, to be restored
+  Drawing surface_;                     ///< of the last frame; where nothing burns, of all frames
+  Eigen::VectorXd told_open_;           ///< see newly_open
+  std::string ended_;                   ///< see Object::ended
+  std::vector<Lip> lips_;               ///< see Object::fresh_lips
+  InflateStep last_;                    ///< results of the last step
+  int factorised_steps_ = 0;            ///< of this process
   std::unique_ptr<BalloonLedger> ledger_;
 };
 

@@ -79,7 +79,7 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
     std::array<double, 2> sums{0, static_cast<double>(owned)};
     double worst = -std::numeric_limits<double>::max();
     for (PetscInt cell = 0; cell < owned; ++cell) {
-      const double value = quality[measure][static_cast<std::size_t>(cell)];
+      const double value = quality[measure][cell];
       sums[0] += value;
       worst = std::max(worst, sign * value);
     }

@@ -18,7 +18,7 @@ std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities
   if (place == static_cast<int>(quantities.size())) {
     return "";
   }
-  return std::string("the ") + quantities[static_cast<std::size_t>(place)].name + " is not finite";
+  return std::string("the ") + quantities[place].name + " is not finite";
 }
 
 bool make_finite(MPI_Comm comm, const FieldRegistry& state) {

@@ -7,10 +7,8 @@
 
 #include "base/error.h"
 #include "base/stage_clock.h"
-#include "contact/contact_surface.h"
 #include "contact/lips.h"
-#include "equilibrium/implicit_step.h"
-#include "equilibrium/step_gas.h"
+#include "equilibrium/equilibrium.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
 #include "io/output_folder.h"
@@ -42,7 +40,8 @@ struct ObjectOutput {
   OutputFolder& folder;
   Console& console;
   StageClock& clock;
-  std::string object;  ///< its name; empty: the run has one object, without a name
+  std::string object;          ///< its name; empty: the run has one object, without a name
+  bool contact_apart = false;  ///< its contact is in the table of the objects that it touches, not in its own
 
   /// "history_cloth.csv" of "history".
   std::string table(const std::string& name) const { return name + (object.empty() ? "" : "_" + object) + ".csv"; }
@@ -65,9 +64,9 @@ auto about_object(const std::string& heading, const Work& work) {
 /// Receives a frame of an object. @returns whether it has become one of the frames of the run
 using FrameSink = std::function<bool(const Frame&)>;
 
-class TouchingObject;
-
-/// An object of a world: its stages together with their state. All calls are collective.
+/// An object of a world: its stages together with their state. A step is begun, its motion is brought into balance,
+/// alone or with those of the objects that it touches or whose chambers are linked to its own, and it is ended. All
+/// calls are collective.
 class Object {
  public:
   virtual ~Object() = default;
@@ -76,8 +75,17 @@ class Object {
   virtual ObjectState& state() = 0;
   const ObjectState& state() const { return const_cast<Object&>(*this).state(); }
 
-  /// Moves the state by h [s]. When it does not converge, time and step stay and the rest of the state may be anything.
-  virtual StepResult advance(double h) = 0;
+  /// Begins a step of length h [s]. When a step does not converge, time and step stay and the rest of the state may be
+  /// anything.
+  virtual StepResult begin(double h) = 0;
+  /// Of the step that has begun.
+  virtual Motion& motion() = 0;
+  /// What is drawn of it.
+  const Surface& surface() { return *motion().contact_part().surface; }
+  /// The rest of the step. @param balance how the balance was found
+  virtual StepResult end(const EquilibriumResult& balance) = 0;
+  /// How often motion, gas and surface have been replaced by others, because particles or chambers were numbered anew.
+  int replaced() const { return replaced_; }
   /// The step is accepted and will not be undone. Moves the clock to `time`, by rounding alone: sums of steps drift.
   virtual void accept(double time) = 0;
   /// Keeps a copy of the state ...
@@ -85,8 +93,13 @@ class Object {
   /// ... and restores it.
   virtual void restore() = 0;
 
-  /// The same object, if it can touch others; else null.
-  virtual TouchingObject* touching() { return nullptr; }
+  /// Now and then when a step has been accepted: spreads itself over the ranks anew if contact has much more to do with
+  /// it on one of them than on others. @param load see SurfaceContact::load; empty: there is no contact
+  virtual void spread(const std::vector<double>& /*load*/) {}
+  /// Lips of the cracks that separated the surface when the last step was accepted.
+  virtual const std::vector<Lip>& fresh_lips() const = 0;
+  /// To be called when positions have changed at the start of a run: updates what follows from them.
+  virtual void follow_start() = 0;
 
   /// Why the object cannot go on; empty as long as it can.
   virtual std::string ended() const { return ""; }
@@ -105,51 +118,9 @@ class Object {
   /// Writes all that is needed to go on from the present state and behind the present output. @throws Error, on all
   /// ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
-  /// Makes solvers forget earlier steps: the next step is like that of a run that goes on from a checkpoint.
-  virtual void forget() = 0;
   /// Continues the tables of the run that has written a checkpoint, in its folder, instead of writing the first row.
   /// @throws Error, on all ranks, when the folder lacks what the checkpoint names
   virtual void resume_output(const Hdf5File& checkpoint) = 0;
-};
-
-/// An object that can touch others or be linked to their chambers, if its options say so (ContactOptions::together):
-/// its step is begun, its part is brought into balance together with those of the others, and then the step is ended. A
-/// sheet that is not elastic and is only linked has no part: it moves when the others have been brought into balance.
-/// One that touches others has moved when its step has begun, and contact moves it further. All calls are collective.
-class TouchingObject : public Object {
- public:
-  TouchingObject* touching() override { return this; }
-
-  /// As `advance`, up to the point where its part is to be brought into balance.
-  virtual StepResult begin(double h) = 0;
-  /// How often part, gas and surface have been replaced by others, because particles or chambers were numbered anew.
-  int replaced() const { return replaced_; }
-  /// The part of the step that has begun. Null: it moves by itself.
-  virtual StepPart* part() = 0;
-  /// Of what has no part: moves it by the pressures that the gas has in the balance of the others. @param is_done set
-  /// to false if both are to be done once more
-  virtual StepResult move(bool& /*is_done*/) { return {}; }
-  /// Before that, of all that moves: takes these pressures.
-  virtual void choose_pressures() {}
-  /// The same with the gas in its chambers; null if it has none.
-  virtual GasFilled* gas() = 0;
-  /// In words, what is wrong at the start of the step, so that a balance may not be found; empty if nothing is.
-  virtual std::string start_fault() const = 0;
-  /// The rest of the step. @param balance how the balance was found
-  virtual StepResult end(const ImplicitResult& balance) = 0;
-  /// What is drawn of it, how it touches others, and which drawn triangles are still there; null: all.
-  virtual const Surface& surface() const = 0;
-  virtual ContactSurface::Part contact_part() const = 0;
-  virtual const std::vector<bool>* living() const = 0;
-  /// Local particles that are not free in all directions.
-  virtual std::vector<bool> held() const = 0;
-  /// Now and then when a step has been accepted: spreads itself over the ranks anew if contact has much more to do with
-  /// it on one of them than on others. @param load see SurfaceContact::load
-  virtual void spread(const std::vector<double>& /*load*/) {}
-  /// Lips of the cracks that separated the surface when the last step was accepted.
-  virtual const std::vector<Lip>& fresh_lips() const = 0;
-  /// To be called when positions have changed at the start of a run: updates what follows from them.
-  virtual void follow_start() = 0;
 
  protected:
   void note_replaced() { ++replaced_; }

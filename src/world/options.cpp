@@ -96,7 +96,7 @@ bool balloon_burns(const Options& options) {
 }
 
 bool balances_bodies(const Options& options) {
-  return options.chain == ChainKind::inflate || options.dynamics == Dynamics::elastic || options.contact.together;
+  return options.chain == ChainKind::inflate || options.dynamics != Dynamics::projection || options.contact.self;
 }
 
 AblationOptions cracks_of(const Options& options) {

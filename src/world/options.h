@@ -26,7 +26,6 @@
 #include "prism/volume_preservation.h"
 #include "prism/wall_options.h"
 #include "projection/project_options.h"
-#include "projection/spring_baseline.h"
 #include "surface/sheet_options.h"
 #include "world/checkpoint_options.h"
 

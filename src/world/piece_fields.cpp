@@ -6,7 +6,7 @@ inline namespace world {
 PieceFields::PieceFields(const Surface& surface, const Pieces& pieces, const std::vector<double>& masses) {
   const auto per_element = static_cast<std::size_t>(surface.triangles_per_element);
   for (std::size_t t = 0; t < surface.triangles.size(); t += per_element) {
-    const PetscInt id = pieces.of_particle[static_cast<std::size_t>(surface.triangles[t].back())];
+    const PetscInt id = pieces.of_particle[surface.triangles[t].back()];
     const bool is_present = id >= 0;
     id_.push_back(static_cast<double>(id));
     mass_.push_back(is_present ? masses[pieces.place_of(id)] : 0);

@@ -15,11 +15,11 @@ SplitRecords packed(const FieldRegistry& state, const Surface& surface, const Sp
   SplitRecords records{
       packed(state, Item::particle, surface.particles.owned), {}, packed(state, Item::cell, surface.elements.owned)};
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    state.pack(Item::particle, i, records.particles.at(i), corners.share[static_cast<std::size_t>(i)]);
+    state.pack(Item::particle, i, records.particles.at(i), corners.share[i]);
   }
   records.copies = Records(records.particles.bytes(), static_cast<PetscInt>(corners.copies.size()));
   for (PetscInt k = 0; k < records.copies.count(); ++k) {
-    const SplitCorners::Copy& copy = corners.copies[static_cast<std::size_t>(k)];
+    const SplitCorners::Copy& copy = corners.copies[k];
     state.pack(Item::particle, copy.original, records.copies.at(k), copy.share);
   }
   return records;

@@ -54,11 +54,11 @@ std::string shell_word(const std::string& word) {
 /// A run: what makes its world, and its output.
 class Run {
  public:
-  Run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, const std::optional<TogetherOptions>& together,
-      RunRecord& record, Console& console)
+  Run(MPI_Comm comm, const std::deque<ObjectOptions>& objects, const std::vector<GroupPlan>& groups, RunRecord& record,
+      Console& console)
       : comm_(comm),
         objects_(objects),
-        together_(together),
+        groups_(groups),
         options_(objects.front().options),
         record_(record),
         console_(console),
@@ -132,6 +132,12 @@ class Run {
     return balloon;
   }
 
+  bool is_coupled(std::size_t object) const {
+    return std::any_of(groups_.begin(), groups_.end(), [object](const GroupPlan& group) {
+      return !group.is_single() && std::find(group.objects.begin(), group.objects.end(), object) != group.objects.end();
+    });
+  }
+
   /// @param checkpoint null: the objects begin with their meshes
   World make_world(const Hdf5File* checkpoint, OutputFolder& folder) {
     std::vector<World::Member> members;
@@ -141,7 +147,7 @@ class Run {
       member.name = object.name;
       member.clock = std::make_unique<StageClock>(burns ? Burn::stage_names()
                                                         : Inflate::stage_names(balloon_burns(object.options)));
-      const ObjectOutput output{folder, console_, *member.clock, object.name};
+      const ObjectOutput output{folder, console_, *member.clock, object.name, is_coupled(members.size() - 1)};
       member.object = about_object(output.heading(), [&] {
         return checkpoint == nullptr ? object_from_mesh(object.options, output)
                                      : object_from(*checkpoint, object.options, output);
@@ -151,7 +157,7 @@ class Run {
     for (const ObjectOptions& object : objects_) {
       objects.push_back(&object);
     }
-    return {folder, options_.output, std::move(members), drawings_of_bodies(comm_, objects), together_};
+    return {folder, options_.output, std::move(members), groups_, drawings_of_bodies(comm_, objects)};
   }
 
   /// The checkpoint from which the run goes on, if it does.
@@ -225,7 +231,6 @@ class Run {
     TimeOptions time = options_.time;
     time.max_steps = world.step() + options_.verify_restart;
     run_steps(world, time, console_, &checkpoints);
-    world.forget();
     const int middle = world.step();
     time.max_steps = middle + options_.verify_restart;
     run_steps(world, time, console_);
@@ -287,8 +292,8 @@ class Run {
 
   MPI_Comm comm_;
   const std::deque<ObjectOptions>& objects_;
-  const std::optional<TogetherOptions>& together_;  ///< of them
-  const Options& options_;                          ///< of the run as a whole
+  const std::vector<GroupPlan>& groups_;  ///< of them
+  const Options& options_;                ///< of the run as a whole
   RunRecord& record_;
   Console& console_;
   OutputFolder folder_;
@@ -300,7 +305,7 @@ class Run {
 
 void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
   share_links(objects);
-  const std::optional<TogetherOptions> together = find_together(objects);
+  const std::vector<GroupPlan> groups = plan_groups(objects);
   require_valid(objects.front().options.time);
   const OutputOptions& output = objects.front().options.output;
   Console console(comm, output.monitor);
@@ -313,7 +318,12 @@ void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
     mesh_only(comm, objects, std::move(record));
     return;
   }
-  Run(comm, objects, together, record, console).run();
+  for (const GroupPlan& group : groups) {
+    if (!group.is_single()) {
+      console.say(group.words());
+    }
+  }
+  Run(comm, objects, groups, record, console).run();
 }
 
 }  // namespace world

@@ -37,7 +37,8 @@ std::vector<std::string> names_of_bodies(const Options& options) {
   return names;
 }
 
-std::vector<History::Column> columns_of_sheet(const Chambers& chambers, const Options& options) {
+std::vector<History::Column> columns_of_sheet(const ObjectOutput& output, const Chambers& chambers,
+                                              const Options& options) {
   std::vector<History::Column> columns{
       {"constraint_error", "m"}, {"contacts", ""}, {"heat_iterations", ""}, {"projection_iterations", ""}};
   for (const char* colour : colour_names) {
@@ -62,7 +63,7 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers, const Op
   }
   const std::vector<History::Column> of_work = work_columns(options);
   columns.insert(columns.end(), of_work.begin(), of_work.end());
-  const std::vector<History::Column> of_contact = contact_columns(options.contact);
+  const std::vector<History::Column> of_contact = contact_columns(options.contact, output.contact_apart);
   columns.insert(columns.end(), of_contact.begin(), of_contact.end());
   if (chambers.count() > 0) {
     const std::vector<History::Column> of_gas = gas_columns(chambers);
@@ -76,7 +77,10 @@ std::vector<History::Column> columns_of_sheet(const Chambers& chambers, const Op
 }  // namespace
 
 SheetLedger::SheetLedger(const ObjectOutput& output, const Options& options, const Chambers& chambers)
-    : options_(options), group_(output.group("sheet")), ledger_(output, true, columns_of_sheet(chambers, options)) {
+    : options_(options),
+      contact_apart_(output.contact_apart),
+      group_(output.group("sheet")),
+      ledger_(output, true, columns_of_sheet(output, chambers, options)) {
   if (options.project.monitor) {
     projection_ = std::make_unique<History>(output.folder, output.table("projection"),
                                             std::vector<History::Column>{{"time", "s"},
@@ -141,7 +145,7 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
   const std::vector<double> of_work = work_values(options_, state.work);
   own.insert(own.end(), of_work.begin(), of_work.end());
   const std::vector<double> of_contact =
-      contact_values(options_.contact, burn.contact(), step.touching, sheet, state, &state.living.triangles);
+      contact_values(options_.contact, contact_apart_, step.touching, sheet, state, &state.living.triangles);
   own.insert(own.end(), of_contact.begin(), of_contact.end());
   if (burn.chambers().count() > 0) {
     const std::vector<double> of_gas = gas_values(burn.chambers(), state, state.pressure.data(), state.time);

@@ -51,7 +51,8 @@ class SheetLedger {
   };
 
   const Options& options_;
-  std::string group_;  ///< of the object in a checkpoint
+  bool contact_apart_;  ///< see ObjectOutput
+  std::string group_;   ///< of the object in a checkpoint
   Ledger ledger_;
   Record record_;
   std::array<double, 2> cracks_{};  ///< sides of cells that have cracked, and their undeformed length [m]

@@ -238,7 +238,6 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
       checkpoint();
     } else if (checkpoints != nullptr && checkpoints->due_by_steps(chain.step())) {
       checkpoint();
-      chain.forget();
     } else {
       checkpoint_by_clock();
     }

@@ -52,8 +52,6 @@ class Chain {
   /// Writes all that is needed to go on from the present state and behind the present output. @throws Error, on all
   /// ranks
   virtual void save(Hdf5File& checkpoint) const = 0;
-  /// Makes solvers forget earlier steps: the next step is like that of a run that goes on from a checkpoint.
-  virtual void forget() = 0;
   /// Continues the output of the run that has written a checkpoint, in its folder, instead of writing the first frame
   /// and row. @throws Error, on all ranks, when the folder lacks what the checkpoint names
   virtual void resume_output(const Hdf5File& checkpoint) = 0;

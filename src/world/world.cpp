@@ -29,19 +29,21 @@ std::vector<FramePart> parts_of(const std::vector<BodyDrawing>& bodies) {
 }  // namespace
 
 World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-             std::vector<BodyDrawing> bodies, const std::optional<TogetherOptions>& together)
+             const std::vector<GroupPlan>& groups, std::vector<BodyDrawing> bodies)
     : comm_(folder.comm()),
       members_(std::move(members)),
       bodies_(std::move(bodies)),
       writer_(folder, options, parts_of(members_), parts_of(bodies_)),
       fields_are_to_be_checked_(!options.fields.empty()) {
   writer_.reserve_names();
-  if (together) {
-    std::vector<Object*> objects;
-    for (const Member& member : members_) {
-      objects.push_back(member.object.get());
+  for (GroupPlan plan : groups) {
+    std::vector<std::pair<Object*, StageClock*>> objects;
+    plan.names.clear();
+    for (const std::size_t i : plan.objects) {
+      plan.names.push_back(members_[i].name);
+      objects.emplace_back(members_[i].object.get(), members_[i].clock.get());
     }
-    together_ = std::make_unique<Together>(*together, objects, folder);
+    groups_.push_back(std::make_unique<Group>(plan, objects, folder));
   }
 }
 
@@ -50,8 +52,10 @@ std::vector<std::pair<std::string, const StageClock*>> World::clocks() const {
   for (const Member& member : members_) {
     clocks.emplace_back(member.name, member.clock.get());
   }
-  if (together_ != nullptr) {
-    clocks.emplace_back("together", &together_->clock());
+  for (const std::unique_ptr<Group>& group : groups_) {
+    if (group->clock() != nullptr) {
+      clocks.emplace_back("together", group->clock());
+    }
   }
   return clocks;
 }
@@ -74,25 +78,19 @@ int World::step() const {
 
 StepResult World::advance(double h) {
   StepResult all;
-  const auto add = [&all](const std::string& name, const StepResult& result) {
+  for (const std::unique_ptr<Group>& group : groups_) {
+    const StepResult result = group->advance(h);
     all.iterations += result.iterations;
     all.newton_iterations += result.newton_iterations;
     all.converged = result.converged;
-    all.reason = result.converged ? "" : heading_of(name) + result.reason;
-    all.figures += (all.figures.empty() ? "" : ", ") + (name.empty() ? "" : name + " ") + result.figures;
+    all.reason = result.reason;
+    all.figures += (all.figures.empty() || result.figures.empty() ? "" : ", ") + result.figures;
     if (result.step_error) {
       all.step_error = std::max(*result.step_error, all.step_error.value_or(0));
     }
-    return result.converged;
-  };
-  for (const Member& member : members_) {
-    const bool is_alone = together_ == nullptr || !together_->has(member.object.get());
-    if (is_alone && !member.object->is_gone() && !add(member.name, member.object->advance(h))) {
-      return all;
+    if (!all.converged) {
+      break;
     }
-  }
-  if (together_ != nullptr) {
-    add("", together_->advance(h));
   }
   return all;
 }
@@ -103,14 +101,16 @@ void World::accept(double time) {
       member.object->accept(time);
     }
   }
-  if (together_ != nullptr) {
-    together_->accept();
+  for (const std::unique_ptr<Group>& group : groups_) {
+    group->accept();
   }
 }
 
 void World::keep() {
-  if (together_ != nullptr) {
-    together_->clock().start_lap();
+  for (const std::unique_ptr<Group>& group : groups_) {
+    if (group->clock() != nullptr) {
+      group->clock()->start_lap();
+    }
   }
   for (const Member& member : members_) {
     member.clock->start_lap();
@@ -150,12 +150,9 @@ std::vector<std::string> World::gather(std::vector<std::string> (Object::*lines)
 
 std::vector<std::string> World::first_remarks() const {
   std::vector<std::string> lines = gather(&Object::first_remarks);
-  if (together_ != nullptr) {
-    if (!together_->start_line().empty()) {
-      lines.push_back(together_->start_line());
-    }
-    if (const std::string words = together_->solver_words(); !words.empty()) {
-      lines.push_back(words);
+  for (const std::unique_ptr<Group>& group : groups_) {
+    for (const std::string& line : group->first_remarks()) {
+      lines.push_back(line);
     }
   }
   return lines;
@@ -237,8 +234,8 @@ void World::record(double h, int retries) {
       member.object->record(h, retries);
     }
   }
-  if (together_ != nullptr) {
-    together_->record(time(), step());
+  for (const std::unique_ptr<Group>& group : groups_) {
+    group->record(time(), step());
   }
 }
 
@@ -246,19 +243,10 @@ void World::save(Hdf5File& checkpoint) const {
   for (const Member& member : members_) {
     member.object->save(checkpoint);
   }
-  if (together_ != nullptr) {
-    together_->save(checkpoint);
+  for (const std::unique_ptr<Group>& group : groups_) {
+    group->save(checkpoint);
   }
   writer_.save(checkpoint);
-}
-
-void World::forget() {
-  for (const Member& member : members_) {
-    member.object->forget();
-  }
-  if (together_ != nullptr) {
-    together_->forget();
-  }
 }
 
 void World::resume_output(const Hdf5File& checkpoint) {
@@ -267,8 +255,8 @@ void World::resume_output(const Hdf5File& checkpoint) {
   for (const Member& member : members_) {
     member.object->resume_output(checkpoint);
   }
-  if (together_ != nullptr) {
-    together_->resume_output(checkpoint);
+  for (const std::unique_ptr<Group>& group : groups_) {
+    group->resume_output(checkpoint);
   }
 }
 

@@ -8,9 +8,8 @@
 #include "base/stage_clock.h"
 #include "io/frame_writer.h"
 #include "world/body_drawings.h"
-#include "world/object.h"
+#include "world/group.h"
 #include "world/step_control.h"
-#include "world/together.h"
 
 namespace pellicle {
 inline namespace world {
@@ -27,9 +26,9 @@ class World : public Chain {
 
   /// The folder must outlive it. Collective. @throws Error if two objects or bodies would write the same file
   /// @param members at least one
-  /// @param bodies that frames show beside them @param together which of the members touch each other, if any
+  /// @param groups each member in one of them @param bodies that frames show beside them
   World(OutputFolder& folder, const OutputOptions& options, std::vector<Member> members,
-        std::vector<BodyDrawing> bodies = {}, const std::optional<TogetherOptions>& together = {});
+        const std::vector<GroupPlan>& groups, std::vector<BodyDrawing> bodies = {});
 
   const std::vector<Member>& members() const { return members_; }
   /// The clocks of all stages, with the names of the objects that they belong to.
@@ -52,7 +51,6 @@ class World : public Chain {
   std::string draw_failed(double h) override;
   void record(double h, int retries) override;
   void save(Hdf5File& checkpoint) const override;
-  void forget() override;
   void resume_output(const Hdf5File& checkpoint) override;
 
  private:
@@ -67,7 +65,7 @@ class World : public Chain {
   MPI_Comm comm_;
   std::vector<Member> members_;
   std::vector<BodyDrawing> bodies_;
-  std::unique_ptr<Together> together_;  ///< what touches each other, if anything does
+  std::vector<std::unique_ptr<Group>> groups_;
   FrameWriter writer_;
   bool fields_are_to_be_checked_;
 };

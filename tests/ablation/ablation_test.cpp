@@ -25,7 +25,7 @@ void expect_dead(const Sheet& sheet, const Living& living, const Dead& dead) {
     const auto number = static_cast<std::size_t>(colour);
     for (PetscInt s = 0; s < sheet.of(colour).local(); ++s) {
       const IdPair ids = ids_of(sheet, colour, s);
-      EXPECT_EQ(!living.springs[number][static_cast<std::size_t>(s)], dead.springs[number].count(ids) == 1)
+      EXPECT_EQ(!living.springs[number][s], dead.springs[number].count(ids) == 1)
           << colour_names[number] << ' ' << ids.first << ' ' << ids.second;
     }
   }
@@ -110,7 +110,7 @@ std::vector<double> burnt_at(const Sheet& sheet, const std::set<PetscInt>& burnt
 std::vector<PetscInt> ids_of(const Sheet& sheet, const std::vector<PetscInt>& particles) {
   std::vector<PetscInt> ids;
   for (const PetscInt i : particles) {
-    ids.push_back(sheet.persistent_id[static_cast<std::size_t>(i)]);
+    ids.push_back(sheet.persistent_id[i]);
   }
   return gathered(sheet.comm(), ids);
 }
@@ -131,7 +131,7 @@ TEST(Ablation, LevelIsTheShareOfTheMassAboveTheLossMass) {
   const Sheet sheet = shell_of(grid_mesh(3, 2, 1));
   Field mass = initial_masses(sheet);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    mass.data()[i] *= 1 - 0.01 * sheet.persistent_id[static_cast<std::size_t>(i)];
+    mass.data()[i] *= 1 - 0.01 * sheet.persistent_id[i];
   }
   const std::vector<double> level = level_set(sheet, mass, 0.3);
   ASSERT_EQ(level.size(), sheet.persistent_id.size());
@@ -220,11 +220,11 @@ TEST(Ablation, WhatHasDiedStaysDead) {
     std::mt19937 random(seed);
     std::set<PetscInt> triangles;
     for (int step = 0; step < 6; ++step) {
-      std::vector<double> level(static_cast<std::size_t>(grid.lattice(6, 4) + 1));
+      std::vector<double> level(grid.lattice(6, 4) + 1);
       for (double& value : level) {
         value = std::uniform_real_distribution<double>(-1, 1.5)(random);
       }
-      const auto has_burnt = [&level](PetscInt id) { return level[static_cast<std::size_t>(id)] < 0; };
+      const auto has_burnt = [&level](PetscInt id) { return level[id] < 0; };
       const std::size_t before = triangles.size();
       for (int j = 0; j < 5; ++j) {
         for (int i = 0; i < 7; ++i) {
@@ -236,8 +236,7 @@ TEST(Ablation, WhatHasDiedStaysDead) {
           }
         }
       }
-      const bool died = ablation.burn_away(
-          living, level_by_id(sheet, [&level](PetscInt id) { return level[static_cast<std::size_t>(id)]; }));
+      const bool died = ablation.burn_away(living, level_by_id(sheet, [&level](PetscInt id) { return level[id]; }));
       EXPECT_EQ(died, triangles.size() > before);
       expect_dead(sheet, living, grid.dead(triangles));
     }

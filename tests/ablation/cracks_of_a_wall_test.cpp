@@ -74,9 +74,8 @@ class CracksOfAWall : public ::testing::Test {
   std::vector<std::array<PetscInt, 2>> cracks() {
     std::vector<std::array<PetscInt, 2>> own;
     for (const PetscInt side : own_cracks()) {
-      const auto [a, b] = membrane_.of(Colour::blue).ends[static_cast<std::size_t>(side)];
-      const auto [low, high] = std::minmax(membrane_.persistent_id[static_cast<std::size_t>(a)],
-                                           membrane_.persistent_id[static_cast<std::size_t>(b)]);
+      const auto [a, b] = membrane_.of(Colour::blue).ends[side];
+      const auto [low, high] = std::minmax(membrane_.persistent_id[a], membrane_.persistent_id[b]);
       own.push_back({low, high});
     }
     std::vector<std::array<PetscInt, 2>> all = of_all_ranks(PETSC_COMM_WORLD, own);

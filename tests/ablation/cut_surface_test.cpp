@@ -27,7 +27,7 @@ Eigen::Matrix3Xd crumpled(const Sheet& sheet) {
   Eigen::Matrix3Xd positions = sheet.rest;
   for (Eigen::Index i = 0; i < positions.cols(); ++i) {
     for (int d = 0; d < 3; ++d) {
-      positions(d, i) += 0.2 * noise(sheet.persistent_id[static_cast<std::size_t>(i)], d);
+      positions(d, i) += 0.2 * noise(sheet.persistent_id[i], d);
     }
   }
   return positions;
@@ -62,10 +62,9 @@ struct Gathered {
     }
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       Triangle triangle{};
-      triangle.cell =
-          sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(surface.elements[t])])];
+      triangle.cell = sheet.persistent_id[sheet.lattice[surface.elements[t]]];
       for (std::size_t i = 0; i < 3; ++i) {
-        triangle.points[i] = surface.points[static_cast<std::size_t>(surface.triangles[t][i])].id;
+        triangle.points[i] = surface.points[surface.triangles[t][i]].id;
       }
       triangles.push_back(triangle);
     }
@@ -84,7 +83,7 @@ struct Gathered {
 double area(const DrawnSurface& surface, const Eigen::Matrix3Xd& positions) {
   double sum = 0;
   for (const auto& [a, b, c] : surface.triangles) {
-    const auto at = [&](PetscInt point) { return place(surface.points[static_cast<std::size_t>(point)], positions); };
+    const auto at = [&](PetscInt point) { return place(surface.points[point], positions); };
     sum += (at(b) - at(a)).cross(at(c) - at(a)).z() / 2;
   }
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
@@ -121,7 +120,7 @@ TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
   const DrawnSurface surface = cut_surface(sheet, Living(sheet), unburnt(sheet));
   ASSERT_EQ(surface.triangles.size(), 4 * static_cast<std::size_t>(sheet.elements.owned));
   std::vector<PetscInt> corners;  // of the rank's own cells, in the order in which they are first used
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     for (const PetscInt corner : sheet.cells[cell]) {
       if (std::find(corners.begin(), corners.end(), corner) == corners.end()) {
         corners.push_back(corner);
@@ -133,22 +132,22 @@ TEST(CutSurface, UncutSheetIsFourTrianglesACellRoundItsCentre) {
     const DrawnPoint& point = surface.points[i];
     EXPECT_EQ(point.particles[0], corners[i]);
     EXPECT_EQ(point.weights, (std::array<double, 4>{1, 0, 0, 0}));
-    EXPECT_EQ(point.id, sheet.persistent_id[static_cast<std::size_t>(corners[i])]);
+    EXPECT_EQ(point.id, sheet.persistent_id[corners[i]]);
     EXPECT_EQ(point.centre_share, 0);
   }
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     const std::size_t centre = corners.size() + cell;
     const DrawnPoint& point = surface.points[centre];
     EXPECT_EQ(point.particles, sheet.cells[cell]);
     EXPECT_EQ(point.weights, (std::array<double, 4>{0.25, 0.25, 0.25, 0.25}));
-    EXPECT_EQ(point.id, sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[cell])]);
+    EXPECT_EQ(point.id, sheet.persistent_id[sheet.lattice[cell]]);
     EXPECT_EQ(point.lattice, sheet.lattice[cell]);
     EXPECT_EQ(point.centre_share, 1);
     EXPECT_TRUE(point.is_owned);
     for (std::size_t k = 0; k < 4; ++k) {
       const auto& [a, b, c] = surface.triangles[4 * cell + k];
-      EXPECT_EQ(corners[static_cast<std::size_t>(a)], sheet.cells[cell][k]);
-      EXPECT_EQ(corners[static_cast<std::size_t>(b)], sheet.cells[cell][(k + 1) % 4]);
+      EXPECT_EQ(corners[a], sheet.cells[cell][k]);
+      EXPECT_EQ(corners[b], sheet.cells[cell][(k + 1) % 4]);
       EXPECT_EQ(c, static_cast<PetscInt>(centre));
       EXPECT_EQ(surface.elements[4 * cell + k], static_cast<PetscInt>(cell));
     }
@@ -222,7 +221,7 @@ TEST(CutSurface, DeadTrianglesAreNotDrawn) {
   }
   const DrawnSurface surface = cut_surface(sheet, living, unburnt(sheet));
   std::set<std::array<PetscInt, 3>> expected;
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     for (std::size_t k = 0; k < 4; ++k) {
       if (id_of_triangle(sheet, 4 * cell + k) % 3 != 0) {
         expected.insert({sheet.cells[cell][k], sheet.cells[cell][(k + 1) % 4], sheet.lattice[cell]});
@@ -233,7 +232,7 @@ TEST(CutSurface, DeadTrianglesAreNotDrawn) {
   for (const auto& triangle : surface.triangles) {
     std::array<PetscInt, 3> particles{};
     for (std::size_t i = 0; i < 3; ++i) {
-      const DrawnPoint& point = surface.points[static_cast<std::size_t>(triangle[i])];
+      const DrawnPoint& point = surface.points[triangle[i]];
       particles[i] = point.centre_share == 1 ? point.lattice : point.particles[0];
     }
     drawn.insert(particles);

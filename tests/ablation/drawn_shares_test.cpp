@@ -33,7 +33,7 @@ struct BurntSheet {
         mass(sheet.particles, 1) {
     positions.values() = sheet.rest + crumpling * (7 * sheet.rest).array().sin().matrix();
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      mass.data()[i] = ratio(sheet.rest.col(i)) * sheet.initial_mass[static_cast<std::size_t>(i)];
+      mass.data()[i] = ratio(sheet.rest.col(i)) * sheet.initial_mass[i];
     }
     Ablation ablation(sheet);
     const std::vector<double> level = level_set(sheet, mass, 0.5);
@@ -53,7 +53,7 @@ struct BurntSheet {
     double sum = 0;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       const auto corner = [&](std::size_t k) {
-        const DrawnPoint& point = surface.points[static_cast<std::size_t>(surface.triangles[t][k])];
+        const DrawnPoint& point = surface.points[surface.triangles[t][k]];
         Eigen::Vector3d x = Eigen::Vector3d::Zero();
         for (std::size_t j = 0; j < 4; ++j) {
           x += point.weights[j] * positions.vector(point.particles[j]);
@@ -61,7 +61,7 @@ struct BurntSheet {
         return x;
       };
       const double area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-      sum += area * density[static_cast<std::size_t>(surface.elements[t])];
+      sum += area * density[surface.elements[t]];
     }
     return sum_over_ranks(sum);
   }

@@ -167,7 +167,7 @@ class ScatteredFire {
 
   /// @param until by persistent id, when the points burn
   void update(const std::vector<double>& until, double time) {
-    const auto level = [&until, time](PetscInt id) { return until[static_cast<std::size_t>(id)] - time; };
+    const auto level = [&until, time](PetscInt id) { return until[id] - time; };
     if (Ablation(*sheet_).burn_away(living_, level_by_id(*sheet_, level))) {
       update_pieces(pieces_, *sheet_, living_, time);
     }
@@ -179,8 +179,8 @@ class ScatteredFire {
     kept.flip();
     using Triangles = std::array<bool, 4>;
     std::vector<PetscInt> piece(pieces_.of_particle);
-    piece.resize(static_cast<std::size_t>(sheet_->particles.owned));
-    std::vector<Triangles> triangles(static_cast<std::size_t>(sheet_->elements.owned));
+    piece.resize(sheet_->particles.owned);
+    std::vector<Triangles> triangles(sheet_->elements.owned);
     auto lives = living_.triangles.cbegin();
     for (Triangles& of_cell : triangles) {
       std::copy_n(lives, 4, of_cell.begin());
@@ -212,7 +212,7 @@ class ScatteredFire {
 /// When each point of a sheet burns, by persistent id, at random from 0 to 1.
 std::vector<double> random_times(const Sheet& sheet, unsigned seed) {
   std::mt19937 random(seed);
-  std::vector<double> until(static_cast<std::size_t>(sheet.id_end));
+  std::vector<double> until(sheet.id_end);
   for (double& time : until) {
     time = std::uniform_real_distribution<double>(0, 1)(random);
   }
@@ -240,9 +240,9 @@ void expect_same_pieces(const ScatteredFire& fire, const ScatteredFire& alone) {
     const SpringSet& set = fire.sheet().of(colour);
     for (std::size_t s = 0; s < set.ends.size(); ++s) {
       if (fire.living().springs[static_cast<std::size_t>(colour)][s]) {
-        const PetscInt piece = fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][0])];
+        const PetscInt piece = fire.pieces().of_particle[set.ends[s][0]];
         EXPECT_GE(piece, 0);
-        EXPECT_EQ(piece, fire.pieces().of_particle[static_cast<std::size_t>(set.ends[s][1])]);
+        EXPECT_EQ(piece, fire.pieces().of_particle[set.ends[s][1]]);
       }
     }
   }

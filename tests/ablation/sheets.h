@@ -25,9 +25,8 @@ inline Sheet shell_of(const SurfaceMesh& mesh, MPI_Comm comm = PETSC_COMM_WORLD)
 using IdPair = std::pair<PetscInt, PetscInt>;
 
 inline IdPair ids_of(const Sheet& sheet, Colour colour, PetscInt spring) {
-  const auto [a, b] = sheet.of(colour).ends[static_cast<std::size_t>(spring)];
-  return std::minmax(sheet.persistent_id[static_cast<std::size_t>(a)],
-                     sheet.persistent_id[static_cast<std::size_t>(b)]);
+  const auto [a, b] = sheet.of(colour).ends[spring];
+  return std::minmax(sheet.persistent_id[a], sheet.persistent_id[b]);
 }
 
 /// Number in the whole sheet of a drawn triangle.

@@ -24,7 +24,7 @@ SurfaceMesh slit_mesh(int n) {
   for (int i = 0; i < n / 2; ++i) {
     const int vertex = n / 2 * (n + 1) + i;
     copy[vertex] = static_cast<int>(mesh.points.size());
-    mesh.points.push_back(mesh.points[static_cast<std::size_t>(vertex)]);
+    mesh.points.push_back(mesh.points[vertex]);
   }
   for (std::size_t face = static_cast<std::size_t>(n * (n / 2)); face < mesh.faces.size(); ++face) {
     for (int& corner : mesh.faces[face]) {
@@ -89,7 +89,7 @@ Peak peak(const Surface& surface, int n, double length) {
   StressAverage average(surface, length, "ablation_");
   const std::vector<double> found = average.of(tension, Living(surface));
   std::vector<std::array<double, 3>> own;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(surface.elements.owned); ++e) {
+  for (PetscInt e = 0; e < surface.elements.owned; ++e) {
     const Eigen::Vector3d place = middle(surface, e) - tip;
     own.push_back({found[e], place.x(), place.y()});
   }
@@ -130,7 +130,7 @@ TEST(StressAverage, keeps_what_is_uniform_also_round_what_has_burnt) {
     for (const double length : {1e-4, 0.2, 30.0, 1e6}) {
       StressAverage average(*surface, length, "ablation_");
       const std::vector<double> found = average.of(tension, living);
-      for (std::size_t e = 0; e < static_cast<std::size_t>(surface->elements.owned); ++e) {
+      for (PetscInt e = 0; e < surface->elements.owned; ++e) {
         EXPECT_NEAR(found[e], surface->element_id[e] % 7 == 0 ? 0 : 3, 1e-5) << length;
       }
     }
@@ -146,7 +146,7 @@ TEST(StressAverage, does_not_pass_through_a_crack) {
   }
   StressAverage average(sheet, 0.1, "ablation_");
   const std::vector<double> found = average.of(tension, Living(sheet));
-  for (std::size_t e = 0; e < static_cast<std::size_t>(sheet.elements.owned); ++e) {
+  for (PetscInt e = 0; e < sheet.elements.owned; ++e) {
     const Eigen::Vector3d place = middle(sheet, e);
     if (place.x() < 0.1) {  // four lengths from the tip
       EXPECT_NEAR(found[e], tension[e], 0.02);

@@ -40,7 +40,7 @@ struct TearScene {
   template <class Force>
   void load(Colour colour, const Force& force_of) {
     const SpringSet& set = sheet.of(colour);
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+    for (PetscInt s = 0; s < set.owned(); ++s) {
       const Eigen::Vector3d from = sheet.rest.col(set.ends[s][0]);
       const Eigen::Vector3d along = sheet.rest.col(set.ends[s][1]) - from;
       force[static_cast<std::size_t>(colour)][s] = force_of(from, along);

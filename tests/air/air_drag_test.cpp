@@ -63,7 +63,7 @@ TEST_F(AirDragTest, PointsHaveTheirShares) {
   air.wind.velocity = {{0, 0, 0, -4}};
   const AirDrag drag = begun();
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    const double share = sheet.initial_mass[static_cast<std::size_t>(i)] / (SheetOptions().areal_density);
+    const double share = sheet.initial_mass[i] / (SheetOptions().areal_density);
     EXPECT_NEAR(drag.push(i)[2], -air.density / 2 * air.drag * 16 * share, 1e-12);
   }
 }
@@ -72,8 +72,8 @@ TEST_F(AirDragTest, LatticePointsWithoutMassLeaveItToTheCorners) {
   air.wind.velocity = {{0, 0, 0, -4}};
   const double expected = total(begun())[2];
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    if (sheet.is_lattice[static_cast<std::size_t>(i)]) {
-      sheet.initial_mass[static_cast<std::size_t>(i)] = 0;
+    if (sheet.is_lattice[i]) {
+      sheet.initial_mass[i] = 0;
     }
   }
   const AirDrag drag = begun();
@@ -128,7 +128,7 @@ TEST_F(AirDragTest, DragTakesEnergyWhateverMoves) {
   drag.accelerate(velocity, sheet.initial_mass, 0.5);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
     EXPECT_GE(principal_axes(drag.resistance(i)).values[0], -1e-15);
-    const double mass = sheet.initial_mass[static_cast<std::size_t>(i)];
+    const double mass = sheet.initial_mass[i];
     before += mass * start.col(i).squaredNorm();
     after += mass * velocity.vector(i).squaredNorm();
   }

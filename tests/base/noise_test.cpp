@@ -30,14 +30,14 @@ TEST(NoiseField, is_uniform_over_places_and_over_seeds) {
   const double limit = 1.95 / std::sqrt(count);  // Kolmogorov and Smirnov: one sample in a thousand is further away
   std::vector<double> numbers(count);
   for (int n = 0; n < count; ++n) {
-    numbers[static_cast<std::size_t>(n)] = noise(1, place(static_cast<std::uint64_t>(n)));
+    numbers[n] = noise(1, place(static_cast<std::uint64_t>(n)));
   }
   EXPECT_LT(distance_from_uniform(numbers), limit);
   // In a lattice's points, between two, and anywhere; the seeds of users follow on each other.
   for (const Eigen::Vector3d& at :
        {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-3.5, 2, 7), Eigen::Vector3d(0.31, -8.77, 0.5)}) {
     for (int seed = 0; seed < count; ++seed) {
-      numbers[static_cast<std::size_t>(seed)] = noise(seed, at);
+      numbers[seed] = noise(seed, at);
     }
     EXPECT_LT(distance_from_uniform(numbers), limit) << at.transpose();
   }

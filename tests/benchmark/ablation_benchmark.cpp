@@ -38,7 +38,7 @@ struct BurningSquare {
     const Eigen::Vector3d middle = sheet.rest.rowwise().mean();
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
       const double share = (sheet.rest.col(i) - middle).norm() < radius ? 0.2 : 1;
-      mass.data()[i] = share * sheet.initial_mass[static_cast<std::size_t>(i)];
+      mass.data()[i] = share * sheet.initial_mass[i];
     }
   }
 

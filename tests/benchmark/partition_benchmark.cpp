@@ -26,7 +26,7 @@ namespace {
 /// Corners of square cells, row by row.
 std::vector<PetscInt> square_of_quads(PetscInt cells_a_side) {
   std::vector<PetscInt> corners;
-  corners.reserve(static_cast<std::size_t>(4 * cells_a_side * cells_a_side));
+  corners.reserve(4 * cells_a_side * cells_a_side);
   for (PetscInt row = 0; row < cells_a_side; ++row) {
     for (PetscInt column = 0; column < cells_a_side; ++column) {
       const PetscInt first = row * (cells_a_side + 1) + column;

@@ -51,7 +51,7 @@ void set_target_lengths(WrinkledSheet& wrinkled, double ratio) {
     lengths = set.initial_length;
     for (std::size_t s = 0; s < lengths.size(); ++s) {
       for (const PetscInt end : set.ends[s]) {
-        lengths[s] *= wrinkled.sheet.is_lattice[static_cast<std::size_t>(end)] ? 1 : (1 + ratio) / 2;
+        lengths[s] *= wrinkled.sheet.is_lattice[end] ? 1 : (1 + ratio) / 2;
       }
     }
   }

@@ -45,7 +45,7 @@ TEST_F(Combustion, mass_falls_linearly_until_the_least_mass) {
     burn(mass_, change_, sheet_, {temperature, {}, time_until_half / steps}, options_);
     const double expected = std::max(1 - 0.5 * n / steps, options_.min_mass);
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      EXPECT_NEAR(mass_.data()[i] / sheet_.initial_mass[static_cast<std::size_t>(i)], expected, 1e-12);
+      EXPECT_NEAR(mass_.data()[i] / sheet_.initial_mass[i], expected, 1e-12);
     }
   }
   EXPECT_EQ(change_.values().cwiseAbs().maxCoeff(), 0);  // Nothing more to lose.
@@ -135,7 +135,7 @@ TEST_F(Combustion, volume_ratio_follows_mass_and_density) {
 
 TEST_F(Combustion, target_lengths_shrink_by_the_mean_of_both_ends) {
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-    mass_.data()[i] *= sheet_.is_lattice[static_cast<std::size_t>(i)] ? 1 : options_.min_mass;
+    mass_.data()[i] *= sheet_.is_lattice[i] ? 1 : options_.min_mass;
   }
   TargetLengths lengths;
   set_target_lengths(lengths, sheet_, ratios(sheet_, mass_, options_));
@@ -169,7 +169,7 @@ TEST(CombustionReference, target_lengths_match) {
   const auto masses = expected["m"].as<std::vector<double>>();
   Field mass(sheet.particles, 1);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    mass.data()[i] = masses[static_cast<std::size_t>(sheet.persistent_id[static_cast<std::size_t>(i)])];
+    mass.data()[i] = masses[sheet.persistent_id[i]];
   }
   TargetLengths lengths;
   set_target_lengths(lengths, sheet, ratios(sheet, mass, options));
@@ -203,8 +203,8 @@ TEST(CombustionReference, target_lengths_match) {
     }
     const SpringSet& springs = sheet.of(colour);
     for (std::size_t s = 0; s < springs.ends.size(); ++s) {
-      const int a = static_cast<int>(sheet.persistent_id[static_cast<std::size_t>(springs.ends[s][0])]);
-      const int b = static_cast<int>(sheet.persistent_id[static_cast<std::size_t>(springs.ends[s][1])]);
+      const int a = static_cast<int>(sheet.persistent_id[springs.ends[s][0]]);
+      const int b = static_cast<int>(sheet.persistent_id[springs.ends[s][1]]);
       EXPECT_NEAR(lengths[c][s], by_ends.at({std::min(a, b), std::max(a, b)}), 1e-14);
     }
   }
@@ -224,7 +224,7 @@ TEST(CombustionOfAMembrane, MassIsLostAsOnASheet) {
     lost += sum_over_ranks(burn(mass, change, membrane, {temperature, {}, 0.1}, options));
     const double left = std::max(0.4, 1 - 0.1 * step);
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      const double initial = membrane.initial_mass[static_cast<std::size_t>(i)];
+      const double initial = membrane.initial_mass[i];
       EXPECT_NEAR(mass.data()[i], left * initial, 1e-14 * initial);
     }
   }

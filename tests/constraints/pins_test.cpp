@@ -25,10 +25,10 @@ class PinsTest : public ::testing::Test {
   /// Persistent ids of what is pinned on any rank.
   std::set<int> ids(const PinOptions& options) const {
     const Pins pins(sheet, {{"pin", options}});
-    std::vector<int> found(static_cast<std::size_t>(sheet.particles.global), 0);
+    std::vector<int> found(sheet.particles.global, 0);
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      if (pins.pinned()[static_cast<std::size_t>(i)]) {
-        found[static_cast<std::size_t>(sheet.persistent_id[static_cast<std::size_t>(i)])] = 1;
+      if (pins.pinned()[i]) {
+        found[sheet.persistent_id[i]] = 1;
       }
     }
     MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX, PETSC_COMM_WORLD);
@@ -104,7 +104,7 @@ TEST_F(PinsTest, pinned_particles_follow_their_paths) {
   positions.values().setConstant(99);
   pins.impose(positions, 0.5);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    const int id = static_cast<int>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const int id = static_cast<int>(sheet.persistent_id[i]);
     Eigen::Vector3d expected(99, 99, 99);
     if (id == 6 || id == 34) {
       expected = sheet.rest.col(i) + Eigen::Vector3d(0, 0, 0.25);

@@ -93,7 +93,7 @@ TEST_F(PointLoadsTest, attachments_pull_to_their_moving_places) {
   const double total = area(8) + area(9) + area(10);
   const Vector3d displacement(0.01, 0.02, -0.03);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = sheet.persistent_id[i];
     const Vector3d x = sheet.rest.col(i) + displacement;
     const double stiffness = id >= 8 && id <= 10 ? 300 * area(id) / total : 0;
     const Vector3d stretch(0.01, 0.02, -0.13);
@@ -122,7 +122,7 @@ TEST_F(PointLoadsTest, forces_add_up_to_what_is_given) {
     total += area(id);
   }
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    if (sheet.persistent_id[static_cast<std::size_t>(i)] == 24) {
+    if (sheet.persistent_id[i] == 24) {
       EXPECT_LT((force(i) - area(24) / total * Vector3d(1, 1.5, -2)).norm(), 1e-13);
       const Vector3d displacement(0.1, 0.2, 0.3);
       EXPECT_NEAR(loads.at(i, sheet.rest.col(i) + displacement).value, -force(i).dot(displacement), 1e-13);

@@ -86,14 +86,14 @@ SurfaceMesh kites(int n) {
   const auto middle = [&](int a, int b) {
     const auto [found, is_new] = middles.try_emplace(std::minmax(a, b), static_cast<int>(mesh.points.size()));
     if (is_new) {
-      mesh.points.push_back((mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]) / 2);
+      mesh.points.push_back((mesh.points[a] + mesh.points[b]) / 2);
     }
     return found->second;
   };
   for (const std::vector<int>& face : triangles.faces) {
     Vector3d centre = Vector3d::Zero();
     for (const int point : face) {
-      centre += mesh.points[static_cast<std::size_t>(point)] / 3;
+      centre += mesh.points[point] / 3;
     }
     const std::array<int, 3> sides{middle(face[0], face[1]), middle(face[1], face[2]), middle(face[2], face[0])};
     const auto last = static_cast<int>(mesh.points.size());
@@ -126,7 +126,7 @@ TEST(BodyHeat, a_flat_surface_on_a_plane_takes_heat_by_its_area) {
         const Body plane = hot_body(HalfSpace{}, {0, 0, -gap});
         const Eigen::VectorXd conductance = body_conductance(*surface, plane, standing.input());
         for (PetscInt i = 0; i < surface->particles.owned; ++i) {
-          const double mass = surface->initial_mass[static_cast<std::size_t>(i)];
+          const double mass = surface->initial_mass[i];
           ASSERT_NEAR(conductance[i], transfer * mass / test_density, 1e-12) << "mesh " << m << ", gap " << gap;
         }
       }
@@ -265,7 +265,7 @@ TEST(BodyHeat, dead_triangles_take_none_and_the_rest_of_a_cell_gets_evenly_hotte
   EXPECT_NEAR(touching_area(sheet, plane, standing.input()), 0.08 - 0.04 * 0.04 / 4, 1e-14);
   const Eigen::VectorXd conductance = body_conductance(sheet, plane, standing.input());
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    EXPECT_LE(conductance[i], transfer * sheet.initial_mass[static_cast<std::size_t>(i)] / test_density * (1 + 1e-12));
+    EXPECT_LE(conductance[i], transfer * sheet.initial_mass[i] / test_density * (1 + 1e-12));
   }
 }
 

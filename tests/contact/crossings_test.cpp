@@ -92,7 +92,7 @@ TEST(Crossings, OnlyNewOnesAreNew) {
   before.values() = membrane.rest;
   after.values() = membrane.rest;
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    if (membrane.persistent_id[static_cast<std::size_t>(i)] == 7) {
+    if (membrane.persistent_id[i] == 7) {
       after.vector(i) += Eigen::Vector3d(0, 0, 1);  // through the strip
     }
   }

@@ -348,13 +348,13 @@ TEST_P(SurfaceContactTest, LatticePointsAreHeldBackWithTheirCorners) {
   back.values().leftCols(step.cols()) += step;
   back.update_ghosts();
   double carried = 0;
-  for (std::size_t e = 0; e < static_cast<std::size_t>(surface().elements.owned); ++e) {
+  for (PetscInt e = 0; e < surface().elements.owned; ++e) {
     const PetscInt lattice = surface().lattice[e];
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const PetscInt corner : surface().cells[e]) {
       mean += back.vector(corner) / 4;
     }
-    if (held[static_cast<std::size_t>(lattice)]) {
+    if (held[lattice]) {
       mean.setZero();
     }
     EXPECT_LT((back.vector(lattice) - mean).norm(), 1e-15) << "cell " << e;

@@ -94,7 +94,7 @@ TEST(BendingPotentialTest, a_strip_of_any_width_resists_folds_back_and_forth) {
   for (const int width : {1, 2, 3, 8}) {
     Bent bent(one_surface(PETSC_COMM_WORLD, grid_mesh(60, width, edge)));
     for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
-      if (!bent.sheet.is_lattice[static_cast<std::size_t>(i)]) {
+      if (!bent.sheet.is_lattice[i]) {
         const auto column = std::lround(bent.sheet.rest(0, i) / edge);
         bent.x.vector(i).z() += column % 2 == 0 ? height : -height;
       }
@@ -148,7 +148,7 @@ TEST(BendingPotentialTest, the_gradient_is_the_derivative_of_the_energy) {
                        }),
             {2, 3});
   for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
-    const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<double>(bent.sheet.persistent_id[i]);
     bent.x.vector(i) += 0.01 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
   }
   bent.begin(std::vector<double>(bent.ones.size(), 0.9), 0.01, 3);
@@ -212,7 +212,7 @@ Change change_of_a_wavy_sheet(double height, double damping_over_step) {
   const PetscInt count = bent.sheet.particles.local();
   Change change{Eigen::Matrix3Xd(3, count), {}, {}, Eigen::Matrix3Xd::Zero(3, count)};
   for (PetscInt i = 0; i < count; ++i) {
-    const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<double>(bent.sheet.persistent_id[i]);
     change.by.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
   }
   bent.potential.update_hessian(bent.x, Curvature::positive);
@@ -254,7 +254,7 @@ std::map<PetscInt, std::array<Eigen::Vector3d, 2>> gradient_and_product(MPI_Comm
   Bent bent(flat_sheet(comm, [](double x, double y) { return Eigen::Vector3d(x, y + 0.02 * std::sin(9 * x), 0); }));
   Eigen::Matrix3Xd w(3, bent.sheet.particles.local());
   for (PetscInt i = 0; i < bent.sheet.particles.local(); ++i) {
-    const auto id = static_cast<double>(bent.sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<double>(bent.sheet.persistent_id[i]);
     w.col(i) = Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
     bent.x.vector(i) += 0.01 * w.col(i);
   }
@@ -264,7 +264,7 @@ std::map<PetscInt, std::array<Eigen::Vector3d, 2>> gradient_and_product(MPI_Comm
   const Eigen::Matrix3Xd product = product_of(bent.potential, bent.sheet.particles.owned, w);
   std::map<PetscInt, std::array<Eigen::Vector3d, 2>> result;
   for (PetscInt i = 0; i < bent.sheet.particles.owned; ++i) {
-    result[bent.sheet.persistent_id[static_cast<std::size_t>(i)]] = {gradient.col(i), product.col(i)};
+    result[bent.sheet.persistent_id[i]] = {gradient.col(i), product.col(i)};
   }
   return result;
 }

@@ -39,11 +39,11 @@ class Crumpled {
     x.values() = sheet_.rest;
     projectors = Projectors(static_cast<std::size_t>(sheet_.particles.local()));
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
-      const auto id = static_cast<double>(sheet_.persistent_id[static_cast<std::size_t>(i)]);
+      const auto id = static_cast<double>(sheet_.persistent_id[i]);
       x.vector(i) += 0.02 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
-      if (clamped_[static_cast<std::size_t>(i)]) {
+      if (clamped_[i]) {
         projectors.bind(static_cast<std::size_t>(i), Eigen::Matrix3d::Zero());
-      } else if (sheet_.persistent_id[static_cast<std::size_t>(i)] % 13 == 0) {
+      } else if (sheet_.persistent_id[i] % 13 == 0) {
         const Eigen::Vector3d along = Eigen::Vector3d(1, 2, 3).normalized();
         projectors.bind(static_cast<std::size_t>(i), along * along.transpose());
       }

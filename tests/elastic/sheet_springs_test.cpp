@@ -29,7 +29,7 @@ double energy_per_area(const Sheet& sheet, const std::array<std::vector<double>,
   double energy = 0;
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
-    for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+    for (PetscInt s = 0; s < set.owned(); ++s) {
       const auto [a, b] = set.ends[s];
       const Eigen::Vector2d arm = (sheet.rest.col(a) - sheet.rest.col(b)).head<2>();
       const double stretch = arm.dot(strain * arm) / arm.norm();
@@ -75,12 +75,12 @@ TEST(SheetSpringsTest, textures_and_directions_change_what_they_should) {
   const std::array<std::vector<double>, 4> along_y =
       SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitY()), MaterialFactors())
           .stiffness(Living(sheet));
-  const std::vector<double> half(static_cast<std::size_t>(sheet.particles.local()), 0.5);
+  const std::vector<double> half(sheet.particles.local(), 0.5);
   const std::array<std::vector<double>, 4> softer =
       SheetSprings(sheet, stiffness, weave_of(sheet, Eigen::Vector3d::UnitY()), MaterialFactors{half, half, {}})
           .stiffness(Living(sheet));
   const SpringSet& green = sheet.of(Colour::green);
-  for (std::size_t s = 0; s < static_cast<std::size_t>(green.owned()); ++s) {
+  for (PetscInt s = 0; s < green.owned(); ++s) {
     const auto [a, b] = green.ends[s];
     const bool is_warp = std::abs((sheet.rest.col(a) - sheet.rest.col(b)).y()) > 0.05;
     const double k = along_y[static_cast<std::size_t>(Colour::green)][s];

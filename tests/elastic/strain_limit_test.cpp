@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 
-#include "elastic/elastic_step.h"
 #include "elastic/spring_potential.h"
 #include "geometry/principal_axes.h"
 #include "surface/net_strain.h"
@@ -81,7 +80,7 @@ struct Pulled {
     springs.set_limit(StrainLimit{0.1, 5, 0.8}, initial_lengths(sheet), living.springs);
     x.values() = sheet.rest;
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      const auto id = static_cast<double>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+      const auto id = static_cast<double>(sheet.persistent_id[i]);
       x.vector(i) += 0.009 * Eigen::Vector3d(std::sin(7 * id), std::sin(11 * id + 1), std::sin(13 * id + 2));
     }
   }
@@ -149,68 +148,6 @@ TEST(StrainLimitTest, what_has_died_has_no_limit) {
   const double stretch =
       (pulled.x.vector(a) - pulled.x.vector(b)).norm() - pulled.sheet.springs[blue].initial_length[0];
   EXPECT_NEAR(pulled.springs.forces(pulled.x)[blue][0], 5 * stretch, 1e-12) << "but its own stiffness";
-}
-
-/// A step of a sheet whose target lengths are those of the mesh times a factor.
-struct LimitedStep {
-  LimitedStep(MPI_Comm comm, double factor, double limit, const std::function<bool(const Eigen::Vector3d&)>& is_pinned)
-      : sheet(limited_sheet(comm, grid_mesh(8, 4, 0.1))),
-        positions(sheet.particles, 3),
-        target(initial_lengths(sheet)) {
-    Field start(sheet.particles, 3);
-    start.values() = positions.values() = sheet.rest;
-    for (auto& lengths : target) {
-      for (double& length : lengths) {
-        length *= factor;
-      }
-    }
-    std::vector<bool> pinned;
-    for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      pinned.push_back(is_pinned(sheet.rest.col(i)));
-    }
-    const std::vector<double> ones(pinned.size(), 1);
-    ElasticOptions options;
-    options.newton_tolerance = 1e-6;
-    options.strain_limit = limit;
-    SheetMaterial material;
-    material.tensile_stiffness = 10;
-    ElasticStep step(sheet, material, 0.01, MaterialFactors(), pinned, pinned, options);
-    result = step.advance(positions, {{sheet.initial_mass, pinned, start, 0.02}, target, ones, ones, Living(sheet)});
-    strain = net_strain(sheet, positions, target, Living(sheet));
-  }
-  Sheet sheet;
-  Field positions;
-  std::array<std::vector<double>, 4> target;
-  ElasticResult result;
-  NetStrain strain;
-};
-
-TEST(StrainLimitTest, a_step_that_starts_beyond_the_limit_finds_back_alike_on_any_ranks) {
-  SolverOptions solver;
-  solver.set("elastic_ksp_rtol", "1e-10");
-  const auto left = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 && r.y() < 1e-9; };
-  const LimitedStep alone(PETSC_COMM_SELF, 0.8, 0.02, left);  // at first strained by 25 %
-  ASSERT_TRUE(alone.result.converged) << alone.result.reason;
-  EXPECT_LE(alone.strain.largest, 0.02);
-  const LimitedStep together(PETSC_COMM_WORLD, 0.8, 0.02, left);
-  ASSERT_TRUE(together.result.converged) << together.result.reason;
-  EXPECT_EQ(together.result.newton_iterations, alone.result.newton_iterations);
-  std::map<PetscInt, Eigen::Vector3d> places;
-  for (PetscInt i = 0; i < alone.sheet.particles.local(); ++i) {
-    places[alone.sheet.persistent_id[static_cast<std::size_t>(i)]] = alone.positions.vector(i);
-  }
-  for (PetscInt i = 0; i < together.sheet.particles.local(); ++i) {
-    const PetscInt id = together.sheet.persistent_id[static_cast<std::size_t>(i)];
-    EXPECT_LT((together.positions.vector(i) - places.at(id)).norm(), 1e-6) << id;
-  }
-}
-
-TEST(StrainLimitTest, a_limit_that_cannot_be_kept_is_a_failed_step) {
-  const auto ends = [](const Eigen::Vector3d& r) { return r.x() < 1e-9 || r.x() > 0.8 - 1e-9; };
-  const LimitedStep step(PETSC_COMM_WORLD, 0.8, 0.02, ends);
-  EXPECT_FALSE(step.result.converged);
-  EXPECT_NE(step.result.reason.find(" spring of particles "), std::string::npos) << step.result.reason;
-  EXPECT_NE(step.result.reason.find("above project.strain_limit 0.02"), std::string::npos) << step.result.reason;
 }
 
 }  // namespace

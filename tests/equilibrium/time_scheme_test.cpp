@@ -20,7 +20,7 @@ struct Oscillator {
 
 struct Point {
   Eigen::Vector3d position;
-  Motion motion;
+  Kinematics motion;
 };
 
 /// Solves for y, in which the step's equation is linear.
@@ -37,7 +37,7 @@ Point step(const TimeIntegrator& integrator, const Oscillator& oscillator, doubl
 
 TEST(TimeScheme, WhatIsInBalanceIsBetweenTheEndsOfTheStep) {
   constexpr double h = 0.3;
-  const Motion start{{1, -2, 0.5}, {3, 0.25, -4}};
+  const Kinematics start{{1, -2, 0.5}, {3, 0.25, -4}};
   const Eigen::Vector3d displacement(0.4, 0.1, -0.7);
   for (const double radius : {0.0, 0.3, 0.8, 1.0}) {
     const TimeIntegrator integrator = TimeIntegrator::generalized_alpha(radius);
@@ -45,7 +45,7 @@ TEST(TimeScheme, WhatIsInBalanceIsBetweenTheEndsOfTheStep) {
     const double alpha_f = radius / (radius + 1);
     const double gamma = 0.5 - alpha_m + alpha_f;
     const double beta = std::pow(1 - alpha_m + alpha_f, 2) / 4;
-    const Motion end = integrator.end(h, displacement, start);
+    const Kinematics end = integrator.end(h, displacement, start);
     // Newmark's formulas
     const Eigen::Vector3d way =
         h * start.velocity + h * h * ((0.5 - beta) * start.acceleration + beta * end.acceleration);
@@ -68,7 +68,7 @@ TEST(TimeScheme, WhatIsInBalanceIsBetweenTheEndsOfTheStep) {
   EXPECT_FALSE(euler.is_second_order());
   EXPECT_EQ(euler.inertia(h), 1 / (h * h));
   EXPECT_EQ(euler.rate(h), 1 / h);
-  const Motion without{start.velocity, Eigen::Vector3d::Zero()};
+  const Kinematics without{start.velocity, Eigen::Vector3d::Zero()};
   EXPECT_EQ(euler.unaccelerated(h, without), h * start.velocity);
   EXPECT_EQ(euler.still(h, without), Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(euler.end(h, displacement, without).velocity, displacement / h);
@@ -148,7 +148,7 @@ TEST(TimeScheme, TheMidpointRuleKeepsEnergy) {
 TEST(TimeScheme, AConstantForceMovesExactlyAndHasNoError) {
   const Oscillator falling{0, 0, {1, 2, -9.81}};
   const TimeIntegrator integrator = TimeIntegrator::generalized_alpha(0.8);
-  const Motion start{{3, 0, 1}, falling.force};
+  const Kinematics start{{3, 0, 1}, falling.force};
   const Point end = step(integrator, falling, 0.7, {Eigen::Vector3d::Zero(), start});
   EXPECT_LE((end.position - 0.7 * start.velocity - 0.7 * 0.7 / 2 * falling.force).norm(), 1e-14);
   EXPECT_LE((end.motion.velocity - start.velocity - 0.7 * falling.force).norm(), 1e-14);

@@ -31,7 +31,7 @@ struct Air {
 /// @param areal_density of the unburnt sheet, by which a particle's mass tells its area [kg/m^2]
 void blow(Field& velocity, const Air& air, const Sheet& sheet, const Field& mass, double areal_density, double h) {
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    const double area = sheet.initial_mass[static_cast<std::size_t>(i)] / areal_density;
+    const double area = sheet.initial_mass[i] / areal_density;
     const Eigen::Vector3d w = air.velocity - velocity.vector(i);
     velocity.vector(i) += h * (air.density * air.drag_coefficient * area / 2) * w.norm() * w / mass.data()[i];
   }
@@ -63,6 +63,7 @@ bool fall(MPI_Comm comm) {
   StageClock clock(stages);
   Burn burn(sheet, options, clock);
   State state = burn.initial_state();
+  Equilibrium equilibrium({{"", &burn}}, options.contact, options.elastic, clock, burn.stage());
 
   const double h = options.time.step;
   while (state.time < 0.8) {
@@ -73,7 +74,15 @@ bool fall(MPI_Comm comm) {
         const auto timer = clock.time("wind");
         blow(state.velocity, air, sheet, state.mass, options.sheet.areal_density, h);
       }
-      result = burn.dynamics(state, h);
+      result = burn.begin_dynamics(state, h);
+    }
+    if (result.converged) {
+      const EquilibriumResult balance = equilibrium.solve(h);
+      result.converged = balance.converged;
+      result.reason = balance.reason;
+      if (balance.converged) {
+        result = burn.end_dynamics(state, balance);
+      }
     }
     if (result.converged) {
       result = burn.end_step(state, h);

@@ -133,10 +133,10 @@ TEST_F(TwoSpheres, a_vertex_names_a_piece_and_gradients_stay_on_it) {
   EXPECT_NEAR(chambers.initial_volume(0) / chambers.initial_volume(1), 8, 1e-12);
   const Eigen::Matrix3Xd gradient = chambers.volume_gradient(0, rest_positions(membrane));
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    EXPECT_EQ(gradient.col(i).isZero(0), membrane.persistent_id[static_cast<std::size_t>(i)] < in_second);
+    EXPECT_EQ(gradient.col(i).isZero(0), membrane.persistent_id[i] < in_second);
   }
   for (PetscInt element = 0; element < membrane.elements.local(); ++element) {
-    EXPECT_EQ(chambers.of_triangle(element), membrane.piece[static_cast<std::size_t>(element)] == 1 ? 0 : 1);
+    EXPECT_EQ(chambers.of_triangle(element), membrane.piece[element] == 1 ? 0 : 1);
   }
 }
 
@@ -146,7 +146,7 @@ TEST_F(TwoSpheres, a_piece_that_no_chamber_names_bounds_none) {
   const Chambers chambers = chambers_of(membrane, {{"air", named}});
   ASSERT_EQ(chambers.count(), 1);
   for (PetscInt element = 0; element < membrane.elements.local(); ++element) {
-    EXPECT_EQ(chambers.of_triangle(element), membrane.piece[static_cast<std::size_t>(element)] == 0 ? 0 : -1);
+    EXPECT_EQ(chambers.of_triangle(element), membrane.piece[element] == 0 ? 0 : -1);
   }
 }
 
@@ -165,7 +165,7 @@ class HalfSphere : public ::testing::Test {
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       if (std::abs(membrane.rest(2, i) - height) < 1e-12) {
         projectors.bind(static_cast<std::size_t>(i), Eigen::Vector3d(1, 1, 0).asDiagonal());
-        planes.of_particle[static_cast<std::size_t>(i)] = 1;
+        planes.of_particle[i] = 1;
       }
     }
   }

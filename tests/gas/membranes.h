@@ -21,8 +21,7 @@ inline SurfaceMesh refined(const SurfaceMesh& mesh) {
   const auto middle = [&](int a, int b) {
     const auto [entry, is_new] = middle_of_edge.try_emplace(std::minmax(a, b), static_cast<int>(result.points.size()));
     if (is_new) {
-      result.points.emplace_back(0.5 *
-                                 (mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]));
+      result.points.emplace_back(0.5 * (mesh.points[a] + mesh.points[b]));
     }
     return entry->second;
   };
@@ -66,7 +65,7 @@ inline Field rest_positions(const Membrane& membrane) {
 inline Field scattered(const Membrane& membrane, double phase) {
   Field field(membrane.particles, 3);
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    const auto id = static_cast<double>(membrane.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<double>(membrane.persistent_id[i]);
     field.vector(i) = Eigen::Array3d(12.9 * id + phase, 78.2 * id + 2 * phase, 37.7 * id + 3 * phase).sin();
   }
   return field;

@@ -36,7 +36,7 @@ std::vector<std::string> balloons() {
 Field field_of(const Membrane& membrane, const YAML::Node& rows) {
   Field field(membrane.particles, 3);
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    const YAML::Node row = rows[membrane.persistent_id[static_cast<std::size_t>(i)]];
+    const YAML::Node row = rows[membrane.persistent_id[i]];
     field.vector(i) = Eigen::Vector3d(row[0].as<double>(), row[1].as<double>(), row[2].as<double>());
   }
   return field;

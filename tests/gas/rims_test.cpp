@@ -102,13 +102,13 @@ TEST(Rims, AChamberWhoseWallIsCutInTwoBecomesTwoByVolume) {
   Field position(membrane.particles, 3);
   position.values() = membrane.rest;
   Living living(membrane);
-  std::vector<PetscInt> piece(static_cast<std::size_t>(membrane.particles.local()));
+  std::vector<PetscInt> piece(membrane.particles.local());
   for (std::size_t i = 0; i < piece.size(); ++i) {
     const double z = membrane.rest(2, static_cast<Eigen::Index>(i));
     piece[i] = z > 0.3 ? 1 : z > -0.97 ? 0 : 2;
   }
   for (std::size_t t = 0; t < membrane.triangles.size(); ++t) {
-    const auto of = [&](std::size_t k) { return piece[static_cast<std::size_t>(membrane.triangles[t][k])]; };
+    const auto of = [&](std::size_t k) { return piece[membrane.triangles[t][k]]; };
     living.triangles[t] = of(0) == of(1) && of(1) == of(2);
   }
   GasExchange exchange = chambers.first_exchange(chambers.volumes(position));

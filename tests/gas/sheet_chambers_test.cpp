@@ -41,7 +41,7 @@ Field place_of(const Sheet& sheet) {
   Field x(sheet.particles, 3);
   x.values() = sheet.rest;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {  // crumpled, by the ids alone
-    const auto id = static_cast<double>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<double>(sheet.persistent_id[i]);
     x.vector(i) += 0.01 * Eigen::Vector3d(std::sin(12.9 * id), std::sin(78.2 * id), std::sin(37.7 * id));
   }
   return x;
@@ -65,7 +65,7 @@ TEST(SheetChambers, TheVolumeIsThatBetweenCornersAndLatticePoints) {
   const double t = 1e-3;
   const Sheet sheet = closed_sheet(3, t);
   double area = 0;
-  for (std::size_t cell = 0; cell < static_cast<std::size_t>(sheet.elements.owned); ++cell) {
+  for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
     area += sheet.element_mass[cell] / SheetOptions().areal_density;
   }
   const double added = Chambers(sheet, GasOptions(), {{"air", of_pressure(1)}}).initial_volume(0) -
@@ -83,7 +83,7 @@ TEST(SheetChambers, ForcesAreTheVolumesDerivativeAndAddUpToNothing) {
   EXPECT_LT(largest, 1);
   Field w(sheet.particles, 3);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    const auto id = static_cast<double>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<double>(sheet.persistent_id[i]);
     w.vector(i) = Eigen::Vector3d(std::sin(3.1 * id), std::cos(5.7 * id), std::sin(7.3 * id + 1));
   }
   const auto volume_at = [&](double step) {
@@ -162,7 +162,7 @@ TEST(SheetChambers, FindsPiecesAndWhetherTheyAreClosed) {
   const Chambers chambers(sheet, GasOptions(), {{"ring", ring}});
   EXPECT_EQ(chambers.count(), 1);
   for (PetscInt triangle = 0; triangle < static_cast<PetscInt>(sheet.triangles.size()); ++triangle) {
-    EXPECT_EQ(chambers.of_triangle(triangle), sheet.piece[static_cast<std::size_t>(triangle / 4)] == 0 ? 0 : -1);
+    EXPECT_EQ(chambers.of_triangle(triangle), sheet.piece[triangle / 4] == 0 ? 0 : -1);
   }
 }
 

@@ -11,8 +11,7 @@ namespace {
 using Corners = std::array<Eigen::Vector3d, 3>;
 
 Eigen::Vector3d place(const Corners& corners, const BorderPoint& point) {
-  return (1 - point.t) * corners[static_cast<std::size_t>(point.from)] +
-         point.t * corners[static_cast<std::size_t>(point.to)];
+  return (1 - point.t) * corners[point.from] + point.t * corners[point.to];
 }
 
 Eigen::Vector3d vector_area(const Corners& corners) {
@@ -53,7 +52,7 @@ void for_all_patterns(const Work& work) {
     for (int pattern = 0; pattern < 8; ++pattern) {
       std::array<double, 3> level;
       for (int i = 0; i < 3; ++i) {
-        level[static_cast<std::size_t>(i)] = (pattern >> i & 1) != 0 ? number(random) : -number(random);
+        level[i] = (pattern >> i & 1) != 0 ? number(random) : -number(random);
       }
       work(corners, level);
     }
@@ -65,7 +64,7 @@ TEST(MarchingTriangle, AreasAreExactAndTurnedAsTheWhole) {
     const KeptPart part = marching_triangle(level);
     const Eigen::Vector3d whole = vector_area(corners);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (std::size_t t = 0; t < static_cast<std::size_t>(part.count); ++t) {
+    for (PetscInt t = 0; t < part.count; ++t) {
       const Eigen::Vector3d area = vector_area(corners, part.triangles[t]);
       EXPECT_GT(area.dot(whole), 0);
       sum += area;
@@ -78,17 +77,17 @@ TEST(MarchingTriangle, AreasAreExactAndTurnedAsTheWhole) {
 TEST(MarchingTriangle, FourCasesHaveNoneOneOneAndTwoTriangles) {
   for_all_patterns([](const Corners&, const std::array<double, 3>& level) {
     const int kept = (level[0] >= 0) + (level[1] >= 0) + (level[2] >= 0);
-    EXPECT_EQ(marching_triangle(level).count, (std::array{0, 1, 2, 1})[static_cast<std::size_t>(kept)]);
+    EXPECT_EQ(marching_triangle(level).count, (std::array{0, 1, 2, 1})[kept]);
   });
 }
 
 TEST(MarchingTriangle, PointsLieWhereTheLevelIsZero) {
   for_all_patterns([](const Corners&, const std::array<double, 3>& level) {
     const KeptPart part = marching_triangle(level);
-    for (std::size_t t = 0; t < static_cast<std::size_t>(part.count); ++t) {
+    for (PetscInt t = 0; t < part.count; ++t) {
       for (const BorderPoint& point : part.triangles[t]) {
-        const double from = level[static_cast<std::size_t>(point.from)];
-        const double to = level[static_cast<std::size_t>(point.to)];
+        const double from = level[point.from];
+        const double to = level[point.to];
         EXPECT_GE(from, 0);
         if (point.from == point.to) {
           EXPECT_EQ(point.t, 0);
@@ -106,7 +105,7 @@ TEST(MarchingTriangle, KeptAndBurntPartsAreTheWhole) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const double sign : {1.0, -1.0}) {
       const KeptPart part = marching_triangle({sign * level[0], sign * level[1], sign * level[2]});
-      for (std::size_t t = 0; t < static_cast<std::size_t>(part.count); ++t) {
+      for (PetscInt t = 0; t < part.count; ++t) {
         sum += vector_area(corners, part.triangles[t]);
       }
     }
@@ -121,7 +120,7 @@ TEST(MarchingTriangle, NeighboursCutTheirEdgeAtTheSamePoint) {
     const auto cut_places = [](const Corners& of, const std::array<double, 3>& at, int a, int b) {
       std::vector<std::array<double, 3>> places;
       const KeptPart part = marching_triangle(at);
-      for (std::size_t t = 0; t < static_cast<std::size_t>(part.count); ++t) {
+      for (PetscInt t = 0; t < part.count; ++t) {
         for (const BorderPoint& point : part.triangles[t]) {
           if (std::minmax({point.from, point.to}) == std::minmax({a, b})) {
             const Eigen::Vector3d x = place(of, point);
@@ -138,13 +137,11 @@ TEST(MarchingTriangle, NeighboursCutTheirEdgeAtTheSamePoint) {
         std::array<double, 3> level_there;
         const std::array<int, 3> at{first, (first + 1) % 3, (first + 2) % 3};
         for (const auto& [to, from] : {std::pair{0, 1}, {1, 0}}) {
-          neighbour[static_cast<std::size_t>(at[static_cast<std::size_t>(to)])] =
-              corners[static_cast<std::size_t>(from)];
-          level_there[static_cast<std::size_t>(at[static_cast<std::size_t>(to)])] =
-              level[static_cast<std::size_t>(from)];
+          neighbour[at[to]] = corners[from];
+          level_there[at[to]] = level[from];
         }
-        neighbour[static_cast<std::size_t>(at[2])] << 2, 3, 4;
-        level_there[static_cast<std::size_t>(at[2])] = beyond;
+        neighbour[at[2]] << 2, 3, 4;
+        level_there[at[2]] = beyond;
         const auto other = cut_places(neighbour, level_there, at[0], at[1]);
         EXPECT_EQ(own.empty(), other.empty());
         for (const auto& place_there : other) {
@@ -161,7 +158,7 @@ TEST(MarchingTriangle, ZeroIsKept) {
   EXPECT_EQ(marching_triangle({0, 0, 0}).count, 1);
   const KeptPart edge = marching_triangle({0, 0, -1});
   const Corners corners{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0)};
-  for (std::size_t t = 0; t < static_cast<std::size_t>(edge.count); ++t) {
+  for (PetscInt t = 0; t < edge.count; ++t) {
     EXPECT_EQ(vector_area(corners, edge.triangles[t]).norm(), 0);
   }
 }

@@ -183,7 +183,7 @@ SurfaceMesh part_of(const SurfaceMesh& mesh, const std::function<bool(const Eige
   for (const std::vector<int>& face : mesh.faces) {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (const int point : face) {
-      middle += mesh.points[static_cast<std::size_t>(point)] / 4;
+      middle += mesh.points[point] / 4;
     }
     if (!is_chosen(middle)) {
       continue;
@@ -192,7 +192,7 @@ SurfaceMesh part_of(const SurfaceMesh& mesh, const std::function<bool(const Eige
     for (const int point : face) {
       const auto [entry, is_new] = number.try_emplace(point, static_cast<int>(part.points.size()));
       if (is_new) {
-        part.points.push_back(mesh.points[static_cast<std::size_t>(point)]);
+        part.points.push_back(mesh.points[point]);
       }
       chosen.push_back(entry->second);
     }
@@ -219,7 +219,7 @@ TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
     Eigen::Index nearest = 0;
     ASSERT_LT((whole.rest.colwise() - part.rest.col(i)).colwise().squaredNorm().minCoeff(&nearest), 1e-20);
     in_whole.push_back(nearest);
-    part.initial_mass[static_cast<std::size_t>(i)] = whole.initial_mass[static_cast<std::size_t>(nearest)];
+    part.initial_mass[i] = whole.initial_mass[nearest];
   }
   for (const char* name : {"umbrella", "consistent"}) {
     const auto conducted = [&](const Sheet& sheet) {
@@ -239,7 +239,7 @@ TEST_P(ConductionOf, a_masked_sheet_conducts_as_its_living_part_alone) {
     double change = 0;
     for (PetscInt i = 0; i < part.particles.local(); ++i) {
       const double value = result.data()[i];
-      difference = std::max(difference, std::abs(value - expected.data()[in_whole[static_cast<std::size_t>(i)]]));
+      difference = std::max(difference, std::abs(value - expected.data()[in_whole[i]]));
       change = std::max(change, std::abs(value - start(part.rest.col(i))));
     }
     EXPECT_LT(max_over_ranks(difference), 1e-10 * 900) << name;

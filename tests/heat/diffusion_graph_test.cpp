@@ -94,7 +94,7 @@ SurfaceMesh cubed_sphere(int n, double radius) {
     if (is_new) {
       Eigen::Vector3d point;
       for (int k = 0; k < 3; ++k) {
-        point[k] = std::tan(M_PI / 4 * (2.0 * place[static_cast<std::size_t>(k)] / n - 1));
+        point[k] = std::tan(M_PI / 4 * (2.0 * place[k] / n - 1));
       }
       mesh.points.emplace_back(radius * point.normalized());
     }
@@ -210,14 +210,14 @@ TEST(Umbrella, matches_the_reference) {
   Field positions(sheet.particles, 3);
   Field squares(sheet.particles, 1);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    const auto id = static_cast<std::size_t>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<std::size_t>(sheet.persistent_id[i]);
     positions.vector(i) = Eigen::Map<const Eigen::Vector3d>(x0[id].data());
     squares.data()[i] = t0[id] * t0[id] / 1e6;
   }
   const DiffusionGraph graph = umbrella(sheet, positions);
   const Eigen::VectorXd result = graph.inflow(squares).cwiseQuotient(graph.capacity);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    const auto id = static_cast<std::size_t>(sheet.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<std::size_t>(sheet.persistent_id[i]);
     EXPECT_NEAR(2 * graph.capacity[i], weights[id], 1e-12);
     EXPECT_NEAR(result[i], laplacian[id], 1e-11);
   }

@@ -42,7 +42,7 @@ TEST_F(HeatBalance, areas_add_up_and_follow_the_masses) {
   const Eigen::VectorXd areas = particle_areas(sheet_, positions_, Living(sheet_));
   EXPECT_NEAR(sum_over_ranks(areas.sum()), 0.6 * 0.5, 1e-14);
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
-    EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[static_cast<std::size_t>(i)], 1e-16);
+    EXPECT_NEAR(areas[i] * test_density, sheet_.initial_mass[i], 1e-16);
   }
 }
 
@@ -66,7 +66,7 @@ TEST_F(HeatBalance, dead_triangles_have_no_area_and_lose_nothing) {
     const Eigen::Vector3d x = sheet_.rest.col(i);
     double share = x.x() < 0.29 ? 0 : x.x() < 0.31 ? 0.5 : 1;
     if (x.y() < 0.11) {
-      share -= sheet_.is_lattice[static_cast<std::size_t>(i)] && x.x() > 0.3 && x.x() < 0.4 ? 0.25 : 0;
+      share -= sheet_.is_lattice[i] && x.x() > 0.3 && x.x() < 0.4 ? 0.25 : 0;
       share -= std::abs(x.x() - 0.3) < 0.01 ? (x.y() < 0.01 ? 0.25 : 0.125) : 0;
     }
     EXPECT_NEAR(temperature.data()[i], 300 + 400 * std::exp(-share * rate), 1e-10) << x.transpose();

@@ -103,7 +103,7 @@ TEST(HeatOfAMembrane, TheUmbrellaIsItsFormulaOnTheEdges) {
   set_umbrella(graph, membrane, constant(membrane, 0.7), rest_positions(membrane), Living(membrane));
   const Eigen::VectorXd rate = graph.inflow(field_of(membrane, value)).cwiseQuotient(graph.capacity);
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    const auto id = static_cast<std::size_t>(membrane.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<std::size_t>(membrane.persistent_id[i]);
     EXPECT_NEAR(rate[i], 0.7 * 2 / length[id] * flow[id], 1e-9 * std::abs(rate[i]) + 1e-9);
   }
 }
@@ -113,8 +113,8 @@ TEST(HeatOfAMembrane, MassAndAreaOfAVertexAreAThirdOfItsElements) {
   const Eigen::VectorXd area = particle_areas(membrane, rest_positions(membrane), Living(membrane));
   double mass = 0;
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    EXPECT_NEAR(membrane.initial_mass[static_cast<std::size_t>(i)], 0.25 * area[i], 1e-17);
-    mass += membrane.initial_mass[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(membrane.initial_mass[i], 0.25 * area[i], 1e-17);
+    mass += membrane.initial_mass[i];
   }
   EXPECT_NEAR(sum_over_ranks(mass), 0.25 * 0.35, 1e-15);
   EXPECT_NEAR(sum_over_ranks(area.sum()), 0.35, 1e-15);

@@ -89,9 +89,9 @@ inline Living without(const Sheet& sheet, const std::function<bool(const Eigen::
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     Field lives(springs.layout, 1);  // A ghost does not know all its triangles.
-    for (std::size_t s = 0; s < static_cast<std::size_t>(springs.owned()); ++s) {
+    for (PetscInt s = 0; s < springs.owned(); ++s) {
       for (const PetscInt triangle : springs.triangles[s]) {
-        if (triangle >= 0 && living.triangles[static_cast<std::size_t>(triangle)]) {
+        if (triangle >= 0 && living.triangles[triangle]) {
           lives.data()[s] = 1;
         }
       }

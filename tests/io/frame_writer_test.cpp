@@ -32,7 +32,7 @@ struct Scene {
         springs(drawing_of_springs(sheet, Living(sheet))),
         positions(sheet.rest) {
     for (Eigen::Index i = 0; i < positions.cols(); ++i) {
-      const double id = sheet.persistent_id[static_cast<std::size_t>(i)];
+      const double id = sheet.persistent_id[i];
       temperature.push_back(300 + id);
       velocity.insert(velocity.end(), {positions(0, i), 2 * positions(1, i), sheet.is_lattice[i] ? 99.0 : 0.0});
     }
@@ -97,7 +97,7 @@ Membrane make_triangle_strip(PetscInt cells, int empty) {
   membrane.element_id.clear();
   for (std::size_t cell = 0; cell < strip.cells.size(); ++cell) {
     const auto& [a, b, c, d] = strip.cells[cell];
-    const PetscInt id = strip.persistent_id[static_cast<std::size_t>(strip.lattice[cell])] - strip.first_lattice_id;
+    const PetscInt id = strip.persistent_id[strip.lattice[cell]] - strip.first_lattice_id;
     membrane.triangles.insert(membrane.triangles.end(), {{a, b, c}, {a, c, d}});
     membrane.element_id.insert(membrane.element_id.end(), {2 * id, 2 * id + 1});
   }
@@ -330,7 +330,7 @@ TEST(FrameWriter, CellFieldsOfASheetAreThoseOfTheTriangles) {
   std::vector<double> id;
   std::vector<double> other(sheet.cells.size());
   for (const PetscInt lattice : sheet.lattice) {
-    id.push_back(sheet.persistent_id[static_cast<std::size_t>(lattice)] - sheet.first_lattice_id);
+    id.push_back(sheet.persistent_id[lattice] - sheet.first_lattice_id);
   }
   Frame frame = scene.frame(0, 0);
   frame.cell_fields = {{"id", 1, id.data()}, {"other", 1, other.data()}};
@@ -407,8 +407,8 @@ TEST(FrameWriter, DrawsLivingSpringsOnly) {
   const Sheet sheet = make_strip(MPI_COMM_WORLD, cell_count, 1);
   Scene scene(sheet);
   Living living(sheet);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(sheet.of(Colour::red).owned()); ++i) {
-    const auto cell = sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[i])] - sheet.first_lattice_id;
+  for (PetscInt i = 0; i < sheet.of(Colour::red).owned(); ++i) {
+    const auto cell = sheet.persistent_id[sheet.lattice[i]] - sheet.first_lattice_id;
     living.springs[static_cast<std::size_t>(Colour::red)][i] = cell % 3 == 0;
   }
   scene.springs = drawing_of_springs(sheet, living);

@@ -16,17 +16,13 @@ inline DrawnSurface whole_surface(const Membrane& membrane) {
   DrawnSurface surface;
   std::vector<PetscInt> number(membrane.persistent_id.size(), -1);
   for (PetscInt element = 0; element < membrane.elements.owned; ++element) {
-    std::array<PetscInt, 3> triangle = membrane.triangles[static_cast<std::size_t>(element)];
+    std::array<PetscInt, 3> triangle = membrane.triangles[element];
     for (PetscInt& corner : triangle) {
-      PetscInt& point = number[static_cast<std::size_t>(corner)];
+      PetscInt& point = number[corner];
       if (point < 0) {
         point = static_cast<PetscInt>(surface.points.size());
-        surface.points.push_back({{corner},
-                                  {1},
-                                  membrane.persistent_id[static_cast<std::size_t>(corner)],
-                                  corner < membrane.particles.owned,
-                                  0,
-                                  0});
+        surface.points.push_back(
+            {{corner}, {1}, membrane.persistent_id[corner], corner < membrane.particles.owned, 0, 0});
       }
       corner = point;
     }
@@ -42,13 +38,12 @@ inline DrawnSurface whole_surface(const Sheet& sheet) {
   DrawnSurface surface;
   std::vector<PetscInt> number(sheet.persistent_id.size(), -1);
   const auto add = [&](PetscInt of, std::array<PetscInt, 4> particles, std::array<double, 4> weights, double centre) {
-    number[static_cast<std::size_t>(of)] = static_cast<PetscInt>(surface.points.size());
-    surface.points.push_back({particles, weights, sheet.persistent_id[static_cast<std::size_t>(of)],
-                              of < sheet.particles.owned, of, centre});
+    number[of] = static_cast<PetscInt>(surface.points.size());
+    surface.points.push_back({particles, weights, sheet.persistent_id[of], of < sheet.particles.owned, of, centre});
   };
   for (const auto& round : sheet.cells) {
     for (const PetscInt corner : round) {
-      if (number[static_cast<std::size_t>(corner)] < 0) {
+      if (number[corner] < 0) {
         add(corner, {corner}, {1}, 0);
       }
     }
@@ -56,9 +51,8 @@ inline DrawnSurface whole_surface(const Sheet& sheet) {
   for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
     add(sheet.lattice[cell], sheet.cells[cell], {0.25, 0.25, 0.25, 0.25}, 1);
     for (std::size_t k = 0; k < 4; ++k) {
-      surface.triangles.push_back({number[static_cast<std::size_t>(sheet.cells[cell][k])],
-                                   number[static_cast<std::size_t>(sheet.cells[cell][(k + 1) % 4])],
-                                   number[static_cast<std::size_t>(sheet.lattice[cell])]});
+      surface.triangles.push_back(
+          {number[sheet.cells[cell][k]], number[sheet.cells[cell][(k + 1) % 4]], number[sheet.lattice[cell]]});
       surface.elements.push_back(static_cast<PetscInt>(cell));
     }
   }
@@ -85,7 +79,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   PetscInt end_cell = 0;
   bool starts_strip = false;
   for (PetscInt i = 0; i < workers; ++i) {
-    if (working[static_cast<std::size_t>(i)] == rank) {
+    if (working[i] == rank) {
       first_cell = cells * i / workers;
       end_cell = cells * (i + 1) / workers;
       starts_strip = i == 0;
@@ -128,7 +122,7 @@ inline Sheet make_strip(MPI_Comm comm, PetscInt cells, int empty = -1) {
   sheet.rest.resize(3, count);
   sheet.uv.resize(2, count);
   for (PetscInt i = 0; i < count; ++i) {
-    const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = sheet.persistent_id[i];
     const bool lattice = id >= sheet.global_corners;
     sheet.is_lattice.push_back(lattice);
     if (lattice) {

@@ -114,7 +114,7 @@ TEST(BlobsMesh, OfABallIsAGoodSphere) {
   EXPECT_NEAR(report.volume / (4 * pi / 3 * 1.25e-4), 1, 1e-2);
   // Texture coordinates: x to the right and z up, in the box round the ball.
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const Eigen::Vector3d& point = mesh.points[static_cast<std::size_t>(mesh.faces[f][0])];
+    const Eigen::Vector3d& point = mesh.points[mesh.faces[f][0]];
     EXPECT_NEAR(mesh.uv[f][0].x(), 0.5 + (point.x() - 0.1) / 0.1, 0.01);
     EXPECT_NEAR(mesh.uv[f][0].y(), 0.5 + (point.z() - 0.3) / 0.1, 0.01);
   }

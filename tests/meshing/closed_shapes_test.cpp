@@ -33,9 +33,8 @@ void expect_uv_without_wrap(const SurfaceMesh& mesh, double widest, double pole)
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const std::vector<Eigen::Vector2d>& corners = mesh.uv[f];
     ASSERT_EQ(corners.size(), mesh.faces[f].size());
-    const bool near_axis = std::any_of(mesh.faces[f].begin(), mesh.faces[f].end(), [&](int point) {
-      return mesh.points[static_cast<std::size_t>(point)].head<2>().norm() < pole;
-    });
+    const bool near_axis = std::any_of(mesh.faces[f].begin(), mesh.faces[f].end(),
+                                       [&](int point) { return mesh.points[point].head<2>().norm() < pole; });
     double left = 1;
     double right = 0;
     for (const Eigen::Vector2d& uv : corners) {
@@ -83,7 +82,7 @@ TEST(Icosphere, TextureGoesRoundWithASeam) {
   expect_uv_without_wrap(mesh, 0.201, 0);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3d& point = mesh.points[static_cast<std::size_t>(mesh.faces[f][k])];
+      const Eigen::Vector3d& point = mesh.points[mesh.faces[f][k]];
       const Eigen::Vector2d& uv = mesh.uv[f][k];
       EXPECT_NEAR(-std::cos(pi * uv.y()), point.z() / 2, 1e-12);
       if (std::abs(point.z()) < 1.999 && uv.x() > 0 && uv.x() < 1) {

@@ -17,7 +17,7 @@ namespace pellicle {
 namespace {
 
 Eigen::Vector3d normal(const SurfaceMesh& mesh, std::size_t face) {
-  const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.faces[face][k])]; };
+  const auto at = [&](std::size_t k) { return mesh.points[mesh.faces[face][k]]; };
   return (at(2) - at(0)).cross(at(3) - at(1));
 }
 
@@ -87,7 +87,7 @@ TEST(Torus, CountsAndOutwardNormals) {
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     for (const int point : mesh.faces[f]) {
-      centre += 0.25 * mesh.points[static_cast<std::size_t>(point)];
+      centre += 0.25 * mesh.points[point];
     }
     const Eigen::Vector3d ring = 0.5 * Eigen::Vector3d(centre.x(), centre.y(), 0).normalized();
     EXPECT_GT(normal(mesh, f).dot(centre - ring), 0);
@@ -126,9 +126,9 @@ TEST(Roof, CountsZigzagAndArc) {
   }
   EXPECT_NEAR(lowest, radius * std::cos(arch / 2), 1e-14);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    EXPECT_GT(normal(mesh, f).dot(Eigen::Vector3d(0, mesh.points[static_cast<std::size_t>(mesh.faces[f][1])].y(),
-                                                  mesh.points[static_cast<std::size_t>(mesh.faces[f][1])].z())),
-              0);
+    EXPECT_GT(
+        normal(mesh, f).dot(Eigen::Vector3d(0, mesh.points[mesh.faces[f][1]].y(), mesh.points[mesh.faces[f][1]].z())),
+        0);
   }
   expect_uv_of_unit_square(mesh);
   EXPECT_EQ(mesh.groups.at("left").size(), static_cast<std::size_t>(m - 2));
@@ -149,7 +149,7 @@ MeshReport report_of_flat(SurfaceMesh mesh) {
   EXPECT_EQ(report.euler_characteristic(), 1);
   EXPECT_EQ(report.boundary_loops, 1);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.faces[f][k])]; };
+    const auto at = [&](std::size_t k) { return mesh.points[mesh.faces[f][k]]; };
     EXPECT_GT((at(1) - at(0)).cross(at(2) - at(0)).z(), 0);
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_EQ(at(k).z(), 0);
@@ -171,7 +171,7 @@ TEST(Disc, CountsAngleAndRim) {
   EXPECT_TRUE(mesh.points[0].isZero(0));
   EXPECT_EQ(mesh.groups.at("rim").size(), static_cast<std::size_t>(6 * n));
   for (const int point : mesh.groups.at("rim")) {
-    EXPECT_NEAR(mesh.points[static_cast<std::size_t>(point)].norm(), 0.2, 1e-15);
+    EXPECT_NEAR(mesh.points[point].norm(), 0.2, 1e-15);
   }
   EXPECT_TRUE(mesh.uv.back()[1].x() > 0.5 && mesh.uv.back()[1].y() < 0.5);  // the last sector ends at the x axis
 }

@@ -37,8 +37,7 @@ TEST(MeshCheck, MergesDuplicatePoints) {
     const int copy = static_cast<int>(mesh.points.size()) - 1;
     for (const int f : {4 * row + 3, 4 * row - 1}) {
       if (f >= 0 && f < 12) {
-        std::replace(mesh.faces[static_cast<std::size_t>(f)].begin(), mesh.faces[static_cast<std::size_t>(f)].end(),
-                     3 + 5 * row, copy);
+        std::replace(mesh.faces[f].begin(), mesh.faces[f].end(), 3 + 5 * row, copy);
       }
     }
   }
@@ -346,7 +345,7 @@ SurfaceMesh torn_grid(double gap) {
     mesh.points.push_back(mesh.points[3 + 5 * static_cast<std::size_t>(row)] + Eigen::Vector3d(0, gap, 0));
     for (const int f : {4 * row + 3, 4 * row - 1}) {
       if (f >= 0 && f < 12) {
-        std::vector<int>& face = mesh.faces[static_cast<std::size_t>(f)];
+        std::vector<int>& face = mesh.faces[f];
         std::replace(face.begin(), face.end(), 3 + 5 * row, 20 + row);
       }
     }

@@ -16,7 +16,7 @@ namespace {
 constexpr double degree = 3.14159265358979323846 / 180;
 
 const Eigen::Vector3d& corner(const SurfaceMesh& mesh, std::size_t face, std::size_t k) {
-  return mesh.points[static_cast<std::size_t>(mesh.faces[face][k % 4])];
+  return mesh.points[mesh.faces[face][k % 4]];
 }
 
 /// A generated mesh needs no repair.
@@ -68,8 +68,8 @@ TEST(Shirt, HasTheSizeOfItsCut) {
   EXPECT_NEAR(box.min().x(), -box.max().x(), 1e-9);  // as right, so left
   EXPECT_GT(box.max().x(), 0.8 * width);             // the sleeves are as long as half the torso is wide
   for (const int point : mesh.groups.at("shoulders")) {
-    EXPECT_NEAR(mesh.points[static_cast<std::size_t>(point)].y(), 0, 1e-12);
-    EXPECT_GT(mesh.points[static_cast<std::size_t>(point)].z(), 0.35 * height);
+    EXPECT_NEAR(mesh.points[point].y(), 0, 1e-12);
+    EXPECT_GT(mesh.points[point].z(), 0.35 * height);
   }
 }
 

@@ -53,7 +53,7 @@ TEST(Triangulated, SplitsPolygonsThatAreNotConvex) {
   ASSERT_EQ(triangles.faces.size(), 4U);
   double area = 0;
   for (const std::vector<int>& face : triangles.faces) {
-    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(face[k])]; };
+    const auto at = [&](std::size_t k) { return mesh.points[face[k]]; };
     const double twice = (at(1) - at(0)).cross(at(2) - at(0)).z();
     EXPECT_GT(twice, 0);
     area += twice / 2;

@@ -46,9 +46,9 @@ TEST_F(Exchange, CarriesAnyPlainTypesAtOnce) {
   const auto id = [](PetscInt number) { return (std::int64_t{1} << 60) + number; };
   auto mixed = owned_values<Mixed>([&](PetscInt n) { return Mixed{id(n), {n % 2 == 0, true, n % 3 == 0}}; }, {});
   auto numbers = owned_values<PetscInt>([](PetscInt n) { return -n; }, 1);
-  std::vector<bool> flags(static_cast<std::size_t>(layout.local()), false);
+  std::vector<bool> flags(layout.local(), false);
   for (PetscInt i = 0; i < layout.owned; ++i) {
-    flags[static_cast<std::size_t>(i)] = layout.to_global(i) % 2 == 1;
+    flags[i] = layout.to_global(i) % 2 == 1;
   }
   Field field(layout, 2);
   for (PetscInt i = 0; i < layout.owned; ++i) {
@@ -71,17 +71,17 @@ TEST_F(Exchange, VectorsOfOneTypeDoNotMix) {
   auto other = owned_values<PetscInt>([](PetscInt n) { return 100 + n; }, -1);
   update_ghosts(layout, one, other);
   for (PetscInt i = 0; i < layout.local(); ++i) {
-    EXPECT_EQ(one[static_cast<std::size_t>(i)], layout.to_global(i));
-    EXPECT_EQ(other[static_cast<std::size_t>(i)], 100 + layout.to_global(i));
+    EXPECT_EQ(one[i], layout.to_global(i));
+    EXPECT_EQ(other[i], 100 + layout.to_global(i));
   }
 }
 
 TEST_F(Exchange, AFlagOfAnyGhostReachesTheOwner) {
   using Flags = std::array<bool, 2>;
-  std::vector<Flags> flags(static_cast<std::size_t>(layout.local()), Flags{});
+  std::vector<Flags> flags(layout.local(), Flags{});
   std::vector<Flags> expected = flags;
   for (PetscInt i = layout.owned; i < layout.local(); ++i) {
-    flags[static_cast<std::size_t>(i)][1] = true;
+    flags[i][1] = true;
   }
   if (layout.ghosts() > 0) {  // Neighbours on either side have the first and the last item.
     expected.front()[1] = expected[static_cast<std::size_t>(layout.owned) - 1][1] = true;
@@ -90,7 +90,7 @@ TEST_F(Exchange, AFlagOfAnyGhostReachesTheOwner) {
     flags[1][0] = expected[1][0] = true;
   }
   gather_flags(layout, flags);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(layout.owned); ++i) {
+  for (PetscInt i = 0; i < layout.owned; ++i) {
     EXPECT_EQ(flags[i], expected[i]) << i;
   }
 }

@@ -40,7 +40,7 @@ int cut(const CellGraph& graph, const std::vector<int>& patch) {
   int sum = 0;
   for (std::size_t cell = 0; cell < patch.size(); ++cell) {
     for (int k = graph.offsets[cell]; k < graph.offsets[cell + 1]; ++k) {
-      sum += patch[cell] != patch[static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(k)])] ? 1 : 0;
+      sum += patch[cell] != patch[graph.neighbours[k]] ? 1 : 0;
     }
   }
   return sum / 2;
@@ -57,7 +57,7 @@ TEST(Parts, HaveEvenSharesOfCellsAndOfALoad) {
   const double whole = std::accumulate(load.begin(), load.end(), 0.0);
   for (const int parts : {2, 3, 4}) {
     const std::vector<int> part = partition_with_metis(graph, parts, load);
-    std::vector<double> cells(static_cast<std::size_t>(parts), 0);
+    std::vector<double> cells(parts, 0);
     std::vector<double> loads = cells;
     for (std::size_t cell = 0; cell < part.size(); ++cell) {
       ++cells.at(static_cast<std::size_t>(part[cell]));
@@ -73,7 +73,7 @@ TEST(Patches, AreOfLikeSizeAndCompact) {
     const CellGraph graph = grid_graph(101, 99);
     const std::vector<int> patch = split_in_patches(graph, patches);
     ASSERT_EQ(patch.size(), 9999u);
-    std::vector<int> size(static_cast<std::size_t>(patches), 0);
+    std::vector<int> size(patches, 0);
     for (const int p : patch) {
       ++size.at(static_cast<std::size_t>(p));
     }

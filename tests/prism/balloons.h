@@ -41,7 +41,7 @@ struct TestedWall {
     Field field(membrane.particles, 3);
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
       for (int c = 0; c < 3; ++c) {
-        field.values()(c, i) = size * noise(membrane.persistent_id[static_cast<std::size_t>(i)], c, seed);
+        field.values()(c, i) = size * noise(membrane.persistent_id[i], c, seed);
       }
     }
     return field;

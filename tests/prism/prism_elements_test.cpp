@@ -73,7 +73,7 @@ TEST_P(PrismElementsOf, collapsed_elements_cost_infinitely_much) {
   Balloon balloon(PETSC_COMM_WORLD, 1, wall_options(GetParam()));
   EXPECT_TRUE(std::isfinite(balloon.energy(balloon.x)));
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-    if (balloon.membrane.persistent_id[static_cast<std::size_t>(i)] < 20) {  // two of which have an edge in common
+    if (balloon.membrane.persistent_id[i] < 20) {  // two of which have an edge in common
       balloon.x.vector(i).setZero();
     }
   }
@@ -129,7 +129,7 @@ TEST(PrismElements, inverted_elements_are_counted_once) {
   EXPECT_EQ(inverted(), 80);
   to.values() = balloon.x.values();
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-    if (balloon.membrane.persistent_id[static_cast<std::size_t>(i)] == 0) {  // a corner of the icosahedron: 5 triangles
+    if (balloon.membrane.persistent_id[i] == 0) {  // a corner of the icosahedron: 5 triangles
       to.vector(i) *= -1;  // Each triangle turns about the opposite edge by more than 90 degrees.
     }
   }

@@ -40,7 +40,7 @@ struct VertexBlocks : Potential {
   }
   void add_gradient(const Field& x, Eigen::Matrix3Xd& gradient) const override {
     for (PetscInt i = 0; i < vertices.owned; ++i) {
-      gradient.col(i) += hessian[static_cast<std::size_t>(i)] * x.vector(i);
+      gradient.col(i) += hessian[i] * x.vector(i);
     }
   }
   std::vector<VertexPair> pattern() const override {
@@ -267,7 +267,7 @@ TEST(WallTangent, moves_nothing_in_directions_that_are_held) {
     across.col(i) = value - along.col(i);
   };
   for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
-    projected.vector(i) = held.projectors[static_cast<std::size_t>(i)] * w.vector(i);
+    projected.vector(i) = held.projectors[i] * w.vector(i);
   }
   const Eigen::Matrix3Xd expected = free.times(projected);
   for (PetscInt i = 0; i < owned; ++i) {

@@ -53,7 +53,7 @@ struct Balloon {
   double volume_error(int piece = 0) const {
     double initial = 0;
     double present = 0;
-    for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+    for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
       if (membrane.piece[e] == piece) {
         const auto& [a, b, c] = membrane.triangles[e];
         const Eigen::Vector3d e12 = positions.vector(b) - positions.vector(a);
@@ -262,18 +262,18 @@ TEST(VolumePreservation, ranks_agree) {
   EXPECT_TRUE(whole.preserve({}).converged);
   Eigen::MatrixXd expected(3, whole.membrane.particles.global);
   for (PetscInt i = 0; i < whole.membrane.particles.local(); ++i) {
-    expected.col(whole.membrane.persistent_id[static_cast<std::size_t>(i)]) = whole.positions.vector(i);
+    expected.col(whole.membrane.persistent_id[i]) = whole.positions.vector(i);
   }
   std::vector<double> ratios(whole.thickness_ratio.size());
   for (std::size_t e = 0; e < ratios.size(); ++e) {
-    ratios[static_cast<std::size_t>(whole.membrane.element_id[e])] = whole.thickness_ratio[e];
+    ratios[whole.membrane.element_id[e]] = whole.thickness_ratio[e];
   }
   for (PetscInt i = 0; i < spread.membrane.particles.local(); ++i) {
-    const PetscInt id = spread.membrane.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = spread.membrane.persistent_id[i];
     EXPECT_LT((spread.positions.vector(i) - expected.col(id)).norm(), 1e-15) << "ghosts too";
   }
   for (std::size_t e = 0; e < spread.thickness_ratio.size(); ++e) {
-    EXPECT_NEAR(spread.thickness_ratio[e], ratios[static_cast<std::size_t>(spread.membrane.element_id[e])], 1e-11);
+    EXPECT_NEAR(spread.thickness_ratio[e], ratios[spread.membrane.element_id[e]], 1e-11);
   }
 }
 
@@ -295,7 +295,7 @@ class VolumeReference : public ::testing::Test {
     projectors = Projectors(static_cast<std::size_t>(membrane.particles.local()));
     positions = Field(membrane.particles, 3);
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      positions.vector(i) = vector(params["x"], membrane.persistent_id[static_cast<std::size_t>(i)]);
+      positions.vector(i) = vector(params["x"], membrane.persistent_id[i]);
     }
     thickness_ratio.assign(membrane.triangles.size(), 1);  // the case's h_ratio is for its forces
   }
@@ -336,7 +336,7 @@ TEST_F(VolumeReference, volume_and_gradients) {
   const auto volume = expected["volume"].as<double>();
   EXPECT_NEAR(sum_over_ranks(sum), volume, 1e-9 * volume);
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    const PetscInt id = membrane.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = membrane.persistent_id[i];
     EXPECT_LT((gradient.col(i) - vector(expected["grad"], id)).norm(), 1e-12);
   }
 }
@@ -353,7 +353,7 @@ TEST_F(VolumeReference, one_correction_of_two_rules) {
         VolumePreservation(membrane, wall, projectors, options).advance(positions, thickness_ratio);
     EXPECT_NEAR(result.error, std::abs(expected[rule]["C_rel"][1].as<double>()), 1e-9) << rule;
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      const PetscInt id = membrane.persistent_id[static_cast<std::size_t>(i)];
+      const PetscInt id = membrane.persistent_id[i];
       EXPECT_LT((positions.vector(i) - vector(expected[rule]["x"], id)).norm(), 1e-9 * 0.065) << rule;
     }
     for (std::size_t e = 0; e < thickness_ratio.size(); ++e) {

@@ -44,7 +44,7 @@ struct BentWall : TestedWall {
   template <class Place>
   void move(const Place& place, double noise_size = 0) {
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      const PetscInt id = membrane.persistent_id[static_cast<std::size_t>(i)];
+      const PetscInt id = membrane.persistent_id[i];
       x.vector(i) = place(Eigen::Vector3d(membrane.rest.col(i)));
       for (int c = 0; c < 3; ++c) {
         x.vector(i)[c] += noise_size * noise(id, c, 0);
@@ -254,7 +254,7 @@ struct Plate {
     wall.bending.begin_step(wall.x, wall.thickness_ratio);
     bend(small);
     double area = 0;
-    for (std::size_t e = 0; e < static_cast<std::size_t>(wall.membrane.elements.owned); ++e) {
+    for (PetscInt e = 0; e < wall.membrane.elements.owned; ++e) {
       area += wall.wall.rest[e].area * stretch.prod();
     }
     MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
@@ -327,7 +327,7 @@ TEST(WallBending, sides_of_lost_elements_are_free) {
   EXPECT_NEAR(wall.energy(wall.x), energy, 1e-6 * energy);
   // What is left of a vertex whose triangles have gone is anywhere.
   for (PetscInt i = 0; i < wall.membrane.particles.local(); ++i) {
-    if (wall.membrane.persistent_id[static_cast<std::size_t>(i)] == 0) {
+    if (wall.membrane.persistent_id[i] == 0) {
       wall.x.vector(i) << 5, 7, 9;
     }
   }

@@ -72,7 +72,7 @@ TEST(Wall, masses_of_the_vertices_are_a_third_of_their_elements) {
   options.thickness = 0.2e-3;
   options.density = 900;
   const Wall wall = make_wall(membrane, options, {});
-  std::vector<double> expected(static_cast<std::size_t>(membrane.particles.local()), 0.0);
+  std::vector<double> expected(membrane.particles.local(), 0.0);
   double area = 0;
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const auto& [a, b, c] = membrane.triangles[e];
@@ -81,7 +81,7 @@ TEST(Wall, masses_of_the_vertices_are_a_third_of_their_elements) {
     const double element_area = e12.cross(e13).norm() / 2;
     area += static_cast<PetscInt>(e) < membrane.elements.owned ? element_area : 0;
     for (const PetscInt corner : {a, b, c}) {
-      expected[static_cast<std::size_t>(corner)] += 900 * 0.2e-3 * element_area / 3;
+      expected[corner] += 900 * 0.2e-3 * element_area / 3;
     }
   }
   const std::vector<double> mass = vertex_masses(membrane, wall);
@@ -168,7 +168,7 @@ TEST(Wall, regions_differ_in_what_they_give) {
     EXPECT_EQ(wall.material[e], in_ball ? 1 : in_group ? 2 : 0);
     EXPECT_EQ(wall.density[e], in_group ? 1200 : 1000);
     EXPECT_EQ(wall.thickness[e], in_ball ? 0.7e-3 : 1e-4 + 1e-6 * static_cast<double>(membrane.element_id[e]));
-    ++count[static_cast<std::size_t>(wall.material[e])];
+    ++count[wall.material[e]];
   }
   MPI_Allreduce(MPI_IN_PLACE, count.data(), 3, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
   EXPECT_GT(*std::min_element(count.begin(), count.end()), 0);

@@ -111,7 +111,7 @@ TEST_F(AblationTest, TheDrawnSurfaceIsWatertight) {
     std::map<long, vtkIdType> first;  // point of each id
     std::map<long, int> counted;      // how many ranks count it
     for (vtkIdType point = 0; point < surface.data->GetNumberOfPoints(); ++point) {
-      const long id = surface.vertex_id[static_cast<std::size_t>(point)];
+      const long id = surface.vertex_id[point];
       const vtkIdType same = first.try_emplace(id, point).first->second;
       for (int component = 0; component < 3; ++component) {
         EXPECT_EQ(surface.data->GetPoint(point)[component], surface.data->GetPoint(same)[component]) << id;
@@ -124,8 +124,7 @@ TEST_F(AblationTest, TheDrawnSurfaceIsWatertight) {
     std::map<std::pair<long, long>, int> edges;  // in the direction of a triangle
     for (const auto& triangle : surface.triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
-        ++edges[{surface.vertex_id[static_cast<std::size_t>(triangle[k])],
-                 surface.vertex_id[static_cast<std::size_t>(triangle[(k + 1) % 3])]}];
+        ++edges[{surface.vertex_id[triangle[k]], surface.vertex_id[triangle[(k + 1) % 3]]}];
       }
     }
     for (const auto& [edge, count] : edges) {
@@ -157,7 +156,7 @@ TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
   for (const auto& [time, path] : frames()) {
     const Surface surface(path);
     for (vtkIdType point = 0; point < surface.data->GetNumberOfPoints(); ++point) {
-      const long id = surface.vertex_id[static_cast<std::size_t>(point)];
+      const long id = surface.vertex_id[point];
       const std::array<double, 2> found = surface.uv(point);
       if (id >= 0) {
         EXPECT_FLOAT_EQ(found[0], uv_of(id)[0]) << id;  // frames have them as float
@@ -183,7 +182,7 @@ TEST_F(AblationTest, IdsFollowTheSamePointThroughCompaction) {
             << cell;
         EXPECT_LE(std::abs(surface.uv(point)[1] * cells - static_cast<double>(row) - 0.5), 0.5 + cells * uv_rounding)
             << cell;
-        if (surface.vertex_id[static_cast<std::size_t>(point)] < 0) {
+        if (surface.vertex_id[point] < 0) {
           cut_cells.insert(cell);
         }
       }

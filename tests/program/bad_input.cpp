@@ -95,7 +95,7 @@ TEST_F(BadInputTest, ValuesOfSolverOptions) {
   expect_refused(deck + Arguments{"-project_mat_type", "shell", "-project_pc_type", "icc"},
                  {"-project_", "icc", "expected none or jacobi"}, one_rank);
   expect_refused(deck + Arguments{"-dynamics", "spring", "-spring_mat_type", "dense"},
-                 {"-spring_mat_type", "expected baij, aij or sbaij"}, one_rank);
+                 {"-spring_mat_type", "expected one of baij, aij, sbaij, shell"}, one_rank);
 }
 
 // Preconditioners hold vectors and matrices that are not theirs then, and must not be destroyed.

@@ -28,7 +28,7 @@ int opposed_elements(const std::filesystem::path& pvtp) {
     std::array<long, 3> vertices{};
     Eigen::Matrix3d points;
     for (int k = 0; k < 3; ++k) {
-      vertices[static_cast<std::size_t>(k)] = std::lround(ids->GetTuple1(corners->GetId(k)));
+      vertices[k] = std::lround(ids->GetTuple1(corners->GetId(k)));
       points.col(k) = Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(corners->GetId(k)));
     }
     normals[e] = (points.col(1) - points.col(0)).cross(points.col(2) - points.col(0)).normalized();

@@ -135,7 +135,7 @@ void CrashTest::kill_at_any_moment(const std::function<Arguments(const std::stri
     in_checkpoints += unfinished_checkpoints(folder_of_run) > 0 ? 1 : 0;
     const bool has_checkpoint = fs::exists(folder_of_run) && !checkpoints_of(folder_of_run).empty();
     anew += has_checkpoint ? 0 : 1;
-    const int rank_count = std::array<int, 3>{2, 3, 1}[static_cast<std::size_t>(kill_number / 2 % 3)];
+    const int rank_count = std::array<int, 3>{2, 3, 1}[kill_number / 2 % 3];
     const Arguments rest = has_checkpoint ? Arguments{"-restart", out} : Arguments{};
     const CommandResult result = succeed(rank_count, scene(out) + rest);
     EXPECT_EQ(result.output.find("damaged"), std::string::npos) << "a file has its name when it is whole: " << result;

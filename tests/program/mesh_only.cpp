@@ -88,7 +88,7 @@ TEST_F(MeshOnlyTest, GeneratedTriangles) {
         triangle.col(i) = Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(corners->GetId(i)));
       }
       const Eigen::Vector3d normal = (triangle.col(1) - triangle.col(0)).cross(triangle.col(2) - triangle.col(0));
-      EXPECT_NEAR(area[static_cast<std::size_t>(cell)], normal.norm() / 2, 1e-9);
+      EXPECT_NEAR(area[cell], normal.norm() / 2, 1e-9);
       EXPECT_GT(normal.dot(triangle.rowwise().sum()), 0) << "outward";
     }
     for (const char* field : {"radius_ratio", "aspect_ratio"}) {

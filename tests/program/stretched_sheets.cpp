@@ -70,12 +70,12 @@ double wavelength_in_the_middle(const DrawnFrame& first, const DrawnFrame& last,
 /// pi sqrt(sum of a^2 / sum of (da/dx)^2), a the root mean square of z across the middle half of the width, by column
 /// of corner points.
 double length_of_wrinkles(const DrawnFrame& first, const DrawnFrame& last, const std::array<int, 2>& cells) {
-  std::vector<double> squares(static_cast<std::size_t>(cells[0] + 1), 0);
+  std::vector<double> squares(cells[0] + 1, 0);
   for (const auto& [id, start] : first.points.at("position")) {
     const double column = (start[0] / sheet_length + 0.5) * cells[0];
     const bool is_corner = std::abs(column - std::round(column)) < 0.25;
     if (is_corner && std::abs(start[1]) <= sheet_width / 4) {
-      squares[static_cast<std::size_t>(std::lround(column))] += std::pow(last.points.at("position").at(id)[2], 2);
+      squares[std::lround(column)] += std::pow(last.points.at("position").at(id)[2], 2);
     }
   }
   double slopes = 0;

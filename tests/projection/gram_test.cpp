@@ -45,16 +45,16 @@ Eigen::MatrixXd dense_gram(const Crumpled& crumpled, Colour colour,
   const SpringSet& springs = crumpled.sheet.of(colour);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(springs.layout.global, 3 * particles.global);
   for (PetscInt s = 0; s < springs.owned(); ++s) {
-    const auto [a, b] = springs.ends[static_cast<std::size_t>(s)];
+    const auto [a, b] = springs.ends[s];
     // C = |x_a - x_b|^2/l - l
     const Eigen::RowVector3d gradient =
-        2 / springs.initial_length[static_cast<std::size_t>(s)] * (crumpled.x.col(a) - crumpled.x.col(b)).transpose();
+        2 / springs.initial_length[s] * (crumpled.x.col(a) - crumpled.x.col(b)).transpose();
     jacobian.block<1, 3>(springs.layout.first + s, 3 * particles.to_global(a)) = gradient;
     jacobian.block<1, 3>(springs.layout.first + s, 3 * particles.to_global(b)) = -gradient;
   }
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(3 * particles.global);
   for (PetscInt i = 0; i < particles.owned; ++i) {
-    weight.segment<3>(3 * (particles.first + i)).setConstant(crumpled.inverse_mass[static_cast<std::size_t>(i)]);
+    weight.segment<3>(3 * (particles.first + i)).setConstant(crumpled.inverse_mass[i]);
   }
   MPI_Allreduce(MPI_IN_PLACE, jacobian.data(), static_cast<int>(jacobian.size()), MPI_DOUBLE, MPI_SUM, particles.comm);
   MPI_Allreduce(MPI_IN_PLACE, weight.data(), static_cast<int>(weight.size()), MPI_DOUBLE, MPI_SUM, particles.comm);
@@ -87,7 +87,7 @@ TEST_P(GramMatrix, rows_are_those_of_the_dense_product) {
     const Eigen::MatrixXd expected = dense_gram(crumpled, colour, shift_inverse_mass);
     const Linearisation constraint = linearise(crumpled, colour);
     gram.update(constraint.gradient, crumpled.inverse_mass, shift, shift_inverse_mass);
-    std::vector<PetscInt> columns(static_cast<std::size_t>(expected.cols()));
+    std::vector<PetscInt> columns(expected.cols());
     for (std::size_t column = 0; column < columns.size(); ++column) {
       columns[column] = static_cast<PetscInt>(column);
     }
@@ -145,7 +145,7 @@ TEST(Gram, meshes_of_these_tests_have_valences_3_to_6) {
   std::vector<int> valence(mesh.points.size(), 0);
   for (const auto& face : mesh.faces) {
     for (const int vertex : face) {
-      ++valence[static_cast<std::size_t>(vertex)];
+      ++valence[vertex];
     }
   }
   for (const int faces : {3, 4, 5, 6}) {
@@ -189,9 +189,9 @@ TEST(Gram, transposed_jacobian_gives_opposite_forces_at_both_ends) {
   gram.apply_transpose(constraint.gradient, lambda, force);
   // With lambda = 1 the force on a lattice point is the sum of its cell's four gradients.
   for (PetscInt c = 0; c < crumpled.sheet.elements.owned; ++c) {
-    const PetscInt lattice = crumpled.sheet.lattice[static_cast<std::size_t>(c)];
+    const PetscInt lattice = crumpled.sheet.lattice[c];
     Eigen::Vector3d expected = Eigen::Vector3d::Zero();
-    for (const PetscInt corner : crumpled.sheet.cells[static_cast<std::size_t>(c)]) {
+    for (const PetscInt corner : crumpled.sheet.cells[c]) {
       const double length = (crumpled.sheet.rest.col(lattice) - crumpled.sheet.rest.col(corner)).norm();
       expected += 2 / length * (crumpled.x.col(lattice) - crumpled.x.col(corner));
     }

@@ -74,11 +74,11 @@ SurfaceMesh quads_of_edges(const std::vector<Eigen::Vector3d>& points,
     }
     return entry->second;
   };
-  const auto corner = [&](int point) { return use(point, points[static_cast<std::size_t>(point)]); };
+  const auto corner = [&](int point) { return use(point, points[point]); };
   const auto middle = [&](std::size_t t) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int point : triangles[t]) {
-      sum += points[static_cast<std::size_t>(point)];
+      sum += points[point];
     }
     return use(-1 - static_cast<int>(t), sum / 3);
   };
@@ -176,7 +176,7 @@ double condition(const SurfaceMesh& mesh, Colour colour) {
   linearise(springs, sheet.rest.data(), springs.initial_length, all_of(springs), constraint);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(springs.local(), 3 * sheet.particles.local());
   for (PetscInt s = 0; s < springs.local(); ++s) {
-    const auto& [a, b] = springs.ends[static_cast<std::size_t>(s)];
+    const auto& [a, b] = springs.ends[s];
     jacobian.block<1, 3>(s, 3 * a) = constraint.gradient.col(s).transpose();
     jacobian.block<1, 3>(s, 3 * b) = -constraint.gradient.col(s).transpose();
   }

@@ -35,7 +35,7 @@ struct Dense {
       Linearisation& constraint = linearisation[index];
       linearise(scene.sheet.of(colour), scene.x.data(), scene.target[index], scene.living.springs[index], constraint);
       for (Eigen::Index s = 0; s < constraint.error.size(); ++s) {
-        const auto& [a, b] = scene.sheet.of(colour).ends[static_cast<std::size_t>(s)];
+        const auto& [a, b] = scene.sheet.of(colour).ends[s];
         Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(3 * scene.sheet.particles.local());
         row.segment<3>(3 * a) = constraint.gradient.col(s);
         row.segment<3>(3 * b) = -constraint.gradient.col(s);
@@ -71,7 +71,7 @@ struct Dense {
 
 void disturb(Scene& scene, double amplitude) {
   for (PetscInt i = 0; i < scene.sheet.particles.local(); ++i) {
-    const double id = scene.sheet.persistent_id[static_cast<std::size_t>(i)];
+    const double id = scene.sheet.persistent_id[i];
     scene.x.vector(i) += amplitude * Eigen::Vector3d(std::sin(3 * id), std::cos(5 * id), std::sin(7 * id));
   }
 }
@@ -90,7 +90,7 @@ TEST(JointProjection, IsOneNewtonStepOfAllSprings) {
   }
   Eigen::VectorXd inverse_mass(scene.sheet.particles.local());
   for (Eigen::Index i = 0; i < inverse_mass.size(); ++i) {
-    inverse_mass[i] = scene.pinned[static_cast<std::size_t>(i)] ? 0 : mean / scene.mass[static_cast<std::size_t>(i)];
+    inverse_mass[i] = scene.pinned[i] ? 0 : mean / scene.mass[i];
   }
   const Eigen::VectorXd before = scene.x.values().reshaped();
   const Eigen::VectorXd expected = before - dense.displacement(inverse_mass, 1e-3);
@@ -109,7 +109,7 @@ TEST(JointProjection, LengthsAreMetAndMomentumIsKept) {
   const auto momentum = [&] {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (PetscInt i = 0; i < scene.sheet.particles.owned; ++i) {
-      sum += scene.mass[static_cast<std::size_t>(i)] * scene.x.vector(i);
+      sum += scene.mass[i] * scene.x.vector(i);
     }
     MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, scene.sheet.comm());
     return sum;

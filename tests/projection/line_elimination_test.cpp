@@ -45,15 +45,15 @@ INSTANTIATE_TEST_SUITE_P(all, LinesOf,
 
 TEST_P(LinesOf, hold_every_owned_spring_once_and_chain_by_chain) {
   const SpringLines lines = find_lines(springs_, sheet_.particles);
-  std::vector<int> count(static_cast<std::size_t>(springs_.owned()), 0);
+  std::vector<int> count(springs_.owned(), 0);
   for (const auto* family : {&lines.eliminated.lines, &lines.kept.lines}) {
     for (const auto& line : *family) {
       ASSERT_FALSE(line.empty());
       for (std::size_t k = 0; k < line.size(); ++k) {
-        ++count[static_cast<std::size_t>(line[k])];
+        ++count[line[k]];
         if (k > 0) {
-          const auto [a, b] = springs_.ends[static_cast<std::size_t>(line[k])];
-          const auto [c, d] = springs_.ends[static_cast<std::size_t>(line[k - 1])];
+          const auto [a, b] = springs_.ends[line[k]];
+          const auto [c, d] = springs_.ends[line[k - 1]];
           EXPECT_EQ((a == c) + (a == d) + (b == c) + (b == d), 1);
         }
       }
@@ -88,7 +88,7 @@ TEST_P(LinesOf, eliminated_springs_meet_along_their_lines_only) {
     if (separators.count(s) == 1) {
       continue;  // What is beside it says so.
     }
-    for (const PetscInt particle : springs_.ends[static_cast<std::size_t>(s)]) {
+    for (const PetscInt particle : springs_.ends[s]) {
       for (const PetscInt other : incidence[particle]) {
         if (other != s && place.data()[s] >= 0 && place.data()[other] >= 0 && joined.count({s, other}) == 0) {
           EXPECT_EQ(std::abs(place.data()[s] - place.data()[other]), 1) << "springs " << s << ", " << other;
@@ -158,7 +158,7 @@ PetscInt iterations_on(MPI_Comm comm, const SurfaceMesh& mesh, Colour colour) {
   const SpringSet& springs = sheet.of(colour);
   Linearisation constraint;
   linearise(springs, perturbed_positions(sheet, options).data(), springs.initial_length, all_of(springs), constraint);
-  const std::vector<double> inverse_mass(static_cast<std::size_t>(sheet.particles.local()), 1);
+  const std::vector<double> inverse_mass(sheet.particles.local(), 1);
   Gram gram(springs, sheet.particles, "aij");
   gram.update(constraint.gradient, inverse_mass, 1e-2);
   LineElimination lines(springs, sheet.particles);

@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "projection/spring_baseline.h"
 #include "tests/projection/sheets.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/solver_options.h"
@@ -22,7 +21,7 @@ constexpr double middle = 0.5 * rows * edge;
 
 /// A number of each particle that the whole sheet and its lower half have in common.
 PetscInt key_of(const Sheet& sheet, PetscInt particle) {
-  const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(particle)];
+  const PetscInt id = sheet.persistent_id[particle];
   return id < sheet.first_lattice_id ? id : 1000 + id - sheet.first_lattice_id;
 }
 
@@ -169,30 +168,6 @@ TEST(DeadSprings, nothing_that_lives_is_no_failure) {
   }
 }
 
-TEST(DeadSprings, mass_spring_sheet_moves_as_the_part_that_lives) {
-  SolverOptions tight;
-  tight.set("spring_ksp_rtol", "1e-13");
-  SpringOptions options;
-  options.newton_tolerance = 1e-9;
-  options.newton_steps = 100;
-  options.damping = 0.01;
-  const auto advance = [&](HalfScene& scene) {
-    SpringBaseline springs(scene.sheet, options);
-    Field start(scene.sheet.particles, 3);
-    start.values() = scene.sheet.rest;
-    const StageResult result =
-        springs.advance(scene.x, {scene.target, scene.mass, scene.pinned, scene.living, start, 0.01});
-    EXPECT_TRUE(result.converged) << result.reason;
-    EXPECT_GT(result.iterations, 0);
-  };
-  HalfScene part(PETSC_COMM_SELF, rows / 2, middle);
-  advance(part);
-  HalfScene scene(PETSC_COMM_WORLD, rows, middle);
-  const Eigen::MatrixXd start = scene.x.values();
-  advance(scene);
-  expect_same(scene, start, by_key(part.sheet, part.x), 1e-9, "mass-spring sheet");
-}
-
 // Pull.
 
 struct OneSpring : Scene {
@@ -250,7 +225,7 @@ std::array<std::vector<double>, 4> hang(AnyScene& scene, const ProjectOptions& o
     const Eigen::MatrixXd start = scene.x.values();
     velocity.row(1).array() -= h * g;
     for (PetscInt i = 0; i < scene.sheet.particles.local(); ++i) {
-      if (!scene.pinned[static_cast<std::size_t>(i)]) {
+      if (!scene.pinned[i]) {
         scene.x.vector(i) += h * velocity.col(i);
       }
     }
@@ -333,7 +308,7 @@ TEST(Pull, of_a_hanging_strip_is_the_weight_below) {
         const double height = (row + share) * 0.1;
         double weight = 0;
         for (PetscInt i = 0; i < scene.sheet.particles.owned; ++i) {
-          weight += scene.sheet.rest(1, i) < height ? g * scene.mass[static_cast<std::size_t>(i)] : 0;
+          weight += scene.sheet.rest(1, i) < height ? g * scene.mass[i] : 0;
         }
         const double force = force_across(scene, pull, height, h);
         EXPECT_NEAR(force / weight, 1, 0.03) << masses << " masses, height " << height;

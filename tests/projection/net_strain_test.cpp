@@ -62,7 +62,7 @@ TEST(NetStrain, OfEqualStrainsTheLeastIdsCount) {
 struct PulledGrid : Scene {
   explicit PulledGrid(double way) : Scene(make_sheet(PETSC_COMM_WORLD, grid_mesh(6, 4, 0.1), options())) {
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      if (sheet.persistent_id[static_cast<std::size_t>(i)] == 17) {  // at (0.3, 0.2)
+      if (sheet.persistent_id[i] == 17) {  // at (0.3, 0.2)
         x.vector(i) += Vector3d(way, 0, 0);
       }
     }

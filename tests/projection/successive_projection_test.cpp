@@ -192,7 +192,7 @@ TEST_P(Momentum, is_kept_by_a_free_projection) {
         const Eigen::MatrixXd before = scene.x.values();
         EXPECT_TRUE(projection.project(scene.x, colour, scene.input()).converged);
         const auto moved = [&](PetscInt i) { return Eigen::Vector3d(scene.x.values().col(i) - before.col(i)); };
-        const auto mass = [&](PetscInt i) { return scene.mass[static_cast<std::size_t>(i)]; };
+        const auto mass = [&](PetscInt i) { return scene.mass[i]; };
         const Eigen::Vector3d linear =
             sum_over_particles(scene.sheet, [&](PetscInt i) { return Eigen::Vector3d(mass(i) * moved(i)); });
         const Eigen::Vector3d angular = sum_over_particles(scene.sheet, [&](PetscInt i) {
@@ -213,8 +213,7 @@ TEST_P(Momentum, is_kept_by_a_free_projection) {
     // Schwarz: second order in the constraint error.
     const Eigen::Vector3d turned = sum_over_particles(scene.sheet, [&](PetscInt i) {
       return Eigen::Vector3d(
-          scene.mass[static_cast<std::size_t>(i)] *
-          Eigen::Vector3d(start.col(i)).cross(Eigen::Vector3d(scene.x.values().col(i) - start.col(i))));
+          scene.mass[i] * Eigen::Vector3d(start.col(i)).cross(Eigen::Vector3d(scene.x.values().col(i) - start.col(i))));
     });
     EXPECT_LE(turned.norm(), path * path + 20 * smallest);
     EXPECT_LE(path * path, all_mass * shrinkage);  // The bound itself is small.
@@ -320,7 +319,7 @@ TEST(SuccessiveProjection, spring_without_length_leaves_the_others_alone) {
       // Two corners of the first cell coincide.
       Eigen::Vector3d place = Eigen::Vector3d::Zero();
       for (PetscInt i = 0; i < scene.sheet.particles.local(); ++i) {
-        if (scene.sheet.persistent_id[static_cast<std::size_t>(i)] <= 1) {
+        if (scene.sheet.persistent_id[i] <= 1) {
           scene.x.vector(i) = place;
         }
       }

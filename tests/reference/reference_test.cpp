@@ -17,6 +17,7 @@
 #include "meshing/readers.h"
 #include "surface/shell.h"
 #include "tests/reference/reference_cases.h"
+#include "tests/support/alone.h"
 #include "world/burn.h"
 
 namespace pellicle {
@@ -69,7 +70,7 @@ class Case {
   /// Sets a field on all local particles from a list in the order of persistent ids.
   void set(Field& field, const YAML::Node& list) const {
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      const YAML::Node row = list[sheet.persistent_id[static_cast<std::size_t>(i)]];
+      const YAML::Node row = list[sheet.persistent_id[i]];
       for (int c = 0; c < field.components(); ++c) {
         field.values()(c, i) = field.components() == 1 ? row.as<double>() : row[c].as<double>();
       }
@@ -95,7 +96,7 @@ class Case {
     std::vector<Pair> edges;
     std::map<Pair, std::vector<int>> cells_of_edge;
     for (int cell = 0; cell < static_cast<int>(mesh_.faces.size()); ++cell) {
-      const auto& q = mesh_.faces[static_cast<std::size_t>(cell)];
+      const auto& q = mesh_.faces[cell];
       for (std::size_t k = 0; k < 4; ++k) {
         order[0].push_back(pair(q[k], corners + cell));
         auto& cells = cells_of_edge[pair(q[k], q[(k + 1) % 4])];
@@ -121,8 +122,7 @@ class Case {
       }
       ASSERT_EQ(static_cast<std::size_t>(sheet.springs[colour].layout.global), order[colour].size());
       for (const auto& [a, b] : sheet.springs[colour].ends) {
-        number[colour].push_back(index.at(
-            pair(sheet.persistent_id[static_cast<std::size_t>(a)], sheet.persistent_id[static_cast<std::size_t>(b)])));
+        number[colour].push_back(index.at(pair(sheet.persistent_id[a], sheet.persistent_id[b])));
       }
     }
   }
@@ -147,7 +147,7 @@ TEST_P(ReferenceProjection, agrees) {
   const Case c(GetParam());
   const auto lengths = c.spring_values(c.params["target_lengths"]);
   const std::vector<double> mass = c.particle_masses();
-  const std::vector<bool> free(static_cast<std::size_t>(c.sheet.particles.local()), false);
+  const std::vector<bool> free(c.sheet.particles.local(), false);
   const Living living(c.sheet);
   const ProjectionInput input{lengths, mass, free, living};
   Field x(c.sheet.particles, 3);
@@ -169,7 +169,7 @@ TEST_P(ReferenceProjection, agrees) {
     linearise(c.sheet.of(colour), x.data(), lengths[index], living.springs[index], constraint);
     const auto errors = single["C"].as<std::vector<double>>();
     for (PetscInt s = 0; s < c.sheet.of(colour).owned(); ++s) {
-      EXPECT_NEAR(constraint.error[s], errors.at(c.number[index][static_cast<std::size_t>(s)]), tolerance * error);
+      EXPECT_NEAR(constraint.error[s], errors.at(c.number[index][s]), tolerance * error);
     }
     EXPECT_TRUE(plain.project(x, colour, input).converged);
     c.expect(x, single["x"], "single_" + letter);
@@ -200,8 +200,8 @@ TEST_P(ReferenceProjection, agrees) {
         options.weight.fill(fraction(1));
       } else if (in_pins) {
         for (PetscInt i = 0; i < c.sheet.particles.local(); ++i) {
-          if (c.sheet.persistent_id[static_cast<std::size_t>(i)] == std::stoi(word)) {
-            pinned[static_cast<std::size_t>(i)] = true;
+          if (c.sheet.persistent_id[i] == std::stoi(word)) {
+            pinned[i] = true;
           }
         }
       } else {
@@ -352,7 +352,7 @@ void expect_cut(const Case& c, const State& state, const Options& options) {
       cut_surface(c.sheet, state.living, level_set(c.sheet, state.mass, options.ablation.loss_mass));
   std::array<double, 2> sums{static_cast<double>(surface.triangles.size()), 0};  // and area
   const auto place = [&](PetscInt number) {
-    const DrawnPoint& point = surface.points[static_cast<std::size_t>(number)];
+    const DrawnPoint& point = surface.points[number];
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 4; ++k) {
       sum += point.weights[k] * state.position.vector(point.particles[k]);
@@ -381,7 +381,7 @@ TEST_P(ReferenceBurning, agrees) {
     EXPECT_EQ(springs.layout.global, c.expected["n_springs"][letter].as<int>());
     double sum = 0;
     for (PetscInt s = 0; s < springs.owned(); ++s) {
-      sum += springs.initial_length[static_cast<std::size_t>(s)];
+      sum += springs.initial_length[s];
     }
     MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     EXPECT_NEAR(sum, c.expected["l0_sum"][letter].as<double>(), tolerance * sum);
@@ -424,7 +424,7 @@ TEST_P(ReferenceBurning, agrees) {
   state.heat_initial = heat_content(sheet, state.mass, state.temperature, options.heat.capacity);
   const double h = c.params["params"]["h"].as<double>();
   for (const YAML::Node& figures : c.expected["per_step"]) {
-    const BurnStep step = burn.advance(state, h);
+    const BurnStep step = advance_alone(burn, state, h);
     ASSERT_TRUE(step.converged) << step.reason;
     const auto error = figures["err"].as<double>();
     EXPECT_NEAR(step.constraint_error, error, tolerance * std::max(error, 1e-3)) << "step " << state.step;

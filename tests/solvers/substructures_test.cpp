@@ -56,7 +56,7 @@ MatHandle matrix_of(const Grid& grid, const std::array<int, 4>& shares = {1, 1, 
   for (int r = 0; r < ranks; ++r) {
     starts.push_back(starts.back() + shares[static_cast<std::size_t>(r) % 4]);
   }
-  const PetscInt first = grid.size() * starts[static_cast<std::size_t>(rank)] / starts.back();
+  const PetscInt first = grid.size() * starts[rank] / starts.back();
   const PetscInt end = grid.size() * starts[static_cast<std::size_t>(rank) + 1] / starts.back();
   MatHandle matrix;
   check(MatCreateAIJ(PETSC_COMM_WORLD, end - first, end - first, grid.size(), grid.size(), 9, nullptr, 9, nullptr,

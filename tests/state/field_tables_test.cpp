@@ -31,7 +31,7 @@ struct AllKinds : FieldRegistry {
 std::vector<PetscInt> cell_ids(const Sheet& sheet) {
   std::vector<PetscInt> ids;
   for (const PetscInt lattice : sheet.lattice) {
-    ids.push_back(sheet.persistent_id[static_cast<std::size_t>(lattice)]);
+    ids.push_back(sheet.persistent_id[lattice]);
   }
   return ids;
 }
@@ -39,9 +39,9 @@ std::vector<PetscInt> cell_ids(const Sheet& sheet) {
 /// Values that follow from the persistent ids.
 void fill(AllKinds& fields, const Sheet& sheet) {
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = sheet.persistent_id[i];
     fields.place.vector(i) = Eigen::Vector3d(id, 0.5 * id, -id);
-    fields.pin[static_cast<std::size_t>(i)] = id % 3 - 1;
+    fields.pin[i] = id % 3 - 1;
   }
   const std::vector<PetscInt> ids = cell_ids(sheet);
   for (std::size_t c = 0; c < ids.size(); ++c) {

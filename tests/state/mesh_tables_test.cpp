@@ -79,7 +79,7 @@ TEST_F(MeshTables, ASheetComesBackWithItsMassesAndPlaces) {
   options.thickness = 0.03;
   options.areal_density = 7;
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh, options);
-  const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
+  const std::vector<bool> all(sheet.elements.owned, true);
   write(PETSC_COMM_WORLD, rows_of(sheet, all, {}, {}));
   expect_equal(
       make_sheet(PETSC_COMM_WORLD, read(PETSC_COMM_WORLD), {sheet.first_lattice_id, sheet.id_end}, options).sheet,
@@ -96,10 +96,9 @@ TEST_F(MeshTables, FieldsAndGroupsOfElementsComeBack) {
   EXPECT_EQ(read_back.fields, std::vector<std::string>{"thickness"});
   for (std::size_t i = 0; i < read_back.cells.size(); ++i) {
     const MeshRows::Point& cell = read_back.cells[i];
-    EXPECT_EQ(read_back.field_values[i], expected[static_cast<std::size_t>(cell.id)]);
+    EXPECT_EQ(read_back.field_values[i], expected[cell.id]);
     const bool is_in_group = cell.id == 1 || cell.id == 7 || cell.id == 23;
-    EXPECT_EQ(read_back.group_sets[static_cast<std::size_t>(cell.group_set)],
-              is_in_group ? std::vector<int>{0} : std::vector<int>{});
+    EXPECT_EQ(read_back.group_sets[cell.group_set], is_in_group ? std::vector<int>{0} : std::vector<int>{});
   }
   EXPECT_EQ(read_back.groups, (std::vector<std::string>{"others", "third of all"}));
 }

@@ -29,17 +29,17 @@ inline SurfaceMesh dome_mesh(int level, double radius) {
   for (const auto& face : ball.faces) {
     double height = 0;
     for (const int point : face) {
-      height += ball.points[static_cast<std::size_t>(point)].z();
+      height += ball.points[point].z();
     }
     if (height < 0) {
       continue;
     }
     std::vector<int>& corners = dome.faces.emplace_back();
     for (const int point : face) {
-      int& kept = number[static_cast<std::size_t>(point)];
+      int& kept = number[point];
       if (kept < 0) {
         kept = static_cast<int>(dome.points.size());
-        dome.points.push_back(ball.points[static_cast<std::size_t>(point)]);
+        dome.points.push_back(ball.points[point]);
       }
       corners.push_back(kept);
     }

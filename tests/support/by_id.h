@@ -12,7 +12,7 @@ namespace pellicle {
 inline Eigen::MatrixXd by_id(const Surface& surface, const Eigen::Ref<const Eigen::MatrixXd>& values) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(values.rows(), surface.id_end);
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
-    all.col(surface.persistent_id[static_cast<std::size_t>(i)]) = values.col(i);
+    all.col(surface.persistent_id[i]) = values.col(i);
   }
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, surface.comm());
   return all;

@@ -99,7 +99,7 @@ inline DrawnFrame read_frame(double time, const std::filesystem::path& path) {
   for (const std::string& name : frame.cell_fields) {
     vtkDataArray* array = data->GetCellData()->GetArray(name.c_str());
     for (vtkIdType cell = 0; array->GetNumberOfComponents() == 1 && cell < data->GetNumberOfCells(); ++cell) {
-      frame.integrals[name] += areas[static_cast<std::size_t>(cell)] * array->GetTuple1(cell);
+      frame.integrals[name] += areas[cell] * array->GetTuple1(cell);
     }
   }
   if (vtkDataArray* ids = data->GetCellData()->GetArray("cell_id")) {

@@ -34,11 +34,11 @@ class CellsOfVertices {
     std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
     std::vector<std::size_t> next(offsets_.begin(), offsets_.end() - 1);
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      cells_[next[static_cast<std::size_t>(corners[i])]++] = static_cast<PetscInt>(i / count);
+      cells_[next[corners[i]]++] = static_cast<PetscInt>(i / count);
     }
   }
   std::size_t vertices() const { return offsets_.size() - 1; }
-  const PetscInt* begin(PetscInt vertex) const { return cells_.data() + offsets_[static_cast<std::size_t>(vertex)]; }
+  const PetscInt* begin(PetscInt vertex) const { return cells_.data() + offsets_[vertex]; }
   const PetscInt* end(PetscInt vertex) const { return cells_.data() + offsets_[static_cast<std::size_t>(vertex) + 1]; }
 
  private:
@@ -69,23 +69,23 @@ inline std::vector<PartHalo> halos_of_sheet(const std::vector<PetscInt>& corners
                                             int parts) {
   const CellsOfVertices cells_of(corners, 4);
   std::vector<int> owner(cells_of.vertices(), -1);
-  std::vector<std::vector<PetscInt>> own_cells(static_cast<std::size_t>(parts));
+  std::vector<std::vector<PetscInt>> own_cells(parts);
   for (std::size_t cell = 0; cell < part.size(); ++cell) {
-    own_cells[static_cast<std::size_t>(part[cell])].push_back(static_cast<PetscInt>(cell));
+    own_cells[part[cell]].push_back(static_cast<PetscInt>(cell));
     for (std::size_t i = 4 * cell; i < 4 * cell + 4; ++i) {
-      int& last = owner[static_cast<std::size_t>(corners[i])];
+      int& last = owner[corners[i]];
       last = std::max(last, part[cell]);
     }
   }
-  std::vector<PartHalo> halos(static_cast<std::size_t>(parts));
+  std::vector<PartHalo> halos(parts);
   for (const int p : owner) {
-    halos[static_cast<std::size_t>(p)].particles += p >= 0 ? 1 : 0;
+    halos[p].particles += p >= 0 ? 1 : 0;
   }
   std::vector<int> holder_of_cell(part.size(), -1);  // the last part that was seen to hold it
   std::vector<int> holder_of_vertex(cells_of.vertices(), -1);
   for (int p = 0; p < parts; ++p) {
-    PartHalo& halo = halos[static_cast<std::size_t>(p)];
-    std::vector<PetscInt> front = own_cells[static_cast<std::size_t>(p)];
+    PartHalo& halo = halos[p];
+    std::vector<PetscInt> front = own_cells[p];
     halo.cells = static_cast<PetscInt>(front.size());
     halo.particles += halo.cells;
     std::vector<int> owners_of_ghosts;
@@ -105,16 +105,16 @@ inline std::vector<PartHalo> halos_of_sheet(const std::vector<PetscInt>& corners
       }
     };
     for (const PetscInt cell : front) {
-      holder_of_cell[static_cast<std::size_t>(cell)] = p;
+      holder_of_cell[cell] = p;
     }
     take_vertices();
     for (int layer = 0; layer < shell_layers; ++layer) {
       front.clear();
       for (const PetscInt vertex : held) {
         for (const PetscInt* cell = cells_of.begin(vertex); cell != cells_of.end(vertex); ++cell) {
-          if (std::exchange(holder_of_cell[static_cast<std::size_t>(*cell)], p) != p) {
+          if (std::exchange(holder_of_cell[*cell], p) != p) {
             front.push_back(*cell);
-            owners_of_ghosts.push_back(part[static_cast<std::size_t>(*cell)]);
+            owners_of_ghosts.push_back(part[*cell]);
           }
         }
       }
@@ -122,13 +122,13 @@ inline std::vector<PartHalo> halos_of_sheet(const std::vector<PetscInt>& corners
     }
     halo.ghosts = static_cast<PetscInt>(owners_of_ghosts.size());
     for (const int other : owners_of_ghosts) {
-      ++halos[static_cast<std::size_t>(other)].sent;
+      ++halos[other].sent;
     }
     std::sort(owners_of_ghosts.begin(), owners_of_ghosts.end());
     owners_of_ghosts.erase(std::unique(owners_of_ghosts.begin(), owners_of_ghosts.end()), owners_of_ghosts.end());
     halo.neighbours = static_cast<PetscInt>(owners_of_ghosts.size());
     for (const int other : owners_of_ghosts) {
-      ++halos[static_cast<std::size_t>(other)].receivers;
+      ++halos[other].receivers;
     }
   }
   return halos;

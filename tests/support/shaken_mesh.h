@@ -11,7 +11,7 @@ namespace pellicle {
 inline SurfaceMesh shaken(SurfaceMesh mesh, double size, const std::string& held) {
   std::vector<bool> stays(mesh.points.size(), false);
   for (const int point : mesh.groups.at(held)) {
-    stays[static_cast<std::size_t>(point)] = true;
+    stays[point] = true;
   }
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     for (int c = 0; !stays[i] && c < 2; ++c) {

@@ -55,7 +55,7 @@ class Compaction : public ::testing::Test {
   static std::vector<bool> kept(const Sheet& sheet, const Keep& keep) {
     std::vector<bool> result;
     for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-      result.push_back(keep(sheet.rest.col(sheet.lattice[static_cast<std::size_t>(cell)])));
+      result.push_back(keep(sheet.rest.col(sheet.lattice[cell])));
     }
     return result;
   }
@@ -76,15 +76,15 @@ class Compaction : public ::testing::Test {
   static Records particle_data(const Sheet& sheet) {
     std::vector<ParticleDatum> particles;
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-      particles.push_back(datum(sheet.persistent_id[static_cast<std::size_t>(i)]));
+      particles.push_back(datum(sheet.persistent_id[i]));
     }
     return Records::of(particles);
   }
   static Records cell_data(const Sheet& sheet) {
     std::vector<CellDatum> cells;
     for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-      const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(cell)];
-      cells.push_back(cell_datum(sheet.persistent_id[static_cast<std::size_t>(lattice)]));
+      const PetscInt lattice = sheet.lattice[cell];
+      cells.push_back(cell_datum(sheet.persistent_id[lattice]));
     }
     return Records::of(cells);
   }
@@ -95,11 +95,10 @@ class Compaction : public ::testing::Test {
 
   static SpringKey key(const Sheet& sheet, Colour colour, PetscInt s) {
     const SpringSet& set = sheet.of(colour);
-    const auto& [a, b] = set.ends[static_cast<std::size_t>(s)];
-    const PetscInt id_a = sheet.persistent_id[static_cast<std::size_t>(a)];
-    const PetscInt id_b = sheet.persistent_id[static_cast<std::size_t>(b)];
-    return {static_cast<int>(colour), std::min(id_a, id_b), std::max(id_a, id_b),
-            set.initial_length[static_cast<std::size_t>(s)]};
+    const auto& [a, b] = set.ends[s];
+    const PetscInt id_a = sheet.persistent_id[a];
+    const PetscInt id_b = sheet.persistent_id[b];
+    return {static_cast<int>(colour), std::min(id_a, id_b), std::max(id_a, id_b), set.initial_length[s]};
   }
 
   /// Compares what is left, on all ranks, with what the whole sheet, on this rank alone, says must be left.
@@ -108,14 +107,14 @@ class Compaction : public ::testing::Test {
     const std::vector<bool> stays = kept(whole, keep);
     std::map<PetscInt, PetscInt> particle_of_id;
     for (PetscInt i = 0; i < whole.particles.owned; ++i) {
-      particle_of_id[whole.persistent_id[static_cast<std::size_t>(i)]] = i;
+      particle_of_id[whole.persistent_id[i]] = i;
     }
     std::set<PetscInt> particles;
     std::map<PetscInt, std::array<PetscInt, 4>> corners;  // ids, of a kept cell
-    std::vector<int> cell_count(static_cast<std::size_t>(whole.particles.owned), 0);
+    std::vector<int> cell_count(whole.particles.owned, 0);
     for (std::size_t cell = 0; cell < stays.size(); ++cell) {
       if (stays[cell]) {
-        const PetscInt id = whole.persistent_id[static_cast<std::size_t>(whole.lattice[cell])];
+        const PetscInt id = whole.persistent_id[whole.lattice[cell]];
         particles.insert(id);
         for (std::size_t k = 0; k < 4; ++k) {
           const auto corner = static_cast<std::size_t>(whole.cells[cell][k]);
@@ -136,36 +135,35 @@ class Compaction : public ::testing::Test {
     const auto particle_data = compacted.particles.as<ParticleDatum>();
     ASSERT_EQ(static_cast<PetscInt>(particle_data.size()), sheet.particles.local());
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(i)];
+      const PetscInt id = sheet.persistent_id[i];
       ASSERT_EQ(particles.count(id), 1u);
       const PetscInt from = particle_of_id.at(id);
       EXPECT_EQ(sheet.rest.col(i), whole.rest.col(from));
       EXPECT_EQ(sheet.uv.col(i), whole.uv.col(from));
-      EXPECT_EQ(sheet.initial_mass[static_cast<std::size_t>(i)], whole.initial_mass[static_cast<std::size_t>(from)]);
-      EXPECT_EQ(sheet.is_lattice[static_cast<std::size_t>(i)], id >= whole.first_lattice_id);
-      EXPECT_EQ(particle_data[static_cast<std::size_t>(i)].id, id);
-      EXPECT_EQ(particle_data[static_cast<std::size_t>(i)].sine, std::sin(id));
+      EXPECT_EQ(sheet.initial_mass[i], whole.initial_mass[from]);
+      EXPECT_EQ(sheet.is_lattice[i], id >= whole.first_lattice_id);
+      EXPECT_EQ(particle_data[i].id, id);
+      EXPECT_EQ(particle_data[i].sine, std::sin(id));
       if (i < sheet.particles.owned) {
-        EXPECT_EQ(sheet.cell_count[static_cast<std::size_t>(i)], cell_count[static_cast<std::size_t>(from)]);
+        EXPECT_EQ(sheet.cell_count[i], cell_count[from]);
       }
     }
     const auto cell_data = compacted.cells.as<CellDatum>();
     ASSERT_EQ(cell_data.size(), sheet.cells.size());
     for (std::size_t cell = 0; cell < sheet.cells.size(); ++cell) {
-      const PetscInt id = sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[cell])];
+      const PetscInt id = sheet.persistent_id[sheet.lattice[cell]];
       EXPECT_EQ(cell_data[cell], cell_datum(id));
       for (std::size_t k = 0; k < 4; ++k) {
-        EXPECT_EQ(sheet.persistent_id[static_cast<std::size_t>(sheet.cells[cell][k])], corners.at(id)[k]);
+        EXPECT_EQ(sheet.persistent_id[sheet.cells[cell][k]], corners.at(id)[k]);
       }
     }
     for (const Colour colour : all_colours) {
       std::set<SpringKey> expected;
       const SpringSet& springs = whole.of(colour);
       for (PetscInt s = 0; s < springs.owned(); ++s) {
-        const auto& triangles = springs.triangles[static_cast<std::size_t>(s)];
-        const auto left = std::count_if(triangles.begin(), triangles.end(), [&stays](PetscInt triangle) {
-          return triangle >= 0 && stays[static_cast<std::size_t>(triangle / 4)];
-        });
+        const auto& triangles = springs.triangles[s];
+        const auto left = std::count_if(triangles.begin(), triangles.end(),
+                                        [&stays](PetscInt triangle) { return triangle >= 0 && stays[triangle / 4]; });
         if (left == 2 || (left > 0 && colour != Colour::green)) {
           expected.insert(key(whole, colour, s));
         }
@@ -237,15 +235,15 @@ TEST_F(Compaction, cells_stay_on_their_ranks_within_the_limit) {
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(12, 9), options);
   std::set<PetscInt> owned;
   for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-    owned.insert(sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(cell)])]);
+    owned.insert(sheet.persistent_id[sheet.lattice[cell]]);
   }
   const Keep left_third = [](const Eigen::Vector3d& centre) { return centre.x() < 0.4; };
   const PetscInt total = 4 * 9;
   options.imbalance_limit = ranks_;  // even if one rank has them all
   const LoadedSheet stayed = compact_with_data(sheet, left_third, options);
   for (PetscInt cell = 0; cell < stayed.sheet.elements.owned; ++cell) {
-    const PetscInt lattice = stayed.sheet.lattice[static_cast<std::size_t>(cell)];
-    EXPECT_EQ(owned.count(stayed.sheet.persistent_id[static_cast<std::size_t>(lattice)]), 1u);
+    const PetscInt lattice = stayed.sheet.lattice[cell];
+    EXPECT_EQ(owned.count(stayed.sheet.persistent_id[lattice]), 1u);
   }
   PetscInt largest = stayed.sheet.elements.owned;
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_INT, MPI_MAX, PETSC_COMM_WORLD);
@@ -268,13 +266,13 @@ TEST_F(Compaction, spreads_a_load_evenly) {
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh(24, 16), options);
   std::vector<double> load;
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    load.push_back(sheet.rest(0, i) < 0.9 && !sheet.is_lattice[static_cast<std::size_t>(i)] ? 3 : 0);
+    load.push_back(sheet.rest(0, i) < 0.9 && !sheet.is_lattice[i] ? 3 : 0);
   }
   const LoadedSheet spread = pellicle::spread(sheet, load, particle_data(sheet), cell_data(sheet), options);
   expect_remainder(spread, whole, [](const Eigen::Vector3d&) { return true; });
   int loaded = 0;  // corners of its cells
   for (PetscInt cell = 0; cell < spread.sheet.elements.owned; ++cell) {
-    for (const PetscInt corner : spread.sheet.cells[static_cast<std::size_t>(cell)]) {
+    for (const PetscInt corner : spread.sheet.cells[cell]) {
       loaded += spread.sheet.rest(0, corner) < 0.9 ? 1 : 0;
     }
   }

@@ -26,7 +26,7 @@ TEST(MembraneGeometry, areas_round_vertices) {
   ASSERT_EQ(areas.size(), static_cast<std::size_t>(membrane.particles.local()));
   double total = 0;
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    const PetscInt id = membrane.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = membrane.persistent_id[i];
     const PetscInt column = id % (nx + 1);
     const PetscInt row = id / (nx + 1);
     int count = 0;  // two of the cells that lie low left and up right of it, one of the others
@@ -34,8 +34,8 @@ TEST(MembraneGeometry, areas_round_vertices) {
       const bool exists = column + dx >= 0 && column + dx < nx && row + dy >= 0 && row + dy < ny;
       count += exists ? triangles_of_cell : 0;
     }
-    EXPECT_NEAR(areas[static_cast<std::size_t>(i)], count * edge * edge / 6, 1e-14) << id;
-    total += i < membrane.particles.owned ? areas[static_cast<std::size_t>(i)] : 0;
+    EXPECT_NEAR(areas[i], count * edge * edge / 6, 1e-14) << id;
+    total += i < membrane.particles.owned ? areas[i] : 0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   EXPECT_NEAR(total, nx * ny * edge * edge, 1e-13);

@@ -97,7 +97,7 @@ TEST_P(MembraneTest, every_triangle_is_owned_once_and_keeps_its_corners) {
     for (std::size_t k = 0; k < 3; ++k) {
       const PetscInt corner = membrane.triangles[element][k];
       ASSERT_LT(corner, membrane.particles.local());
-      EXPECT_EQ(membrane.persistent_id[static_cast<std::size_t>(corner)], mesh_.faces[id][k]);
+      EXPECT_EQ(membrane.persistent_id[corner], mesh_.faces[id][k]);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, owners.data(), static_cast<int>(owners.size()), MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
@@ -117,13 +117,13 @@ TEST_P(MembraneTest, particles_carry_the_data_of_their_vertices) {
     const std::set<int> ids(mesh_.groups.at(group).begin(), mesh_.groups.at(group).end());
     const std::set<PetscInt> members(membrane.groups.at(group).begin(), membrane.groups.at(group).end());
     for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-      EXPECT_EQ(members.count(i), ids.count(membrane.persistent_id[static_cast<std::size_t>(i)])) << group;
+      EXPECT_EQ(members.count(i), ids.count(membrane.persistent_id[i])) << group;
     }
   }
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    const auto id = static_cast<int>(membrane.persistent_id[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(membrane.rest.col(i), mesh_.points[static_cast<std::size_t>(id)]);
-    EXPECT_FALSE(membrane.is_lattice[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<int>(membrane.persistent_id[i]);
+    EXPECT_EQ(membrane.rest.col(i), mesh_.points[id]);
+    EXPECT_FALSE(membrane.is_lattice[i]);
     const auto& candidates = uv_of_point.at(id);
     EXPECT_NE(std::find(candidates.begin(), candidates.end(), Eigen::Vector2d(membrane.uv.col(i))), candidates.end());
   }
@@ -132,9 +132,7 @@ TEST_P(MembraneTest, particles_carry_the_data_of_their_vertices) {
 TEST_P(MembraneTest, elements_carry_the_data_of_their_faces) {
   const Membrane membrane = make(mesh_);
   ASSERT_EQ(membrane.pieces(), 2);
-  const auto is_on_torus = [this](std::size_t f) {
-    return mesh_.points[static_cast<std::size_t>(mesh_.faces[f][0])].z() < 2;
-  };
+  const auto is_on_torus = [this](std::size_t f) { return mesh_.points[mesh_.faces[f][0]].z() < 2; };
   EXPECT_EQ(membrane.piece_is_closed[is_on_torus(0) ? 0 : 1], true);
   EXPECT_EQ(membrane.piece_is_closed[is_on_torus(0) ? 1 : 0], false);
   ASSERT_EQ(membrane.element_fields.size(), 2U);
@@ -163,17 +161,17 @@ TEST_P(MembraneTest, ghosts_name_their_owners_items) {
   EXPECT_EQ(position.values(), Eigen::MatrixXd(membrane.rest));
   Field id(membrane.elements, 1);
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
-    id.values()(0, e) = membrane.element_id[static_cast<std::size_t>(e)];
+    id.values()(0, e) = membrane.element_id[e];
   }
   id.update_ghosts();
   for (PetscInt e = 0; e < membrane.elements.local(); ++e) {
-    EXPECT_EQ(id.values()(0, e), membrane.element_id[static_cast<std::size_t>(e)]);
+    EXPECT_EQ(id.values()(0, e), membrane.element_id[e]);
   }
-  std::vector<bool> used(static_cast<std::size_t>(membrane.particles.local()), false);
+  std::vector<bool> used(membrane.particles.local(), false);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     bool touches = static_cast<PetscInt>(e) < membrane.elements.owned;
     for (const PetscInt corner : membrane.triangles[e]) {
-      used[static_cast<std::size_t>(corner)] = true;
+      used[corner] = true;
       touches = touches || corner < membrane.particles.owned;
     }
     EXPECT_TRUE(touches);
@@ -187,10 +185,10 @@ TEST_P(MembraneTest, sums_over_local_elements_are_complete) {
   std::vector<Eigen::Vector3d> expected(mesh_.points.size(), Eigen::Vector3d::Zero());
   std::vector<int> count(mesh_.points.size(), 0);
   for (const std::vector<int>& face : mesh_.faces) {
-    const auto at = [&](std::size_t k) { return mesh_.points[static_cast<std::size_t>(face[k])]; };
+    const auto at = [&](std::size_t k) { return mesh_.points[face[k]]; };
     for (const int point : face) {
-      expected[static_cast<std::size_t>(point)] += area_vector(at(0), at(1), at(2));
-      ++count[static_cast<std::size_t>(point)];
+      expected[point] += area_vector(at(0), at(1), at(2));
+      ++count[point];
     }
   }
   Eigen::Matrix3Xd total = Eigen::Matrix3Xd::Zero(3, membrane.particles.local());
@@ -201,9 +199,9 @@ TEST_P(MembraneTest, sums_over_local_elements_are_complete) {
   }
   ASSERT_EQ(static_cast<PetscInt>(membrane.cell_count.size()), membrane.particles.owned);
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    const auto id = static_cast<std::size_t>(membrane.persistent_id[static_cast<std::size_t>(i)]);
+    const auto id = static_cast<std::size_t>(membrane.persistent_id[i]);
     EXPECT_NEAR((total.col(i) - expected[id]).norm(), 0, 1e-15);
-    EXPECT_EQ(membrane.cell_count[static_cast<std::size_t>(i)], count[id]);
+    EXPECT_EQ(membrane.cell_count[i], count[id]);
   }
 }
 
@@ -235,8 +233,8 @@ TEST_P(MembraneTest, ids_are_those_of_the_file_after_a_repair) {
     EXPECT_EQ(membrane.element_fields.at("density")[e], 1000 + (membrane.element_id[e] - 1) / 3);
   }
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    const PetscInt id = membrane.persistent_id[static_cast<std::size_t>(i)];
-    EXPECT_EQ(membrane.rest.col(i), mesh_.points[static_cast<std::size_t>((id - 5) / 2)]);
+    const PetscInt id = membrane.persistent_id[i];
+    EXPECT_EQ(membrane.rest.col(i), mesh_.points[(id - 5) / 2]);
   }
 }
 
@@ -274,13 +272,13 @@ TEST_P(MembraneTest, initial_noise_depends_on_ids_alone) {
   const Eigen::Matrix3Xd expected = perturbed_positions(whole, options_);
   std::map<PetscInt, Eigen::Vector3d> position_of_id;
   for (PetscInt i = 0; i < whole.particles.owned; ++i) {
-    position_of_id[whole.persistent_id[static_cast<std::size_t>(i)]] = expected.col(i);
+    position_of_id[whole.persistent_id[i]] = expected.col(i);
   }
   EXPECT_GE((expected - whole.rest).cwiseAbs().maxCoeff(), 0.02);
   const Membrane membrane = make(mesh_);
   const Eigen::Matrix3Xd positions = perturbed_positions(membrane, options_);
   for (PetscInt i = 0; i < membrane.particles.local(); ++i) {
-    const PetscInt id = membrane.persistent_id[static_cast<std::size_t>(i)];
+    const PetscInt id = membrane.persistent_id[i];
     EXPECT_NEAR((positions.col(i) - position_of_id.at(id)).norm(), 0, 1e-14);
   }
 }

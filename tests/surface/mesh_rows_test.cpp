@@ -52,7 +52,7 @@ MeshRows shuffled(MPI_Comm comm, MeshRows rows, const Placement& placement) {
     return rank;
   };
   const auto order_of = [&random](PetscInt count) {
-    std::vector<PetscInt> order(static_cast<std::size_t>(count));
+    std::vector<PetscInt> order(count);
     std::iota(order.begin(), order.end(), 0);
     std::shuffle(order.begin(), order.end(), random);
     return order;
@@ -128,17 +128,15 @@ Records numbers(PetscInt count, const std::function<PetscInt(PetscInt)>& number)
 
 /// The ids of the owned particles, and of the owned cells.
 Records particle_ids(const Surface& points) {
-  return numbers(points.particles.owned, [&](PetscInt i) { return points.persistent_id[static_cast<std::size_t>(i)]; });
+  return numbers(points.particles.owned, [&](PetscInt i) { return points.persistent_id[i]; });
 }
 Records cell_ids(const Sheet& sheet) {
-  return numbers(sheet.elements.owned, [&](PetscInt cell) {
-    return -sheet.persistent_id[static_cast<std::size_t>(sheet.lattice[static_cast<std::size_t>(cell)])];
-  });
+  return numbers(sheet.elements.owned, [&](PetscInt cell) { return -sheet.persistent_id[sheet.lattice[cell]]; });
 }
 
 /// Builds the sheet from its rows in other places.
 void expect_same_from_any_place(const Sheet& sheet, const SheetOptions& options) {
-  const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
+  const std::vector<bool> all(sheet.elements.owned, true);
   for (const Placement& placement : placements) {
     SCOPED_TRACE(placement.name);
     MeshRows rows = shuffled(sheet.comm(), rows_of(sheet, all, particle_ids(sheet), cell_ids(sheet)), placement);
@@ -148,7 +146,7 @@ void expect_same_from_any_place(const Sheet& sheet, const SheetOptions& options)
     EXPECT_EQ(loaded.particles.as<PetscInt>(), sheet.persistent_id);
     std::vector<PetscInt> expected_cells;
     for (const PetscInt lattice : sheet.lattice) {
-      expected_cells.push_back(-sheet.persistent_id[static_cast<std::size_t>(lattice)]);
+      expected_cells.push_back(-sheet.persistent_id[lattice]);
     }
     EXPECT_EQ(loaded.cells.as<PetscInt>(), expected_cells);
   }
@@ -182,7 +180,7 @@ TEST(MeshRowsTest, NorDoesOneThatHasBeenCompacted) {
   for (const auto& [limit, from] : rounds) {
     std::vector<bool> kept;
     for (PetscInt cell = 0; cell < sheet.elements.owned; ++cell) {
-      kept.push_back(sheet.rest(0, sheet.lattice[static_cast<std::size_t>(cell)]) > from);
+      kept.push_back(sheet.rest(0, sheet.lattice[cell]) > from);
     }
     options.imbalance_limit = limit;
     LoadedSheet left = compact(sheet, kept, particle_ids(sheet), cell_ids(sheet), options);
@@ -197,7 +195,7 @@ TEST(MeshRowsTest, APartitionDoesNotDependOnWhereTheRowsLay) {
     SheetOptions options;
     options.partitioner = partitioner;
     const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grouped_grid(), options);
-    const std::vector<bool> all(static_cast<std::size_t>(sheet.elements.owned), true);
+    const std::vector<bool> all(sheet.elements.owned, true);
     for (const Placement& placement : placements) {
       SCOPED_TRACE(std::string(partitioner) + ", " + placement.name);
       MeshRows rows = shuffled(PETSC_COMM_WORLD, rows_of(sheet, all, particle_ids(sheet), cell_ids(sheet)), placement);
@@ -221,8 +219,7 @@ TEST(MeshRowsTest, AMembraneDoesNotDependOnWhereItsRowsLay) {
   }
   const SheetOptions options;
   const Membrane membrane = make_membrane(PETSC_COMM_WORLD, mesh, options);
-  const auto element_ids =
-      numbers(membrane.elements.owned, [&](PetscInt e) { return membrane.element_id[static_cast<std::size_t>(e)]; });
+  const auto element_ids = numbers(membrane.elements.owned, [&](PetscInt e) { return membrane.element_id[e]; });
   for (const Placement& placement : placements) {
     SCOPED_TRACE(placement.name);
     const LoadedMembrane loaded = make_membrane(

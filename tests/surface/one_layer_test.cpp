@@ -40,7 +40,7 @@ class OneLayer : public ::testing::Test {
   /// Burns particles of these ids to nothing.
   void burn(const std::vector<PetscInt>& ids) {
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      if (std::count(ids.begin(), ids.end(), sheet.persistent_id[static_cast<std::size_t>(i)]) > 0) {
+      if (std::count(ids.begin(), ids.end(), sheet.persistent_id[i]) > 0) {
         mass.data()[i] = 0;
       }
     }

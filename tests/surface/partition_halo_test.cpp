@@ -15,7 +15,7 @@ namespace {
 
 /// How many ghosts this rank has of each rank.
 std::vector<int> ghosts_by_owner(const Layout& layout, int ranks) {
-  std::vector<PetscInt> first(static_cast<std::size_t>(ranks));
+  std::vector<PetscInt> first(ranks);
   MPI_Allgather(&layout.first, 1, MPIU_INT, first.data(), 1, MPIU_INT, layout.comm);
   std::vector<int> count(first.size(), 0);
   for (const PetscInt ghost : layout.ghost_global) {

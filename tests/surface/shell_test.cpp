@@ -76,8 +76,8 @@ TEST_P(Shell, masses_add_up_to_density_times_area) {
       std::accumulate(sheet.initial_mass.begin(), sheet.initial_mass.begin() + sheet.particles.owned, 0.0);
   EXPECT_NEAR(sum(mass), 2 * 6 * 4 * 0.25 * 0.25, 1e-13);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    if (sheet.is_lattice[static_cast<std::size_t>(i)]) {
-      EXPECT_NEAR(sheet.initial_mass[static_cast<std::size_t>(i)], 0.0625, 1e-15);
+    if (sheet.is_lattice[i]) {
+      EXPECT_NEAR(sheet.initial_mass[i], 0.0625, 1e-15);
       EXPECT_NEAR(sheet.rest(2, i), 0.05, 1e-15);
     }
   }
@@ -90,32 +90,32 @@ TEST_P(Shell, ghosts_complete_the_springs_round_owned_ones) {
   for (const Colour colour : all_colours) {
     const SpringSet& set = sheet.of(colour);
     // The number of springs at a particle, as its rank sees it and as the owners of the springs count it.
-    std::vector<int> seen(static_cast<std::size_t>(sheet.particles.local()), 0);
+    std::vector<int> seen(sheet.particles.local(), 0);
     Field counted(sheet.particles, 1);
     for (PetscInt s = 0; s < set.local(); ++s) {
-      for (const PetscInt end : set.ends[static_cast<std::size_t>(s)]) {
+      for (const PetscInt end : set.ends[s]) {
         ASSERT_GE(end, 0);
-        ++seen[static_cast<std::size_t>(end)];
+        ++seen[end];
         counted.values()(0, end) += s < set.owned() ? 1 : 0;
       }
     }
     counted.add_ghosts();
     counted.update_ghosts();
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-      EXPECT_EQ(seen[static_cast<std::size_t>(i)], counted.values()(0, i)) << colour_names[static_cast<int>(colour)];
+      EXPECT_EQ(seen[i], counted.values()(0, i)) << colour_names[static_cast<int>(colour)];
     }
     for (PetscInt s = 0; s < set.owned(); ++s) {
-      for (const PetscInt end : set.ends[static_cast<std::size_t>(s)]) {
-        EXPECT_EQ(seen[static_cast<std::size_t>(end)], counted.values()(0, end));
+      for (const PetscInt end : set.ends[s]) {
+        EXPECT_EQ(seen[end], counted.values()(0, end));
       }
     }
 
     // Owners write the persistent ids of both ends by global number; ghosts must find the same pair.
     Field ids(set.layout, 2);
     const auto pair = [&](PetscInt s) {
-      const auto& [a, b] = set.ends[static_cast<std::size_t>(s)];
-      const auto id_a = sheet.persistent_id[static_cast<std::size_t>(a)];
-      const auto id_b = sheet.persistent_id[static_cast<std::size_t>(b)];
+      const auto& [a, b] = set.ends[s];
+      const auto id_a = sheet.persistent_id[a];
+      const auto id_b = sheet.persistent_id[b];
       return Eigen::Vector2d(std::min(id_a, id_b), std::max(id_a, id_b));
     };
     for (PetscInt s = 0; s < set.owned(); ++s) {
@@ -142,19 +142,19 @@ TEST_P(Shell, springs_name_the_triangles_that_share_them) {
     count.assign(4 * sheet.cells.size(), 0);
     ASSERT_EQ(static_cast<PetscInt>(set.triangles.size()), set.local());
     for (PetscInt s = 0; s < set.local(); ++s) {
-      const auto& [a, b] = set.ends[static_cast<std::size_t>(s)];
+      const auto& [a, b] = set.ends[s];
       int triangles = 0;
-      for (const PetscInt triangle : set.triangles[static_cast<std::size_t>(s)]) {
+      for (const PetscInt triangle : set.triangles[s]) {
         if (triangle < 0) {
           continue;
         }
         ++triangles;
         ASSERT_LT(triangle, static_cast<PetscInt>(count.size()));
-        ++count[static_cast<std::size_t>(triangle)];
-        const auto& cell = sheet.cells[static_cast<std::size_t>(triangle / 4)];
-        const PetscInt lattice = sheet.lattice[static_cast<std::size_t>(triangle / 4)];
-        const PetscInt begin = cell[static_cast<std::size_t>(triangle % 4)];
-        const PetscInt end = cell[static_cast<std::size_t>((triangle + 1) % 4)];
+        ++count[triangle];
+        const auto& cell = sheet.cells[triangle / 4];
+        const PetscInt lattice = sheet.lattice[triangle / 4];
+        const PetscInt begin = cell[triangle % 4];
+        const PetscInt end = cell[(triangle + 1) % 4];
         const auto is_corner = [&cell](PetscInt i) { return std::find(cell.begin(), cell.end(), i) != cell.end(); };
         if (colour == Colour::red) {
           EXPECT_TRUE((a == begin || a == end) && b == lattice);
@@ -201,14 +201,13 @@ TEST_P(Shell, ghost_particles_carry_their_owners_data) {
   const Sheet sheet = make(grid_mesh(8, 8, 0.1));
   Field copy(sheet.particles, 5);
   for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-    copy.values().col(i) << sheet.rest.col(i), sheet.initial_mass[static_cast<std::size_t>(i)],
-        sheet.persistent_id[static_cast<std::size_t>(i)];
+    copy.values().col(i) << sheet.rest.col(i), sheet.initial_mass[i], sheet.persistent_id[i];
   }
   copy.update_ghosts();
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     EXPECT_EQ(copy.values().col(i).head<3>(), sheet.rest.col(i));
-    EXPECT_EQ(copy.values()(3, i), sheet.initial_mass[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(copy.values()(4, i), sheet.persistent_id[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(copy.values()(3, i), sheet.initial_mass[i]);
+    EXPECT_EQ(copy.values()(4, i), sheet.persistent_id[i]);
     // uv of the grid is proportional to the position.
     EXPECT_NEAR((sheet.uv.col(i) * 0.8 - sheet.rest.col(i).head<2>()).norm(), 0, 1e-14);
   }
@@ -245,11 +244,11 @@ TEST_P(Shell, neighbours_are_near_in_memory_however_the_file_numbers_them) {
   std::shuffle(number.begin(), number.end(), random);
   const std::vector<Eigen::Vector3d> points = mesh.points;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    mesh.points[static_cast<std::size_t>(number[i])] = points[i];
+    mesh.points[number[i]] = points[i];
   }
   for (std::vector<int>& face : mesh.faces) {
     for (int& corner : face) {
-      corner = number[static_cast<std::size_t>(corner)];
+      corner = number[corner];
     }
   }
   std::shuffle(mesh.faces.begin(), mesh.faces.end(), random);
@@ -273,7 +272,7 @@ TEST_P(Shell, initial_noise_depends_on_ids_alone) {
   const Eigen::Matrix3Xd expected = perturbed_positions(whole, options);
   std::map<PetscInt, Eigen::Vector3d> position_of_id;
   for (PetscInt i = 0; i < whole.particles.owned; ++i) {
-    position_of_id[whole.persistent_id[static_cast<std::size_t>(i)]] = expected.col(i);
+    position_of_id[whole.persistent_id[i]] = expected.col(i);
   }
   EXPECT_LE((expected - whole.rest).cwiseAbs().maxCoeff(), 0.001);
   EXPECT_GE((expected - whole.rest).cwiseAbs().mean(), 0.0004);
@@ -287,8 +286,7 @@ TEST_P(Shell, initial_noise_depends_on_ids_alone) {
   const Sheet sheet = make_sheet(PETSC_COMM_WORLD, grid_mesh(10, 10, 0.1), options);
   const Eigen::Matrix3Xd positions = perturbed_positions(sheet, options);
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    EXPECT_NEAR((positions.col(i) - position_of_id.at(sheet.persistent_id[static_cast<std::size_t>(i)])).norm(), 0,
-                1e-15);
+    EXPECT_NEAR((positions.col(i) - position_of_id.at(sheet.persistent_id[i])).norm(), 0, 1e-15);
   }
 }
 

@@ -51,9 +51,7 @@ class SplitCornersTest : public ::testing::Test {
   void crack(const std::set<std::pair<PetscInt, PetscInt>>& sides) {
     for (std::size_t c = 0; c < sheet_.cells.size(); ++c) {
       for (std::size_t k = 0; k < 4; ++k) {
-        const auto id = [&](std::size_t corner) {
-          return sheet_.persistent_id[static_cast<std::size_t>(sheet_.cells[c][corner % 4])];
-        };
+        const auto id = [&](std::size_t corner) { return sheet_.persistent_id[sheet_.cells[c][corner % 4]]; };
         if (sides.count(std::minmax(id(k), id(k + 1))) > 0) {
           living_.cracked[4 * c + k] = true;
         }
@@ -76,7 +74,7 @@ class SplitCornersTest : public ::testing::Test {
     std::vector<PetscInt> before(sheet_.persistent_id.begin(), sheet_.persistent_id.begin() + sheet_.particles.owned);
     std::vector<PetscInt> of_copies;
     for (const SplitCorners::Copy& copy : corners.copies) {
-      of_copies.push_back(sheet_.persistent_id[static_cast<std::size_t>(copy.original)]);
+      of_copies.push_back(sheet_.persistent_id[copy.original]);
     }
     LoadedSheet loaded = split(sheet_, corners, Records::of(before), Records::of(of_copies),
                                Records(0, sheet_.elements.owned), options());
@@ -111,11 +109,11 @@ class SplitCornersTest : public ::testing::Test {
           {sheet.persistent_id[k], sheet.initial_mass[k], {sheet.rest(0, i), sheet.rest(1, i), sheet.rest(2, i)}});
     }
     std::vector<std::array<PetscInt, 5>> cells;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(sheet.elements.owned); ++c) {
+    for (PetscInt c = 0; c < sheet.elements.owned; ++c) {
       std::array<PetscInt, 5>& row = cells.emplace_back();
       row[0] = sheet.element_id[c];
       for (std::size_t k = 0; k < 4; ++k) {
-        row[k + 1] = sheet.persistent_id[static_cast<std::size_t>(sheet.cells[c][k])];
+        row[k + 1] = sheet.persistent_id[sheet.cells[c][k]];
       }
     }
     WholeSheet whole;

@@ -46,7 +46,7 @@ class AddedField : public ::testing::Test {
   void declare() {
     Field& damp = run_.object().state().add<Field>({"dampness", "kg/m^2", Item::particle, Drawn::yes});
     for (PetscInt i = 0; i < run_.object().sheet().particles.local(); ++i) {
-      damp.data()[i] = dampness(run_.object().sheet().persistent_id[static_cast<std::size_t>(i)]);
+      damp.data()[i] = dampness(run_.object().sheet().persistent_id[i]);
     }
     run_.object().state().add<PetscInt>({"visits", "", Item::object}) = 7;
     run_.object().state().add<std::vector<bool>>({"marked", "", Item::cell}).flip();
@@ -60,7 +60,7 @@ class AddedField : public ::testing::Test {
     const Field& damp = *std::get<Field*>(entry->storage);
     ASSERT_EQ(damp.values().cols(), run.sheet().particles.local());
     for (PetscInt i = 0; i < run.sheet().particles.local(); ++i) {
-      EXPECT_EQ(damp.data()[i], dampness(run.sheet().persistent_id[static_cast<std::size_t>(i)]));
+      EXPECT_EQ(damp.data()[i], dampness(run.sheet().persistent_id[i]));
     }
     EXPECT_EQ(*std::get<PetscInt*>(run.state().find("visits")->storage), 7);
     const auto& marked = *std::get<std::vector<bool>*>(run.state().find("marked")->storage);

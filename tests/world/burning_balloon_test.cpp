@@ -11,6 +11,7 @@
 #include "meshing/closed_shapes.h"
 #include "parallel/collective.h"
 #include "tests/io/files.h"
+#include "tests/support/alone.h"
 #include "tests/support/csv.h"
 #include "tests/support/run_folder.h"
 #include "tests/support/solver_options.h"
@@ -150,7 +151,7 @@ TEST(BurningBalloon, AHotPlaneHeatsWhatIsNearIt) {
       body_conductance(balloon.membrane, make_bodies(PETSC_COMM_WORLD, options.bodies).front(),
                        {balloon.state.position, fields.mass, fields.living, 0, short_step, 0, 2e-3})
           .sum();
-  const InflateStep step = balloon.chain.advance(balloon.state, short_step);
+  const InflateStep step = advance_alone(balloon.chain, balloon.state, short_step);
   EXPECT_TRUE(step.converged) << step.reason;
   const double expected = summed(conductance) * 200 * short_step;
   EXPECT_GT(expected, 1e-4);
@@ -167,11 +168,11 @@ TEST(BurningBalloon, AVertexWithoutElementsStaysWhereItIs) {
   Stretched balloon(options);
   balloon.state.position.values() = balloon.membrane.rest;
   Field before(balloon.membrane.particles, 3);
-  std::vector<bool> had_left(static_cast<std::size_t>(balloon.membrane.particles.local()), false);
+  std::vector<bool> had_left(balloon.membrane.particles.local(), false);
   PetscInt left = 0;
   for (int step = 0; step < 12; ++step) {
     before.values() = balloon.state.position.values();
-    const InflateStep result = balloon.chain.advance(balloon.state, h);
+    const InflateStep result = advance_alone(balloon.chain, balloon.state, h);
     ASSERT_TRUE(result.converged) << step << ": " << result.reason;
     left = 0;
     for (PetscInt i = 0; i < balloon.membrane.particles.local(); ++i) {
@@ -244,7 +245,7 @@ TEST_F(BurningBalloonRuns, EndsWithTheHoleWhoseElementIsTheFirst) {
   EXPECT_EQ(text.find("chamber gas is open: element " + std::to_string(first) + " at ("), 0U) << text;
   EXPECT_NE(text.find(") m has burnt through"), std::string::npos) << text;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // of the middle of the element
-  for (std::size_t e = 0; e < static_cast<std::size_t>(membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     for (const PetscInt vertex : membrane.triangles[e]) {
       place += (membrane.element_id[e] == first ? 1.0 / 3 : 0) * run_.object().state().position.vector(vertex);
     }
@@ -273,13 +274,11 @@ TEST_F(BurningBalloonRuns, AStepThatIsPutBackLeavesNoTrace) {
   }
   run_.restore();
   EXPECT_EQ(values_of(state()), before);
-  // What is recorded now is of the wall as it was, also when the solvers are made anew.
-  run_.record(h, 0);
-  run_.forget();
+  // What is recorded now is of the wall as it was.
   run_.record(h, 0);
   if (folder_.rank() == 0) {
     const std::vector<double> energy = read_csv(folder_ / "out/history.csv").at("elastic_energy");
-    EXPECT_EQ(energy, std::vector<double>(3, energy.front()));
+    EXPECT_EQ(energy, std::vector<double>(2, energy.front()));
     EXPECT_GT(energy.front(), 0);
   }
 }

@@ -8,8 +8,9 @@
 
 #include "contact/crossings.h"
 #include "contact/surface_contact.h"
-#include "elastic/elastic_step.h"
+#include "elastic/elastic_sheet.h"
 #include "surface/shell.h"
+#include "tests/support/balanced_step.h"
 #include "tests/support/balls.h"
 #include "tests/support/by_id.h"
 #include "tests/support/grid_mesh.h"
@@ -48,27 +49,28 @@ class Touching {
     }
     ones_.assign(pinned_.size(), 1);
     ElasticOptions options;
-    options.newton_tolerance = 1e-8;
-    options.newton_iterations = 200;
+    options.snes_rtol = 1e-8;
+    options.max_iterations = 200;
     SheetMaterial material;
     material.tensile_stiffness = {500};
     material.bending_stiffness = bending_stiffness;
     material.damping = 0;
     this->contact = std::make_unique<SurfaceContact>(
         std::vector<ContactSurface::Part>{{&sheet, contact.thickness, *contact.stiffness}}, contact, !is_pinned);
-    step_ = std::make_unique<ElasticStep>(sheet, material, 0.01, MaterialFactors(), pinned_, pinned_, options,
-                                          std::vector<Potential*>{this->contact.get()});
+    step_ =
+        std::make_unique<BalancedStep<ElasticSheet>>(options, sheet, material, 0.01, MaterialFactors(), pinned_,
+                                                     pinned_, options, std::vector<Potential*>{this->contact.get()});
   }
 
   void advance(double h, const Eigen::Vector3d& gravity = {0, 0, 0}) {
     start_.values() = positions.values();
     for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-      if (!pinned_[static_cast<std::size_t>(i)]) {
+      if (!pinned_[i]) {
         velocities.vector(i) += h * gravity;
         positions.vector(i) += h * velocities.vector(i);
       }
     }
-    const ElasticResult result = step_->advance(
+    const ImplicitResult result = step_->advance(
         positions, {{sheet.initial_mass, pinned_, start_, h}, initial_lengths(sheet), ones_, ones_, Living(sheet)});
     ASSERT_TRUE(result.converged) << result.reason;
     velocities.values() = (positions.values() - start_.values()) / h;
@@ -78,7 +80,7 @@ class Touching {
   Eigen::VectorXd motion(bool of_small) const {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(5);
     for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-      const double mass = sheet.initial_mass[static_cast<std::size_t>(i)];
+      const double mass = sheet.initial_mass[i];
       const Eigen::Vector3d v = velocities.vector(i);
       if (!of_small || sheet.rest(2, i) > 0) {
         sum[0] += mass;
@@ -91,7 +93,7 @@ class Touching {
   }
 
   double energy() const {
-    return motion(false)[4] + step_->elastic_energy(positions) + contact->figures(positions).energy;
+    return motion(false)[4] + step_->part.elastic_energy(positions) + contact->figures(positions).energy;
   }
   int crossings() const { return find_crossings({{sheet, positions, nullptr}}).pairs; }
 
@@ -110,7 +112,7 @@ class Touching {
 
   std::vector<bool> pinned_;
   std::vector<double> ones_;
-  std::unique_ptr<ElasticStep> step_;
+  std::unique_ptr<BalancedStep<ElasticSheet>> step_;
   Field start_;
 };
 
@@ -211,7 +213,7 @@ TEST(Contact, LipsOfACrackOpenAndCloseAndDoNotPassThroughEachOther) {
   Touching sheets(PETSC_COMM_WORLD, on_first(PETSC_COMM_WORLD, joined(half, half, {4 * edge, 0, 0})), touching());
   const auto throw_at = [&](double away, double across) {
     for (PetscInt i = 0; i < sheets.sheet.particles.local(); ++i) {
-      const PetscInt id = sheets.sheet.persistent_id[static_cast<std::size_t>(i)];
+      const PetscInt id = sheets.sheet.persistent_id[i];
       const double from_seam = sheets.sheet.rest(0, i) - 4 * edge;
       const bool is_left = from_seam < -1e-6 || (from_seam < 1e-6 && id < static_cast<PetscInt>(half.points.size()));
       sheets.velocities.vector(i) = Eigen::Vector3d(is_left ? -away : away, 0, id % 2 == 0 ? across : -across);
@@ -285,20 +287,20 @@ TEST(Contact, TwoBalloonsPressWithTheirPressureOnTheFlatDisc) {
   }
   const Membrane& membrane = balloons.membrane;
   Eigen::Matrix3Xd push = Eigen::Matrix3Xd::Zero(3, membrane.particles.owned);
-  balloons.chain.contact()->add_gradient(balloons.state.position, push);
-  std::vector<double> areas(static_cast<std::size_t>(membrane.particles.local()), 0.0);
+  balloons.alone.contact()->add_gradient(balloons.state.position, push);
+  std::vector<double> areas(membrane.particles.local(), 0.0);
   for (std::size_t e = 0; e < membrane.triangles.size(); ++e) {
     const std::array<PetscInt, 3>& corners = membrane.triangles[e];
     const auto at = [&](std::size_t k) { return balloons.state.position.vector(corners[k]); };
     for (const PetscInt i : corners) {
-      areas[static_cast<std::size_t>(i)] += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 6;
+      areas[i] += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 6;
     }
   }
   // The disc is what bears more than half of the pressure: at its edge, in the middle of a vertex's surroundings, less.
   std::array<double, 2> sums{};  // force on the first balloon, area of its disc
   for (PetscInt i = 0; i < membrane.particles.owned; ++i) {
-    const double area = areas[static_cast<std::size_t>(i)];
-    if (membrane.persistent_id[static_cast<std::size_t>(i)] < first_points) {
+    const double area = areas[i];
+    if (membrane.persistent_id[i] < first_points) {
       sums[0] += push(0, i);
       sums[1] += push(0, i) > 0.5 * balloons.pressure() * area ? area : 0;
     }

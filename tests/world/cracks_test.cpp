@@ -37,7 +37,7 @@ Options pulled_strip() {
   options.material.shear_stiffness = 0.375 * stiffness;
   options.material.bending_stiffness = 1e-3;
   options.material.damping = viscous_time;
-  options.elastic.newton_tolerance = 1e-4;
+  options.elastic.snes_rtol = 1e-4;
   options.force.gravity = {0, 0, 0};
   options.force.damping = 0;
   options.ablation.strength = strength;
@@ -65,7 +65,7 @@ class Pulled : public PulledStrip<BurnRun> {
   /// Undeformed middles of the cracked sides.
   std::vector<std::array<double, 2>> cracks() {
     std::vector<std::array<double, 2>> own;
-    for (std::size_t t = 0; t < static_cast<std::size_t>(4 * sheet().elements.owned); ++t) {
+    for (PetscInt t = 0; t < 4 * sheet().elements.owned; ++t) {
       if (state().living.cracked[t]) {
         const auto& corners = sheet().cells[t / 4];
         const Eigen::Vector3d middle = (sheet().rest.col(corners[t % 4]) + sheet().rest.col(corners[(t + 1) % 4])) / 2;
@@ -169,8 +169,8 @@ SurfaceMesh notched(int cells, int cut) {
   std::vector<int> copy(mesh.points.size(), -1);
   for (int i = 0; i < cut; ++i) {
     const int vertex = cells * (cells + 1) + i;
-    copy[static_cast<std::size_t>(vertex)] = static_cast<int>(mesh.points.size());
-    mesh.points.push_back(mesh.points[static_cast<std::size_t>(vertex)]);
+    copy[vertex] = static_cast<int>(mesh.points.size());
+    mesh.points.push_back(mesh.points[vertex]);
   }
   for (std::size_t face = static_cast<std::size_t>(cells * cells); face < mesh.faces.size(); ++face) {
     for (int& corner : mesh.faces[face]) {

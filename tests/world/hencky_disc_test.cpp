@@ -42,7 +42,7 @@ Disc inflated_disc(int rings, double poisson) {
   const auto height = [&] {
     double sum = 0;
     for (PetscInt i = 0; i < disc.membrane.particles.owned; ++i) {
-      sum += disc.membrane.persistent_id[static_cast<std::size_t>(i)] == centre ? disc.state.position.vector(i).z() : 0;
+      sum += disc.membrane.persistent_id[i] == centre ? disc.state.position.vector(i).z() : 0;
     }
     MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return sum;
@@ -61,7 +61,7 @@ Disc inflated_disc(int rings, double poisson) {
   std::array<double, count> sums{};
   std::array<double, count> numbers{};
   const Wall& wall = disc.chain.elements().wall();
-  for (std::size_t e = 0; e < static_cast<std::size_t>(disc.membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < disc.membrane.elements.owned; ++e) {
     const auto& [a, b, c] = disc.membrane.triangles[e];
     const auto x = [&](PetscInt i) { return disc.state.position.vector(i); };
     const PrincipalState principal =

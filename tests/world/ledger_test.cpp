@@ -12,6 +12,7 @@
 
 #include "surface/shell.h"
 #include "tests/io/files.h"
+#include "tests/support/alone.h"
 #include "tests/support/csv.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/run_folder.h"
@@ -240,7 +241,7 @@ class Tables : public ::testing::Test {
 
 TEST_F(Tables, AreOfStatesWhoseGhostsAreUpToDate) {
   for (int k = 1; k <= steps; ++k) {
-    ASSERT_TRUE(burn_.advance(state_, h).converged);
+    ASSERT_TRUE(advance_alone(burn_, state_, h).converged);
     for (Field* field : {&state_.position, &state_.velocity, &state_.temperature, &state_.mass, &state_.mass_change}) {
       const Eigen::MatrixXd values = field->values();
       field->update_ghosts();
@@ -285,7 +286,7 @@ TEST_F(Tables, HaveWhatTheStateSays) {
     const double time = state_.time;
     run.keep();
     ASSERT_TRUE(run.advance(h).converged);
-    const BurnStep step = burn_.advance(state_, h);
+    const BurnStep step = advance_alone(burn_, state_, h);
     ASSERT_TRUE(step.converged) << step.reason;
     run.accept(run.time());
     testing::internal::CaptureStdout();  // The curves of Fig. 8 are printed, too.

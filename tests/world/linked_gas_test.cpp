@@ -60,7 +60,7 @@ void make_bag(Options& options, GasLaw law = GasLaw::adiabatic) {
   options.chain = ChainKind::burn;
   options.sheet.thickness = 2e-3;
   options.sheet.areal_density = 0.05;
-  options.elastic.newton_tolerance = 1e-9;
+  options.elastic.snes_rtol = 1e-9;
   options.chambers["air"].law = law;
 }
 
@@ -259,7 +259,7 @@ TEST(LinkedGas, EveryLinkBelongsToTheObjectsThatItJoins) {
   EXPECT_EQ(names(0), "away(c.air>air_2)top(air>b.air)");
   EXPECT_EQ(names(1), "of_b(air>)top(a.air>air)");
   EXPECT_EQ(names(2), "away(air>a.air_2)own(air>ambient)");
-  EXPECT_TRUE(find_together(objects));
+  EXPECT_LT(plan_groups(objects).size(), objects.size());
 }
 
 TEST(LinkedGas, LinksThatGoNowhereAreRefused) {

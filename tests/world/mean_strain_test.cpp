@@ -47,7 +47,7 @@ struct TwistedSheet {
     std::array<double, 2> sums{};
     for (const Colour colour : all_colours) {
       const SpringSet& set = sheet.of(colour);
-      for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      for (PetscInt s = 0; s < set.owned(); ++s) {
         const auto [a, b] = set.ends[s];
         const Eigen::Vector3d arm = sheet.rest.col(a) - sheet.rest.col(b);
         if (counts(colour, s, arm)) {
@@ -87,8 +87,8 @@ TEST(MeanStrain, OfACellThatHasLostAPartIsOfItsYellowSprings) {
   // The cell of the greatest ids.
   const auto is_broken = [&](PetscInt triangle) {
     PetscInt least = scene.sheet.id_end;
-    for (const PetscInt corner : scene.sheet.cells[static_cast<std::size_t>(triangle / 4)]) {
-      least = std::min(least, scene.sheet.persistent_id[static_cast<std::size_t>(corner)]);
+    for (const PetscInt corner : scene.sheet.cells[triangle / 4]) {
+      least = std::min(least, scene.sheet.persistent_id[corner]);
     }
     return least == 16;  // 2 rows of 6, and 4
   };

@@ -24,12 +24,18 @@ class OneObject : public World {
  public:
   template <class Mesh>
   OneObject(Mesh mesh, const Options& options, OutputFolder& folder, Console& console)
-      : World(folder, options.output, only(std::move(mesh), options, folder, console)) {}
+      : World(folder, options.output, only(std::move(mesh), options, folder, console), {plan_of_object(options)}) {}
 
   ObjectType& object() { return static_cast<ObjectType&>(*members().front().object); }
   StageClock& clock() { return *members().front().clock; }
 
  private:
+  /// Whether or not the options say which chain it is.
+  static GroupPlan plan_of_object(Options options) {
+    options.chain = std::is_same_v<ObjectType, BurnRun> ? ChainKind::burn : ChainKind::inflate;
+    return plan_of("", options);
+  }
+
   template <class Mesh>
   static std::vector<Member> only(Mesh mesh, const Options& options, OutputFolder& folder, Console& console) {
     std::vector<Member> members;

@@ -44,7 +44,7 @@ double deflection(const SurfaceMesh& mesh, double poisson) {
   plate.reach(1);
   double height = 0;
   for (PetscInt i = 0; i < plate.membrane.particles.owned; ++i) {
-    height += plate.membrane.persistent_id[static_cast<std::size_t>(i)] == 0 ? plate.state.position.vector(i).z() : 0;
+    height += plate.membrane.persistent_id[i] == 0 ? plate.state.position.vector(i).z() : 0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &height, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return height / small;

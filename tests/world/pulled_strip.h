@@ -87,7 +87,7 @@ class PulledStrip {
   std::array<double, 2> extent(PetscInt piece) {
     std::array<double, 2> ends{-HUGE_VAL, -HUGE_VAL};
     for (PetscInt i = 0; i < surface().particles.owned; ++i) {
-      if (fields().pieces.of_particle[static_cast<std::size_t>(i)] == piece) {
+      if (fields().pieces.of_particle[i] == piece) {
         const double y = state().position.vector(i).y();
         ends = {std::max(ends[0], -y), std::max(ends[1], y)};
       }

@@ -264,7 +264,7 @@ template <class Sum>
 Eigen::Vector3d sum_of(const StaticBalloon& balloon, const Sum& sum) {
   Eigen::Vector3d all = Eigen::Vector3d::Zero();
   for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
-    all += balloon.chain.mass()[static_cast<std::size_t>(i)] * sum(i);
+    all += balloon.chain.mass()[i] * sum(i);
   }
   MPI_Allreduce(MPI_IN_PLACE, all.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return all;

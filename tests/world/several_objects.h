@@ -15,7 +15,7 @@
 #include "tests/support/run_folder.h"
 #include "tests/world/one_object.h"
 #include "world/gas_links.h"
-#include "world/together.h"
+#include "world/group.h"
 
 namespace pellicle {
 
@@ -29,16 +29,16 @@ inline SurfaceMesh on_root(const SurfaceMesh& mesh) {
 struct Scene {
   Scene(std::deque<ObjectOptions> of_objects, const std::vector<SurfaceMesh>& meshes)
       : objects(std::move(of_objects)),
-        together(found_together(objects)),
+        groups(groups_of(objects)),
         folder(objects.front().options.output),
-        world(folder.output, objects.front().options.output, members(meshes), {}, together) {
+        world(folder.output, objects.front().options.output, members(meshes), groups) {
     world.draw();
     world.record(0, 0);
   }
 
-  static std::optional<TogetherOptions> found_together(std::deque<ObjectOptions>& objects) {
+  static std::vector<GroupPlan> groups_of(std::deque<ObjectOptions>& objects) {
     share_links(objects);
-    return find_together(objects);
+    return plan_groups(objects);
   }
 
   std::vector<World::Member> members(const std::vector<SurfaceMesh>& meshes) {
@@ -49,7 +49,7 @@ struct Scene {
       World::Member& member = list.emplace_back();
       member.name = objects[i].name;
       member.clock = burns ? clock_of<BurnRun>(options) : clock_of<InflateRun>(options);
-      const ObjectOutput output{folder.output, console, *member.clock, member.name};
+      const ObjectOutput output{folder.output, console, *member.clock, member.name, groups.size() < objects.size()};
       if (burns) {
         member.object = std::make_unique<BurnRun>(
             make_sheet(PETSC_COMM_WORLD, on_root(meshes[i]), shell_options(options)), options, output);
@@ -61,7 +61,7 @@ struct Scene {
     return list;
   }
 
-  TouchingObject& object(std::size_t i) { return *world.members()[i].object->touching(); }
+  Object& object(std::size_t i) { return *world.members()[i].object; }
 
   void throw_all(std::size_t i, const Eigen::Vector3d& velocity) {
     object(i).state().velocity.values().colwise() = velocity;
@@ -82,7 +82,7 @@ struct Scene {
   }
 
   std::deque<ObjectOptions> objects;
-  std::optional<TogetherOptions> together;
+  std::vector<GroupPlan> groups;
   std::ostringstream said;
   Console console{PETSC_COMM_WORLD, 0, said, false};
   RunFolder folder;

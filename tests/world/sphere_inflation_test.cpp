@@ -139,7 +139,7 @@ TEST_P(LimitPoint, IsFoundByASweepOfVolumes) {
       pressures(ranks() == 1 ? 3 : 2, options_for(limit.law, stretches), stretches.size(), &material);
   const auto begin = found.begin() + static_cast<std::ptrdiff_t>(first);
   const auto extreme = limit.is_maximum ? std::max_element(begin, found.end()) : std::min_element(begin, found.end());
-  const double stretch = stretches[static_cast<std::size_t>(extreme - found.begin())];
+  const double stretch = stretches[extreme - found.begin()];
   const double expected_stretch = extremal_stretch(material, limit.from, limit.to);
   const double expected = sphere_pressure(material, thickness / radius, expected_stretch);
   print_once("%s: stretch %.4f (%.4f), pressure %.2f Pa (%.2f): %.2e\n", limit.law.c_str(), stretch, expected_stretch,

@@ -142,7 +142,7 @@ TEST(ArcLength, FollowsAPyramidThatSnapsThrough) {
   const auto top = [&] {
     double z = 0;
     for (PetscInt i = 0; i < balloon.membrane.particles.owned; ++i) {
-      z += balloon.membrane.persistent_id[static_cast<std::size_t>(i)] == 0 ? balloon.state.position.vector(i).z() : 0;
+      z += balloon.membrane.persistent_id[i] == 0 ? balloon.state.position.vector(i).z() : 0;
     }
     MPI_Allreduce(MPI_IN_PLACE, &z, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     return z;

@@ -28,7 +28,6 @@ class FakeChain : public Chain {
   int step() const override { return step_; }
   double& length() override { return length_; }
   void save(Hdf5File&) const override {}
-  void forget() override {}
   void resume_output(const Hdf5File&) override {}
   StepResult advance(double h) override {
     ++attempts;

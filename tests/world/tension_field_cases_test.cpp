@@ -128,7 +128,7 @@ Band bent_band(int rows, double b) {
   const auto& wall = band.chain.elements();
   const std::vector<Eigen::Matrix3d> tensions = wall.tensions(band.state.position, band.state.thickness_ratio);
   std::array<double, 4> sums{};  // force, moment, wrinkled and whole area, of the elements in the middle
-  for (std::size_t e = 0; e < static_cast<std::size_t>(band.membrane.elements.owned); ++e) {
+  for (PetscInt e = 0; e < band.membrane.elements.owned; ++e) {
     const auto& [p, q, r] = band.membrane.triangles[e];
     const Eigen::Vector3d at = (band.membrane.rest.col(p) + band.membrane.rest.col(q) + band.membrane.rest.col(r)) / 3;
     if (at.x() < edge) {

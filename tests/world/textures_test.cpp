@@ -10,6 +10,7 @@
 #include "heat/heat_balance.h"
 #include "meshing/closed_shapes.h"
 #include "surface/shell.h"
+#include "tests/support/alone.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/picture.h"
 #include "tests/support/solver_options.h"
@@ -32,7 +33,7 @@ struct Chain {
         state(burn.initial_state()) {}
 
   void advance() {
-    const BurnStep result = burn.advance(state, h);
+    const BurnStep result = advance_alone(burn, state, h);
     ASSERT_TRUE(result.converged) << result.reason;
   }
 
@@ -69,7 +70,7 @@ TEST(TexturesOfASheet, MassLossFollowsBrightnessBetweenTheEndsOfItsRange) {
   Chain chain(PETSC_COMM_WORLD, grid_mesh(4, 3, edge), options);
   chain.advance();
   for (PetscInt i = 0; i < chain.sheet.particles.local(); ++i) {
-    const double initial = chain.sheet.initial_mass[static_cast<std::size_t>(i)];
+    const double initial = chain.sheet.initial_mass[i];
     const double factor = 0.3 + 1.7 * chain.bright(i, 4, 3);
     EXPECT_NEAR(chain.state.mass_change.data()[i], -0.05 * h * 200 * factor * initial, 1e-12 * initial) << i;
   }
@@ -182,7 +183,7 @@ TEST(TexturesOfASheet, AWeightIsTheMeanOfTheBrightnessAtBothEndsOfASpring) {
   const Eigen::Vector3d start(1.2 * edge, -0.1 * edge, 0);
   const Sheet& sheet = chain.sheet;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    if (sheet.persistent_id[static_cast<std::size_t>(i)] == 1) {
+    if (sheet.persistent_id[i] == 1) {
       chain.state.position.vector(i) = start;
     }
   }
@@ -195,7 +196,7 @@ TEST(TexturesOfASheet, AWeightIsTheMeanOfTheBrightnessAtBothEndsOfASpring) {
   Eigen::Vector2d error;
   const std::array<Eigen::Vector3d, 2> others{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(edge, edge, 0)};
   for (int spring = 0; spring < 2; ++spring) {
-    const Eigen::Vector3d d = start - others[static_cast<std::size_t>(spring)];
+    const Eigen::Vector3d d = start - others[spring];
     error[spring] = d.squaredNorm() / edge - edge;
     gradient.row(spring) = 2 / edge * d.transpose();
   }
@@ -203,7 +204,7 @@ TEST(TexturesOfASheet, AWeightIsTheMeanOfTheBrightnessAtBothEndsOfASpring) {
   gram += 0.1 * gram.diagonal().maxCoeff() * Eigen::Matrix2d::Identity();
   const Eigen::Vector3d end = start - gradient.transpose() * gram.lu().solve(weight.cwiseProduct(error));
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
-    if (sheet.persistent_id[static_cast<std::size_t>(i)] == 1) {
+    if (sheet.persistent_id[i] == 1) {
       EXPECT_LE((chain.state.position.vector(i) - end).norm(), 1e-12 * edge);
     }
   }
@@ -230,7 +231,7 @@ Tear tear(Options options, double mass = 1) {
   bool torn = false;
   bool converged = true;
   while (!torn && converged && chain.state.step < 100) {
-    const BurnStep result = chain.burn.advance(chain.state, h);
+    const BurnStep result = advance_alone(chain.burn, chain.state, h);
     converged = result.converged;
     EXPECT_TRUE(converged) << result.reason;
     torn = result.cracked;
@@ -238,7 +239,7 @@ Tear tear(Options options, double mass = 1) {
   EXPECT_TRUE(torn);
   EXPECT_EQ(chain.state.mass_burnt, 0);
   Tear result{chain.state.time, {}};
-  for (std::size_t c = 0; c < static_cast<std::size_t>(chain.sheet.elements.owned); ++c) {
+  for (PetscInt c = 0; c < chain.sheet.elements.owned; ++c) {
     const auto first = chain.state.living.cracked.begin() + static_cast<std::ptrdiff_t>(4 * c);
     EXPECT_EQ(chain.state.burn_time[c], -1) << "cell " << c << " has not burnt";
     if (std::count(first, first + 4, true) > 0) {
@@ -303,7 +304,7 @@ TEST(TexturesOfABalloon, ThicknessFollowsBrightnessBetweenTheEndsOfItsRange) {
   for (const auto& face : mesh.faces) {
     auto& uv = mesh.uv.emplace_back();
     for (const int point : face) {
-      uv.emplace_back((mesh.points[static_cast<std::size_t>(point)].head<2>().array() + 1) / 2);
+      uv.emplace_back((mesh.points[point].head<2>().array() + 1) / 2);
     }
   }
   Options options;

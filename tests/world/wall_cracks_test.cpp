@@ -71,7 +71,7 @@ class Pulled : public PulledStrip<InflateRun> {
   /// Undeformed heights of the ends of all cracked sides of elements.
   std::vector<double> heights() {
     std::vector<double> own;
-    for (std::size_t side = 0; side < static_cast<std::size_t>(3 * wall().elements.owned); ++side) {
+    for (PetscInt side = 0; side < 3 * wall().elements.owned; ++side) {
       if (fields().living.cracked[side]) {
         own.push_back(wall().rest(1, wall().corner(side / 3, side % 3)));
         own.push_back(wall().rest(1, wall().corner(side / 3, side % 3 + 1)));

@@ -39,11 +39,11 @@ struct Whole {
         temperature(by_id(sheet, state.temperature).row(0)),
         mass(by_id(sheet, state.mass).row(0)),
         mass_change(by_id(sheet, state.mass_change).row(0)) {
-    const auto id = [&](PetscInt i) { return static_cast<double>(sheet.persistent_id[static_cast<std::size_t>(i)]); };
+    const auto id = [&](PetscInt i) { return static_cast<double>(sheet.persistent_id[i]); };
     std::vector<double> own_springs;
     for (std::size_t colour = 0; colour < 4; ++colour) {
       const SpringSet& set = sheet.springs[colour];
-      for (std::size_t s = 0; s < static_cast<std::size_t>(set.owned()); ++s) {
+      for (PetscInt s = 0; s < set.owned(); ++s) {
         own_springs.insert(own_springs.end(),
                            {static_cast<double>(colour), id(set.ends[s][0]), id(set.ends[s][1]),
                             state.target_length[colour][s], state.living.springs[colour][s] ? 1.0 : 0.0});
@@ -55,7 +55,7 @@ struct Whole {
           {static_cast<std::size_t>(row[0]), static_cast<int>(row[1]), static_cast<int>(row[2]), row[3], row[4] > 0});
     }
     std::vector<double> own_cells;
-    for (std::size_t c = 0; c < static_cast<std::size_t>(sheet.elements.owned); ++c) {
+    for (PetscInt c = 0; c < sheet.elements.owned; ++c) {
       for (const PetscInt corner : sheet.cells[c]) {
         own_cells.push_back(id(corner));
       }
@@ -76,11 +76,11 @@ struct Whole {
     int ranks = 1;
     MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
     const auto count = static_cast<int>(own.size());
-    std::vector<int> counts(static_cast<std::size_t>(ranks));
+    std::vector<int> counts(ranks);
     MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, PETSC_COMM_WORLD);
     std::vector<int> offsets(counts.size(), 0);
     std::partial_sum(counts.begin(), counts.end() - 1, offsets.begin() + 1);
-    std::vector<double> all(static_cast<std::size_t>(offsets.back() + counts.back()));
+    std::vector<double> all(offsets.back() + counts.back());
     MPI_Allgatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(), MPI_DOUBLE,
                    PETSC_COMM_WORLD);
     return all;
@@ -128,13 +128,13 @@ struct Whole {
 
   /// Masses of the parts that springs hold together, the part of most particles first [kg].
   std::vector<double> pieces() const {
-    std::vector<int> part(static_cast<std::size_t>(mass.size()));
+    std::vector<int> part(mass.size());
     std::iota(part.begin(), part.end(), 0);
     for (bool changed = true; changed;) {
       changed = false;
       for (const Spring& spring : springs) {
-        int& a = part[static_cast<std::size_t>(spring.a)];
-        int& b = part[static_cast<std::size_t>(spring.b)];
+        int& a = part[spring.a];
+        int& b = part[spring.b];
         if (spring.lives && a != b) {
           a = b = std::min(a, b);
           changed = true;
@@ -144,7 +144,7 @@ struct Whole {
     std::map<int, std::pair<int, double>> parts;  // particles and mass
     for (const Spring& spring : springs) {
       if (spring.lives) {
-        parts[part[static_cast<std::size_t>(spring.a)]] = {};
+        parts[part[spring.a]] = {};
       }
     }
     for (std::size_t i = 0; i < part.size(); ++i) {

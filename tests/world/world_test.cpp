@@ -78,9 +78,16 @@ struct Scene {
     return members;
   }
 
+  /// Each of two objects is balanced alone.
+  static std::vector<GroupPlan> apart() {
+    std::deque<ObjectOptions> objects;
+    objects.emplace_back("a").options.chain = ChainKind::burn;
+    objects.emplace_back("b").options.chain = ChainKind::inflate;
+    return plan_groups(objects);
+  }
   /// In a folder of its own.
   World world_of(World::Member first, World::Member second) {
-    return {other_folder.output, objects.front().options.output, list(std::move(first), std::move(second))};
+    return {other_folder.output, objects.front().options.output, list(std::move(first), std::move(second)), apart()};
   }
   /// Steps of length h to the end.
   void run(World& other) {
@@ -94,7 +101,8 @@ struct Scene {
   Console console{PETSC_COMM_WORLD, 0, said, false};
   RunFolder folder{objects.front().options.output};
   RunFolder other_folder{elsewhere(objects.front().options.output)};
-  World world{folder.output, objects.front().options.output, list(member(0, folder.output), member(1, folder.output))};
+  World world{folder.output, objects.front().options.output, list(member(0, folder.output), member(1, folder.output)),
+              apart()};
 };
 
 /// A step of the world, which must succeed, with its frame and rows.
@@ -128,12 +136,10 @@ TEST(World, IfTheSecondObjectFailsTheFirstGoesBackToo) {
     step(scene->world);
   }
   {
-    // The solver of the balloon may make no iterations. The sheet has moved, and burnt, by then.
-    SolverOptions solver;
-    solver.set("objects_balloon_prism_ksp_max_it", "0");
-    failing.world.forget();
     failing.world.keep();
     for (const double length : {h, h / 2}) {
+      // The velocities of the balloon are no numbers. The sheet has moved, and burnt, by the time that this is found.
+      failing.world.members()[1].object->state().velocity.values().setConstant(std::nan(""));
       const StepResult result = failing.world.advance(length);
       EXPECT_FALSE(result.converged);
       EXPECT_EQ(result.reason.rfind("balloon: ", 0), 0U) << result.reason;
@@ -151,7 +157,6 @@ TEST(World, IfTheSecondObjectFailsTheFirstGoesBackToo) {
     }
   }
   for (Scene* scene : scenes) {
-    scene->world.forget();
     step(scene->world);
     step(scene->world);
   }
@@ -165,12 +170,18 @@ class Brief : public Object {
   Brief(int steps, bool vanishes) : steps_(steps), vanishes_(vanishes) {}
 
   ObjectState& state() override { return state_; }
-  StepResult advance(double length) override {
+  StepResult begin(double length) override {
     EXPECT_LT(state_.step, steps_) << "stepped beyond its end";
     state_.time += length;
-    ++state_.step;
-    return {true, "", 3, "steady", error};
+    return {true, "", 3};
   }
+  Motion& motion() override { return motion_; }
+  StepResult end(const EquilibriumResult&) override {
+    ++state_.step;
+    return {true, "", 0, "steady", error};
+  }
+  const std::vector<Lip>& fresh_lips() const override { return no_lips_; }
+  void follow_start() override {}
   void accept(double time) override { state_.time = time; }
   void keep() override { kept_ = state_; }
   void restore() override { state_ = kept_; }
@@ -179,7 +190,6 @@ class Brief : public Object {
   void draw(const FrameSink&) override { ++frames; }
   void record(double, int) override { ++rows; }
   void save(Hdf5File&) const override {}
-  void forget() override {}
   void resume_output(const Hdf5File&) override {}
 
   std::optional<double> error;
@@ -193,8 +203,21 @@ class Brief : public Object {
     return layout;
   }
 
+  /// Nothing moves.
+  struct NoMotion : Motion {
+    StepPart* part() override { return nullptr; }
+    GasFilled* gas() override { return nullptr; }
+    std::string stage() const override { return "nothing"; }
+    std::string start_fault() const override { return ""; }
+    ContactSurface::Part contact_part() const override { return {}; }
+    const std::vector<bool>* living() const override { return nullptr; }
+    std::vector<bool> held() const override { return {}; }
+  };
+
   int steps_;
   bool vanishes_;
+  NoMotion motion_;
+  std::vector<Lip> no_lips_;
   Layout nothing_ = layout();
   ObjectState state_{nothing_, {}};
   ObjectState kept_{nothing_, {}};
@@ -254,7 +277,8 @@ TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
   output.directory = folder / "chosen";
   {
     RunFolder chosen(output);
-    World world(chosen.output, output, Scene::list(scene.member(0, chosen.output), scene.member(1, chosen.output)));
+    World world(chosen.output, output, Scene::list(scene.member(0, chosen.output), scene.member(1, chosen.output)),
+                Scene::apart());
     world.draw();
     world.record(0, 0);
   }
@@ -274,7 +298,8 @@ TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
   output.fields = {"temperature", "stres"};
   output.directory = folder / "other";
   RunFolder other(output);
-  World world(other.output, output, Scene::list(scene.member(0, other.output), scene.member(1, other.output)));
+  World world(other.output, output, Scene::list(scene.member(0, other.output), scene.member(1, other.output)),
+              Scene::apart());
   std::string fault;
   try {
     world.draw();

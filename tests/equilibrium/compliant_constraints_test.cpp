@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "elastic/bending_stencils.h"
-#include "elastic/elastic_step.h"
+#include "elastic/elastic_sheet.h"
 #include "elastic/sheet_springs.h"
 #include "surface/shell.h"
+#include "tests/support/balanced_step.h"
 #include "tests/support/grid_mesh.h"
 #include "tests/support/initial_lengths.h"
 
-namespace pellicle {
+namespace pellicle::compliant_constraints_test {
 namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
@@ -168,15 +169,16 @@ double difference_after(int steps, double tensile, double bending, double h) {
   material.bending_stiffness = bending;
   material.damping = 0;
   ElasticOptions tight;
-  tight.newton_tolerance = 1e-11;
-  tight.newton_iterations = 200;
+  tight.snes_rtol = 1e-11;
+  tight.max_iterations = 200;
   tight.mat_type = TangentMatrix::aij;
   std::vector<bool> pinned;
   for (PetscInt i = 0; i < sheet.particles.local(); ++i) {
     pinned.push_back(sheet.rest(0, i) < 1e-9);
   }
   const std::vector<double> ones(pinned.size(), 1);
-  ElasticStep elastic(sheet, material, 0.01, MaterialFactors(), pinned, std::vector<bool>(pinned.size()), tight);
+  BalancedStep<ElasticSheet> elastic(tight, sheet, material, 0.01, MaterialFactors(), pinned,
+                                     std::vector<bool>(pinned.size()), tight);
   const CompliantConstraints compliant(sheet, material, pinned, h);
 
   const Eigen::Index size = 3 * sheet.particles.owned;
@@ -189,7 +191,7 @@ double difference_after(int steps, double tensile, double bending, double h) {
     std::array<Eigen::VectorXd, 2> before = x;
     for (std::size_t way = 0; way < 2; ++way) {
       for (PetscInt i = 0; i < sheet.particles.owned; ++i) {
-        if (!pinned[static_cast<std::size_t>(i)]) {
+        if (!pinned[i]) {
           v[way].segment<3>(3 * i) += h * Eigen::Vector3d(3, std::sin(5.0 * i), -9.81);
           x[way].segment<3>(3 * i) += h * v[way].segment<3>(3 * i);
         }
@@ -197,7 +199,7 @@ double difference_after(int steps, double tensile, double bending, double h) {
     }
     start.values() = before[0].reshaped(3, sheet.particles.owned);
     positions.values() = x[0].reshaped(3, sheet.particles.owned);
-    const ElasticResult result = elastic.advance(
+    const ImplicitResult result = elastic.advance(
         positions, {{sheet.initial_mass, pinned, start, h}, initial_lengths(sheet), ones, ones, Living(sheet)});
     EXPECT_TRUE(result.converged) << result.reason;
     x[0] = positions.values().reshaped();
@@ -228,4 +230,4 @@ TEST(CompliantConstraints, lead_to_where_implicit_euler_of_the_elastic_sheet_doe
 }
 
 }  // namespace
-}  // namespace pellicle
+}  // namespace pellicle::compliant_constraints_test

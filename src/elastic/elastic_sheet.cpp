@@ -1,0 +1,47 @@
+#include "elastic/elastic_sheet.h"
+
+#include <algorithm>
+#include <functional>
+
+namespace pellicle {
+inline namespace elastic {
+
+ElasticSheet::ElasticSheet(const Sheet& sheet, const SheetMaterial& material, double layer_distance,
+                           const MaterialFactors& factors, const std::vector<bool>& pinned,
+                           const std::vector<bool>& clamped, const ElasticOptions& options,
+                           const std::vector<Potential*>& others)
+    : SpringSheet(sheet, material.damping, options.snes_rtol, pinned, options.usual_h, others),
+      layer_distance_(layer_distance),
+      bending_factor_(factors.bending),
+      material_(sheet, stiffness_of(material), weave_of(sheet, material.warp), factors),
+      bending_(sheet, weave_of(sheet, material.warp), clamped) {
+  const Stiffness stiffness = stiffness_of(material);
+  bending_stiffness_ = stiffness.bending;
+  potentials_.insert(potentials_.begin() + 1, &bending_);
+  if (options.strain_limit) {
+    limit_ = StrainLimit{*options.strain_limit, std::max(stiffness.tensile[0], stiffness.tensile[1])};
+  }
+  if (bending_factor_.empty()) {
+    bending_factor_.assign(sheet.particles.local(), 1);
+  }
+  set_scales();
+}
+
+void ElasticSheet::set_shape(const SheetInput& input) {
+  SpringSheet::set_shape(input);
+  springs_.set_limit(limit_, input.target_length, input.living.springs);
+  bent_factor_.resize(bending_factor_.size());
+  std::transform(bending_factor_.begin(), bending_factor_.end(), input.stiffness_factor.begin(), bent_factor_.begin(),
+                 std::multiplies<>());
+  bending_.begin_step(input.living, input.start,
+                      {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping_ / input.h});
+}
+
+double ElasticSheet::largest_excess() const {
+  double excess = material_.largest_excess();
+  MPI_Allreduce(MPI_IN_PLACE, &excess, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  return excess;
+}
+
+}  // namespace elastic
+}  // namespace pellicle

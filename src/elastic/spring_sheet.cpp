@@ -1,0 +1,137 @@
+#include "elastic/spring_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/handle.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace elastic {
+
+namespace {
+
+/// Stiffness over inertia above which solves with rigid patches cost less than with the diagonal's blocks alone.
+constexpr double worth_patches = 600;
+
+/// Of all springs of the undeformed sheet [m]. Collective.
+double mean_length(const Sheet& sheet) {
+  std::array<double, 2> length_and_count{};
+  for (const SpringSet& set : sheet.springs) {
+    length_and_count[0] += std::accumulate(set.initial_length.begin(), set.initial_length.begin() + set.owned(), 0.0);
+    length_and_count[1] += set.owned();
+  }
+  MPI_Allreduce(MPI_IN_PLACE, length_and_count.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  return length_and_count[0] / std::max(1.0, length_and_count[1]);
+}
+
+}  // namespace
+
+SpringSheet::SpringSheet(const Sheet& sheet, double damping, double tolerance, const std::vector<bool>& pinned,
+                         double usual_h, const std::vector<Potential*>& others)
+    : MassPart(sheet, pinned, tolerance, usual_h, others), sheet_(sheet), damping_(damping), springs_(sheet) {
+  potentials_.insert(potentials_.begin(), &springs_);
+}
+
+SpringSheet::SpringSheet(const Sheet& sheet, const SpringOptions& options, const std::vector<bool>& pinned,
+                         double usual_h, const std::vector<Potential*>& others)
+    : SpringSheet(sheet, options.damping, options.snes_rtol, pinned, usual_h, others) {
+  equal_stiffness_ = options.stiffness;
+  negligible_force_ = (1 + damping_ / usual_h) * options.stiffness * options.newton_tolerance *
+                      options.newton_tolerance * mean_length(sheet);
+  set_scales();
+}
+
+const std::array<std::vector<double>, 4>& SpringSheet::stiffness(const Living& living) {
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    equal_stiffnesses_[index].resize(living.springs[index].size());
+    for (std::size_t s = 0; s < living.springs[index].size(); ++s) {
+      equal_stiffnesses_[index][s] = living.springs[index][s] ? equal_stiffness_ : 0;
+    }
+  }
+  return equal_stiffnesses_;
+}
+
+void SpringSheet::set_scales() {
+  std::array<std::vector<double>, 4> length;
+  for (const Colour colour : all_colours) {
+    length[static_cast<std::size_t>(colour)] = sheet_.of(colour).initial_length;
+  }
+  Field rest(sheet_.particles, 3);
+  rest.values() = sheet_.rest;
+  const std::vector<double> ones(sheet_.particles.local(), 1);
+  const std::vector<bool> none(sheet_.particles.local());
+  const Living all(sheet_);
+  const SheetInput input{{sheet_.initial_mass, none, rest, h_}, length, ones, ones, all};
+  set_shape(input);
+  set_masses(rest, input);
+  Tangent tangent(sheet_.particles, potentials_, projectors_, TangentMatrix::shell, "");
+  tangent.update(rest, Curvature::positive);
+  VecHandle diagonal;
+  check(MatCreateVecs(tangent.matrix(), diagonal.create(), nullptr));
+  double sum = 0;
+  double norm = 0;
+  check(MatGetDiagonal(tangent.matrix(), diagonal));
+  check(VecSum(diagonal, &sum));
+  check(VecNorm(diagonal, NORM_2, &norm));
+  double inertia = 3 * std::accumulate(inertia_.stiffness().begin(), inertia_.stiffness().end(), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  rest_stiffness_ = norm / std::sqrt(3.0 * sheet_.particles.global);
+  force_scale_ = rest_stiffness_ * place_;
+  suits_patches_ = inertia > 0 && sum > worth_patches * inertia;
+}
+
+void SpringSheet::set_shape(const SheetInput& input) {
+  const double damping = damping_ / input.h;
+  const std::array<std::vector<double>, 4>& stiffness = this->stiffness(input.living);
+  springs_.set([&](Colour colour, std::size_t s) -> SpringPotential::Hooke {
+    const auto index = static_cast<std::size_t>(colour);
+    const SpringSet& set = sheet_.of(colour);
+    const double intact = stiffness[index][s];
+    if (intact == 0) {
+      return {0, set.initial_length[s]};
+    }
+    const auto [a, b] = set.ends[s];
+    const double k = intact * (input.stiffness_factor[a] + input.stiffness_factor[b]) / 2;
+    const double l = input.target_length[index][s];
+    return {k, l, {damping * k, damping > 0 ? (input.start.vector(a) - input.start.vector(b)).norm() : 0}};
+  });
+}
+
+void SpringSheet::begin(const Field& positions, const SheetInput& input) {
+  set_shape(input);
+  MassPart::begin(positions, input);
+}
+
+double SpringSheet::rounding() const {
+  return std::max(negligible_force_, rounding_of(rest_stiffness_ + mean_mass_ / (h_ * h_)));
+}
+
+std::array<std::vector<bool>, 4> SpringSheet::bearing_springs(const Living& living) {
+  std::array<std::vector<bool>, 4> bears;
+  const std::array<std::vector<double>, 4>& stiffness = this->stiffness(living);
+  for (const Colour colour : all_colours) {
+    const auto index = static_cast<std::size_t>(colour);
+    for (PetscInt s = 0; s < sheet_.of(colour).owned(); ++s) {
+      bears[index].push_back(stiffness[index][s] > 0);
+    }
+  }
+  return bears;
+}
+
+double SpringSheet::elastic_energy(const Field& positions) const {
+  double sum = own_elastic_energy(positions);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
+double SpringSheet::viscous_work(const Field& positions) const {
+  double sum = -2 * own_viscous_energy(positions);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  return sum;
+}
+
+}  // namespace elastic
+}  // namespace pellicle
