@@ -29,7 +29,7 @@ BAD_ARGUMENTS = {
     "tools/fuzz": [["soon"], ["2", "nowhere"]],
     "tools/manual": [[], ["nowhere"], ["man_page", "completion"]],
     "tools/gallery": [["nowhere"], ["--fast"]],
-    "tools/mutate": [["no_such_word"]],
+    "tools/mutate": [["no_such_word"], ["--count", "0"], ["--only", "0"], ["--only", "first"], ["--limit", "-1"]],
     "tools/pvbatch": [[], ["nowhere.py"]],
     "tools/setup": [["--fast"]],
     "tools/tidy": [["nowhere.cpp"]],
@@ -46,7 +46,7 @@ def main():
     root = pathlib.Path(sys.argv[1])
     files = (path for folder in ("tools", "postproc", "input") for path in (root / folder).rglob("*")
              if path.parent.name != "paraview")  # macros, which run in ParaView alone
-    no_scripts = {"environment", "light.py", "materials.py", "run_folder.py", "run_frames.py"}
+    no_scripts = {"environment", "light.py", "materials.py", "mutants.py", "run_folder.py", "run_frames.py"}
     scripts = {str(path.relative_to(root)) for path in files
                if path.is_file() and path.suffix in {"", ".py"} and path.name not in no_scripts}
     faults = [f"{script}: not tried by this test" for script in sorted(scripts ^ BAD_ARGUMENTS.keys())]
