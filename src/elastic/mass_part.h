@@ -71,11 +71,11 @@ class MassPart : public StepPart {
   double tolerance_;
   Inertia inertia_;
   std::vector<Potential*> potentials_;
-  Projectors projectors_;   ///< of the local particles: 0 where one is pinned
-  double place_ = 0;        ///< the largest coordinate of the undeformed sheet [m]
-  double force_scale_ = 0;  ///< size of forces on a particle, for the estimate of rounding [N]
-  double mean_mass_ = 0;    ///< [kg]
-  double h_;                ///< of the step [s]
+  Projectors projectors_;         ///< of the local particles: 0 where one is pinned
+  double place_ = 0;              ///< the largest coordinate of the undeformed sheet [m]
+  double force_scale_ = 0;        ///< size of forces on a particle, for the estimate of rounding [N]
+  double mean_mass_ = 0;          ///< [kg]
+  double h_;                      ///< of the step [s]
   const Field* start_ = nullptr;  ///< positions at the beginning of the step in progress
   Field position_;
 

@@ -306,8 +306,7 @@ void ImplicitStep::update_jacobian() {
 /// the tangent promised, more where it did not.
 double ImplicitStep::next_share() {
   if (options_.far == FarTangent::positive) {
-    const bool is_near =
-        objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol);
+    const bool is_near = objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol);
     return exact_serves_ && is_near && options_.snes_rtol < worth_exact ? 0 : 1;
   }
   if (share_ == 0 || !objective_.blends()) {

@@ -86,11 +86,11 @@ class ImplicitStep {
 
   NewtonOptions options_;
   StepObjective& objective_;
-  StepPart* along_;       ///< the part that follows arc length, or null
+  StepPart* along_;              ///< the part that follows arc length, or null
   std::optional<Field> before_;  ///< positions at which Newton's iteration in progress began, if elements can turn over
-  bool may_factorise_;    ///< the tangent, where iterations fail
-  MatHandle positive_;    ///< a positive tangent for the preconditioner, once that of the exact one has failed
-  LowRankSystem system_;  ///< of the positions
+  bool may_factorise_;           ///< the tangent, where iterations fail
+  MatHandle positive_;           ///< a positive tangent for the preconditioner, once that of the exact one has failed
+  LowRankSystem system_;         ///< of the positions
   std::unique_ptr<RigidPatches> patches_;  ///< of its preconditioner, if it is multigrid
   std::string solver_words_;
   bool is_factorised_ = false;              ///< the tangent is, in the step in progress

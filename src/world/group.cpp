@@ -15,8 +15,8 @@ inline namespace world {
 
 namespace {
 
-/// Of linear solves where sheets touch a balloon, unless the balloon has one of its own: it costs no Newton iterations,
-/// and saves half of the linear ones.
+/// Of linear solves where sheets are among several objects, unless a balloon has one of its own: it costs no Newton
+/// iterations, and saves half of the linear ones.
 constexpr double rtol_of_sheets = 1e-3;
 
 /// Newton iterations of a step in which objects touch, before a shorter one is tried, unless the balloon says.
@@ -193,7 +193,7 @@ std::vector<GroupPlan> plan_groups(const std::deque<ObjectOptions>& objects) {
       require_alike(first, *members[i]);
       coupled.contact.check = coupled.contact.check || options.contact.check;
     }
-    if (options.chain == ChainKind::burn && !coupled.newton.ksp_rtol) {
+    if (options.chain == ChainKind::burn && !(balloon != members.end() && coupled.newton.ksp_rtol)) {
       coupled.newton.ksp_rtol = rtol_of_sheets;
     }
   }
