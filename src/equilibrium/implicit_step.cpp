@@ -153,7 +153,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
     linear_rtol_ = request.rtol;
     check(KSPSetTolerances(system_.solver(), request.rtol, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
     const bool is_new = std::exchange(has_new_pattern_, false);
-    check(KSPSetReusePreconditioner(system_.solver(), is_new ? PETSC_FALSE : request.reuses_preconditioner));
+    check(KSPSetReusePreconditioner(system_.solver(), is_new ? PETSC_FALSE : reuses_preconditioner(request)));
     return solve(residual, descent);
   };
   if (options.line_search) {
@@ -174,8 +174,9 @@ ImplicitResult ImplicitStep::advance(double h) {
     return result;
   }
   objective_.write_to(unknowns_);
+  lag_.forget();  // A step depends on its start alone, so that one after a restart is the same.
   if (patches_) {
-    patches_->forget();  // A step depends on its start alone, so that one after a restart is the same.
+    patches_->forget();
   }
   concave_iterations_ = 0;
   choose_solver();
@@ -273,6 +274,7 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
 void ImplicitStep::update_jacobian() {
   if (objective_.move_on()) {
     has_new_pattern_ = true;
+    lag_.forget();
     if (patches_) {
       patches_->forget_pattern();
     }
@@ -300,6 +302,18 @@ void ImplicitStep::update_jacobian() {
   if (path_) {
     path_->update(along_->load_rate(), along_->path_scale());
   }
+}
+
+/// A preconditioner that is made from an assembled positive tangent serves others, too.
+PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
+  if (options_.far != FarTangent::positive || options_.mat_type == TangentMatrix::shell || patches_) {
+    return request.reuses_preconditioner;
+  }
+  if (!lag_.due(system_.solver())) {
+    return PETSC_TRUE;
+  }
+  lag_.renewed();
+  return PETSC_FALSE;
 }
 
 /// The positive share (set_tangent) with which an iteration begins: the last one's, less where the objective fell as

@@ -9,6 +9,7 @@
 #include "solvers/load_border.h"
 #include "solvers/newton.h"
 #include "solvers/newton_options.h"
+#include "solvers/preconditioner_lag.h"
 #include "solvers/rigid_patches.h"
 #include "solvers/step_objective.h"
 #include "solvers/tangent_factor.h"
@@ -73,6 +74,7 @@ class ImplicitStep {
 
  private:
   void update_jacobian();
+  PetscBool reuses_preconditioner(const NewtonRequest& request);
   double next_share();
   void set_tangent(double positive_share);
   void choose_solver();
@@ -101,6 +103,7 @@ class ImplicitStep {
   std::optional<LoadBorder> path_;          ///< of positions and the loads' time, if by arc length
   double linear_rtol_ = 0;                  ///< of the solve in progress
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
+  PreconditionerLag lag_;                   ///< of a preconditioner without patches, see FarTangent::positive
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress
   bool exact_serves_ = true;                ///< near the end of the step in progress, see FarTangent::positive
