@@ -770,6 +770,14 @@ const Condition* first_unmet(const std::vector<Condition>& conditions) {
   return unmet == conditions.end() ? nullptr : &*unmet;
 }
 
+void OptionTable::check_exclusions() const {
+  for (const Exclusion& exclusion : exclusions_) {
+    if (exclusion.holds()) {
+      throw Error(exclusion.option + ": does not go with " + exclusion.other + ", expected " + exclusion.expected);
+    }
+  }
+}
+
 bool is_word(const std::string& text) {
   return !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });

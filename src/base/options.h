@@ -260,6 +260,18 @@ class OptionTable {
   /// Derives options from others where a deck gives some and leaves others out; called when a deck has been read whole.
   void follow_decks(std::function<void()> follow) { follow_decks_ = std::move(follow); }
 
+  /// Two things that an object cannot have together.
+  struct Exclusion {
+    std::string option;           ///< such as "time.arc_length"
+    std::string other;            ///< such as "force.air_density"
+    std::string expected;         ///< of the first one: "none"
+    std::function<bool()> holds;  ///< whether the object has both
+  };
+  void exclude(Exclusion exclusion) { exclusions_.push_back(std::move(exclusion)); }
+  const std::vector<Exclusion>& exclusions() const { return exclusions_; }
+  /// To be called when everything has been read. @throws Error where the object has two things of an exclusion
+  void check_exclusions() const;
+
   /// Names solver prefixes such as "project_" or "heat_": below one of them a PETSc solver option (`ksp_...`,
   /// `pc_...`, `sub_...`, ...) goes to PETSc's options database instead of being an error.
   /// `variants` such as {"red_", "green_"} may follow the prefix; PETSc options given for the prefix alone are
@@ -316,6 +328,7 @@ class OptionTable {
   bool adds_solver_settings_ = false;
   bool adds_of_run_ = false;
   std::function<void()> follow_decks_ = [] {};
+  std::vector<Exclusion> exclusions_;
 };
 
 /// Whether a text can be the name of an object: letters, digits and underscores, a letter first.

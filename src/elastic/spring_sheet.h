@@ -47,6 +47,9 @@ class SpringSheet : public MassPart {
   bool suits_patches() const override { return suits_patches_; }
   double rounding() const override;
 
+  /// Stiffness with which a step of statics holds each particle at its start, so that rigid motions have one: a
+  /// millionth of the undeformed tangent's diagonal [N/m].
+  double holding_stiffness() const { return 1e-6 * rest_stiffness_; }
   /// Largest ratio of the stiffness along a side of a cell to that asked for, of all ranks. Collective.
   virtual double largest_excess() const { return 1; }
   /// Whether the owned springs of each colour have stiffness. Not collective.

@@ -306,7 +306,8 @@ void ImplicitStep::update_jacobian() {
 
 /// A preconditioner that is made from an assembled positive tangent serves others, too.
 PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
-  if (options_.far != FarTangent::positive || options_.mat_type == TangentMatrix::shell || patches_) {
+  if (options_.far != FarTangent::positive || options_.mat_type == TangentMatrix::shell || patches_ ||
+      system_.solves_sparse_alone()) {
     return request.reuses_preconditioner;
   }
   if (!lag_.due(system_.solver())) {

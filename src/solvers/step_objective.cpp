@@ -28,10 +28,7 @@ std::vector<Layout> vertices_of(const std::vector<StepPart*>& parts) {
 
 StepObjective::StepObjective(const std::vector<StepPart*>& parts, std::vector<Potential*> between,
                              const Choice<TangentMatrix>& type, const std::string& prefix)
-    : parts_(parts),
-      joined_(vertices_of(parts)),
-      between_(std::move(between)),
-      position_(joined_.layout(), 3) {
+    : parts_(parts), joined_(vertices_of(parts)), between_(std::move(between)), position_(joined_.layout(), 3) {
   if (!between_.empty()) {
     start_ = Field(joined_.layout(), 3);
   }

@@ -11,6 +11,7 @@
 #include "elastic/sheet_springs.h"
 #include "equilibrium/time_scheme.h"
 #include "parallel/collective.h"
+#include "solvers/vertex_potential.h"
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
@@ -47,9 +48,11 @@ double usual_stiffness_of(const Sheet& sheet, const Options& options) {
   if (options.dynamics == Dynamics::projection) {
     return usual_contact_stiffness(sheet, 0, rigid * options.sheet.areal_density, options.time.step);
   }
+  const bool is_static = options.time.scheme == TimeScheme::statics;
   const double stiffness =
       options.dynamics == Dynamics::elastic ? stiffness_of(options.material).tensile[0] : options.spring.stiffness;
-  return usual_contact_stiffness(sheet, strain * stiffness, options.sheet.areal_density, options.time.step);
+  return usual_contact_stiffness(sheet, strain * stiffness, is_static ? 0 : options.sheet.areal_density,
+                                 options.time.step);
 }
 
 /// Square root of the undeformed area [m]. Collective.
@@ -94,9 +97,6 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       start_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
       held_(pins_.pinned()) {
-  if (sheet.layers == 1 && options.dynamics != Dynamics::projection) {
-    throw Error("sheet.layers: 1 with dynamics " + options.dynamics.name() + ", expected dynamics projection");
-  }
   pins_move_ = std::any_of(options.pins.begin(), options.pins.end(), [](const auto& pin) {
     return !pin.second.path.empty() || pin.second.velocity != Eigen::Vector3d::Zero();
   });
@@ -129,11 +129,6 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   }
   const AblationOptions& ablation = options.ablation;
   if (ablation.strength) {
-    if (options.dynamics == Dynamics::spring) {
-      throw Error(
-          "ablation.strength: tension follows from the projection or the material, expected dynamics elastic or "
-          "projection, not spring");
-    }
     tearing_.emplace(
         sheet, ablation,
         textures_.values(sheet.uv, "ablation.strength_texture", ablation.strength_texture, ablation.strength_range));
@@ -143,14 +138,24 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
 void Burn::make_springs() {
   if (air_) {
     drag_ = make_drag_potential(
-        sheet_.particles, *air_, start_, [this] { return moving_ ? 1 / moving_->h : 0; },
+        sheet_.particles, *air_, start_, [this] { return moving_ && !is_static() ? 1 / moving_->h : 0; },
         [this](PetscInt i) { return start_.vector(i); });
   }
+  mass_ = sheet_.initial_mass;
+  if (is_static()) {
+    weight_ = make_vertex_potential(sheet_.particles, [this](PetscInt i, const Eigen::Vector3d& x) {
+      const Eigen::Vector3d weight = mass_[i] * options_.force.gravity;
+      return PointPotential{-weight.dot(x - start_.vector(i)), -weight};
+    });
+  }
   if (options_.dynamics == Dynamics::spring) {
-    springs_ = std::make_unique<SpringSheet>(sheet_, options_.spring, pins_.pinned(), options_.time.step, pressing());
+    SpringOptions spring = options_.spring;
+    spring.damping = is_static() ? 0 : spring.damping;
+    springs_ = std::make_unique<SpringSheet>(sheet_, spring, pins_.pinned(), options_.time.step, pressing());
     return;
   }
-  const SheetMaterial& material = options_.material;
+  SheetMaterial material = options_.material;
+  material.damping = is_static() ? 0 : material.damping;
   const auto factors = [&](const char* key, const std::string& file) {
     return textures_.values(sheet_.uv, key, file, material.stiffness_range);
   };
@@ -170,8 +175,10 @@ std::vector<Potential*> Burn::pressing() {
   if (body_contact_ != nullptr) {
     potentials.push_back(body_contact_.get());
   }
-  if (drag_ != nullptr) {
-    potentials.push_back(drag_.get());
+  for (Potential* potential : {drag_.get(), weight_.get()}) {
+    if (potential != nullptr) {
+      potentials.push_back(potential);
+    }
   }
   return potentials;
 }
@@ -299,7 +306,8 @@ void Burn::add_work(State& state) {
   }
   if (air_) {
     add(Work::air, by_particle([&](PetscInt i) -> Eigen::Vector3d {
-          return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * moved.col(i) / h)
+          const Eigen::Vector3d velocity = is_static() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(moved.col(i) / h);
+          return mass(i) > 0 ? Eigen::Vector3d(air_->push(i) - air_->resistance(i) * velocity)
                              : Eigen::Vector3d::Zero();
         }));
   }
@@ -327,7 +335,8 @@ void Burn::add_work(State& state) {
     }
     for (PetscInt i = 0; i < owned; ++i) {
       if (pins_.pinned()[i]) {
-        const Eigen::Vector3d inertia = mass(i) / h * (moved.col(i) / h - start_velocity_.vector(i));
+        const double inertial = is_static() ? 0 : mass(i);
+        const Eigen::Vector3d inertia = inertial / h * (moved.col(i) / h - start_velocity_.vector(i));
         of(works, Work::pins) += (inertia - all.col(i)).dot(moved.col(i));
       }
     }
@@ -480,7 +489,11 @@ NetStrain Burn::net_strain(const State& state) const {
 }
 
 SheetInput Burn::sheet_input(const State& state, double h) const {
-  return {{mass_, held_, start_, h}, state.target_length, volume_ratio_, stiffness_factor_, state.living};
+  return {{is_static() ? holding_ : mass_, held_, start_, h},
+          state.target_length,
+          volume_ratio_,
+          stiffness_factor_,
+          state.living};
 }
 
 /// What bodies may press on in the step to come. Collective.
@@ -541,9 +554,11 @@ DynamicsResult Burn::hold_together(State& state, const ContactStep& contact) {
 void Burn::leave_bodies(State& state, const ContactStep& contact, std::vector<BodyLoad>& loads) {
   if (body_contact_ != nullptr) {
     loads = body_contact_->loads(state.position);
-    const double before = kinetic_energy(state);
-    body_contact_->rebound(state.position, start_velocity_, mass_, state.velocity, loads);
-    of(state.work, Work::bodies) += kinetic_energy(state) - before;
+    if (!is_static()) {
+      const double before = kinetic_energy(state);
+      body_contact_->rebound(state.position, start_velocity_, mass_, state.velocity, loads);
+      of(state.work, Work::bodies) += kinetic_energy(state) - before;
+    }
   } else if (!bodies_.empty()) {
     bodies_.correct_velocities(state.velocity, state.position, contact);
     loads = bodies_.loads(state.position, contact);
@@ -571,13 +586,21 @@ ContactStep Burn::move_freely(State& state, double h) {
     if (air_) {
       air_->begin_step({state.position, state.velocity, mass_, &state.living.triangles, state.time + h});
     }
+    if (is_static()) {  // Each step ends at rest, and its weight is in the balance.
+      fading_ = 0;
+      v.setZero();
+      holding_.assign(mass_.size(), springs_->holding_stiffness() * h * h);
+    } else {
+      fading_ = velocity_damping(options_) * h;
+    }
     // The exact step of m dv/dt = F - c m v by a constant force F: v e^{-ch} + h F phi/m, phi = (1 - e^{-ch})/(c h).
     // With the mass m/phi in place of m every force of the step does so; a sheet at rest bears all of its weight.
-    fading_ = velocity_damping(options_) * h;
     const double phi = exact_share(fading_);
     std::for_each(mass_.begin(), mass_.end(), [phi](double& mass) { mass /= phi; });
     v *= std::exp(-fading_);
-    v.colwise() += phi * h * options_.force.gravity;
+    if (!is_static()) {
+      v.colwise() += phi * h * options_.force.gravity;
+    }
     for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
       if (mass_[i] == 0) {
         held_[i] = true;
@@ -780,6 +803,11 @@ void Burn::find_velocities(State& state, const ContactStep& contact, std::vector
   const auto timer = clock_.time("velocity");
   const Field::Values x = state.position.values();
   Field::Values v = state.velocity.values();
+  if (is_static()) {
+    v.setZero();
+    leave_bodies(state, contact, loads);
+    return;
+  }
   v += (x - unconstrained_) / contact.h;
   for (PetscInt i = 0; i < sheet_.particles.local(); ++i) {
     if (held_[i]) {

@@ -172,6 +172,7 @@ class Burn : public Motion {
   void add_spring_forces(const State& state, Eigen::Matrix3Xd& sum);
   double step_error(const State& state, double h) const;
   SheetInput sheet_input(const State& state, double h) const;
+  bool is_static() const { return options_.time.scheme == TimeScheme::statics; }
   void add_work(State& state);
   double kinetic_energy(const State& state) const;
   void lift(State& state, double h);
@@ -188,6 +189,7 @@ class Burn : public Motion {
   BodyCorrection bodies_;                      ///< that move the sheet; none if there are any in body_contact_
   std::unique_ptr<BodyContact> body_contact_;  ///< bodies whose pressing is brought into balance
   std::optional<AirDrag> air_;                 ///< if there is air
+  std::unique_ptr<Potential> weight_;          ///< of a sheet in a step of statics, part of its balance
   std::unique_ptr<Potential> drag_;            ///< of the air on a sheet of springs, part of its balance
   Chambers chambers_;
   std::optional<PushedGas> pushed_;  ///< if it has chambers, and is projected
@@ -214,6 +216,7 @@ class Burn : public Motion {
   Eigen::Matrix3Xd free_velocity_;  ///< velocities without them
   std::vector<bool> held_;          ///< those that are pinned or have left
   std::vector<double> mass_;        ///< that moves with them, as inertia: see move_freely [kg]
+  std::vector<double> holding_;     ///< of statics, in place of it [kg]
   bool pins_move_ = false;          ///< some are led along paths
   double fading_ = 0;               ///< c h of velocities, see move_freely
   /// Arrays over the owned particles that add_work uses. They are kept so that a step allocates nothing.

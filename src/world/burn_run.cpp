@@ -178,13 +178,6 @@ std::string default_stiffness_remark(const Options& options) {
   return text;
 }
 
-void require_error_estimate(const Options& options) {
-  if (options.time.tolerance > 0 && options.dynamics != Dynamics::elastic) {
-    throw Error("time.tolerance: " + number_text(options.time.tolerance) + ": the error of steps with dynamics " +
-                options.dynamics.name() + " is not known, expected 0 or dynamics elastic");
-  }
-}
-
 /// Refuses a threshold below which a projection would leave the sheet as it is, unless a limit of the strain bounds
 /// that. Collective.
 void require_threshold(const Sheet& sheet, const Options& options) {
@@ -212,7 +205,6 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
       burn_(std::make_unique<Burn>(*sheet_, options, output.clock)),
       state_(std::make_unique<State>(burn_->initial_state())),
       ledger_(std::make_unique<SheetLedger>(output_, options_, burn_->chambers())) {
-  require_error_estimate(options);
   require_threshold(*sheet_, options);
   burn_->follow(*state_);
   refuse_starts_in_bodies(options.contact, *this, burn_->bodies());
@@ -228,7 +220,6 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
     state_->add_gas(static_cast<int>(chambers), static_cast<int>(options.gas.links.size()));
   }
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
-  require_error_estimate(options);
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, *state_);
   burn_->follow(*state_);
   ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers());

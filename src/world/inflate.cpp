@@ -35,49 +35,14 @@ double usual_stiffness_of(const Membrane& membrane, const Wall& wall, const Opti
   return usual_contact_stiffness(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
 }
 
-/// @throws Error on what cannot be combined with generalized alpha or the arc length
-TimeIntegrator integrator_of(const Options& options) {
-  const bool is_alpha = options.time.scheme == TimeScheme::generalized_alpha;
-  if (!is_alpha && !options.time.arc_length) {
-    return options.time.scheme == TimeScheme::statics ? TimeIntegrator::statics({}) : TimeIntegrator();
-  }
-  const auto refuse = [is_alpha](const std::string& what) {
-    throw Error((is_alpha ? "time.scheme: generalized_alpha does not go with " : "time.arc_length: does not go with ") +
-                what + ", expected " + (is_alpha ? "implicit_euler" : "none"));
-  };
-  if (is_alpha && !options.prism.inertia) {
-    refuse("prism.inertia: false, without which there are no accelerations");
-  }
-  if (balloon_burns(options)) {
-    refuse("a balloon that heats, burns or tears");
-  }
-  if (options.wall.thickness_rule == WallThickness::global_volume) {
-    refuse("prism.thickness: global, whose volume is preserved behind the step");
-  }
-  if (!is_alpha && options.force.air.density > 0) {
-    refuse("force.air_density");
-  }
-  if (gas_is_joined(options) && !is_alpha) {
-    refuse(
-        "gas that flows (gas_network.links, and holes, permeability, heat_transfer and inside of chambers): the "
-        "loads' time may go back");
-  }
-  for (const auto& [name, chamber] : options.chambers) {
-    if (chamber.law == GasLaw::volume) {
-      refuse("chambers." + name + ".law: volume");
-    }
-  }
-  return is_alpha ? TimeIntegrator::generalized_alpha(options.time.spectral_radius)
-                  : TimeIntegrator::statics(options.time.arc_length);
-}
-
-/// @throws Error on what moves the wall after the step has been solved, where contact does not check
-void require_contact_possible(const Options& options) {
-  if (options.time.scheme == TimeScheme::generalized_alpha) {
-    throw Error("contact.self: does not go with time.scheme: generalized_alpha, expected implicit_euler or statics");
-  }
-  if (options.wall.thickness_rule == WallThickness::global_volume) {
-    throw Error("contact.self: does not go with prism.thickness: global, whose volume is preserved behind the step");
+TimeIntegrator integrator_of(const TimeOptions& time) {
+  switch (time.scheme) {
+    case TimeScheme::generalized_alpha:
+      return TimeIntegrator::generalized_alpha(time.spectral_radius);
+    case TimeScheme::statics:
+      return TimeIntegrator::statics(time.arc_length);
+    default:
+      return time.arc_length ? TimeIntegrator::statics(time.arc_length) : TimeIntegrator();
   }
 }
 
@@ -86,11 +51,6 @@ void require_contact_possible(const Options& options) {
 void make_burnable(Membrane& membrane, const Options& options) {
   if (!balloon_burns(options)) {
     return;
-  }
-  if (options.wall.thickness_rule == WallThickness::global_volume) {
-    throw Error(
-        "prism.thickness: global keeps the volume of the whole wall, of which fire takes away; expected "
-        "incompressible, plane_stress or fixed for a balloon that heats or tears");
   }
   Textures textures(membrane.comm());
   const Wall wall = wall_of(membrane, options, textures);
@@ -143,7 +103,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
       wall_(wall_of(membrane, options, textures_)),
       mass_(vertex_masses(membrane, wall_)),
       elements_(membrane, wall_),
-      integrator_(integrator_of(options)),
+      integrator_(integrator_of(options.time)),
       pins_(state == nullptr ? Pins(membrane, options.pins) : Pins(membrane, options.pins, state->pin)),
       constraints_(membrane, options.symmetry, pins_),
       chambers_(state == nullptr ? Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
@@ -191,14 +151,6 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   if (options.wall.bends()) {
     bending_.emplace(elements_, constraints_.projectors(), pins_.clamped());
-  }
-  if (options.contact.self) {
-    require_contact_possible(options);
-  }
-  if (has_links_elsewhere(options) && options.wall.thickness_rule == WallThickness::global_volume) {
-    throw Error(
-        "gas_network.links to chambers of other objects do not go with prism.thickness: global, whose volume is "
-        "preserved behind the step");
   }
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});

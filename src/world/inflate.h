@@ -48,9 +48,7 @@ BalloonState state_at_rest(const Membrane& membrane, const Options& options, int
 class Inflate : public Motion {
  public:
   /// Builds the wall, its gas and what holds it. Membrane, options and clock must outlive it. Collective.
-  /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads, and on what cannot be
-  /// combined with generalized alpha or the arc length: no inertia, a wall that burns or whose volume is preserved as a
-  /// whole, a prescribed volume, air
+  /// @throws Error on bad materials, textures, regions, chambers, pins, planes and loads
   Inflate(const Membrane& membrane, const Options& options, StageClock& clock);
 
   /// The chain that goes on from a state, which says what is pinned, loaded and filled with gas.

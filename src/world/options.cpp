@@ -15,7 +15,7 @@ void describe(OptionTable& table, TimeOptions& options) {
   table.add("time.step", options.step).unit("s").more_than(0).help("time step h").source("burning paper, Table 2");
   table.add("time.scheme", options.scheme)
       .help(
-          "of a balloon, implicit_euler: of first order, damps vibrations; generalized_alpha: of second order, "
+          "implicit_euler: of first order, damps vibrations; generalized_alpha, of balloons: of second order, "
           "conserves energy except that of motions which the step does not resolve; statics: every step ends in "
           "equilibrium, without inertia and damping")
       .source("balloon paper, eq. 18; Chung and Hulbert 1993");
@@ -295,7 +295,10 @@ void describe(OptionTable& table, Options& options) {
                                              options.dynamics == Dynamics::elastic;
                                     }});
   }
-  table.find_key("time.scheme")->acts_with(inflates);
+  table.find_key("time.scheme")->acts_with({"chain: inflate, or dynamics: elastic or spring", [&options] {
+                                              return options.chain == ChainKind::inflate ||
+                                                     options.dynamics != Dynamics::projection;
+                                            }});
   table.find_key("wall.wrinkling")->acts_with(one_of("prism.tangent", options.prism.tangent, {ElementTangent::exact}));
   table.find_key("prism.positive_elements")->acts_with({"no time.arc_length", [&options] {
                                                           return !options.time.arc_length.has_value();
@@ -320,6 +323,73 @@ void describe(OptionTable& table, Options& options) {
 
 namespace {
 
+/// What cannot be combined. Where a motion behind the balance, or loads that may go back in time, would contradict what
+/// another option promises.
+void describe_exclusions(OptionTable& table, const Options& options) {
+  const auto inflates = [&options] { return options.chain == ChainKind::inflate; };
+  const auto is_alpha = [&options, inflates] {
+    return inflates() && options.time.scheme == TimeScheme::generalized_alpha;
+  };
+  const auto is_path = [&options, inflates] { return inflates() && options.time.arc_length.has_value(); };
+  const auto burns = [&options] { return balloon_burns(options); };
+  const auto keeps_wall_volume = [&options, inflates] {
+    return inflates() && options.wall.thickness_rule == WallThickness::global_volume;
+  };
+  const auto prescribes_volume = [&options] {
+    return std::any_of(options.chambers.begin(), options.chambers.end(),
+                       [](const auto& chamber) { return chamber.second.law == GasLaw::volume; });
+  };
+  const auto exclude = [&table](const char* option, const char* other, const char* expected, const auto& first,
+                                const auto& second) {
+    table.exclude({option, other, expected, [first, second] { return first() && second(); }});
+  };
+  const char* const alpha = "time.scheme: generalized_alpha";
+  const char* const path = "time.arc_length";
+  const char* const global = "prism.thickness: global, whose volume is preserved behind the step";
+  const char* const fire = "a balloon that heats, burns or tears";
+  const char* const volume = "chambers.NAME.law: volume";
+  exclude(alpha, "prism.inertia: false, without which there are no accelerations", "implicit_euler", is_alpha,
+          [&options] { return !options.prism.inertia; });
+  exclude(alpha, fire, "implicit_euler", is_alpha, burns);
+  exclude(alpha, global, "implicit_euler", is_alpha, keeps_wall_volume);
+  exclude(alpha, volume, "implicit_euler", is_alpha, prescribes_volume);
+  exclude(path, fire, "none", is_path, burns);
+  exclude(path, global, "none", is_path, keeps_wall_volume);
+  exclude(path, volume, "none", is_path, prescribes_volume);
+  exclude(path, "force.air_density", "none", is_path, [&options] { return options.force.air.density > 0; });
+  exclude(path,
+          "gas that flows (gas_network.links, and holes, permeability, heat_transfer and inside of chambers): the "
+          "loads' time may go back",
+          "none", is_path, [&options] { return gas_is_joined(options); });
+  const auto is_sheet = [&options] { return options.chain == ChainKind::burn; };
+  exclude(
+      alpha, "chain: burn, whose velocities fade within the step", "implicit_euler or statics",
+      [&options] { return options.time.scheme == TimeScheme::generalized_alpha; }, is_sheet);
+  exclude(
+      path, "chain: burn", "none", [&options] { return options.time.arc_length.has_value(); }, is_sheet);
+  exclude(
+      "time.scheme: statics of a sheet", "gas that flows or has weight", "implicit_euler",
+      [&options, is_sheet] { return is_sheet() && options.time.scheme == TimeScheme::statics; },
+      [&options] { return gas_is_joined(options) || gas_pushes_unevenly(options); });
+  exclude(
+      "time.scheme: statics of a sheet", "time.tolerance, which is an error of velocities", "implicit_euler",
+      [&options, is_sheet] { return is_sheet() && options.time.scheme == TimeScheme::statics; },
+      [&options] { return options.time.tolerance > 0; });
+  const auto touches = [&options] { return options.contact.self; };
+  exclude("contact.self", alpha, "implicit_euler or statics", touches, is_alpha);
+  exclude("contact.self", global, "another thickness", touches, keeps_wall_volume);
+  exclude(
+      "gas_network.links to chambers of other objects", global, "another thickness",
+      [&options] { return has_links_elsewhere(options); }, keeps_wall_volume);
+  exclude("prism.thickness: global, the volume of the whole wall",
+          "a balloon that heats, burns or tears, of which fire takes away", "incompressible, plane_stress or fixed",
+          keeps_wall_volume, burns);
+  exclude(
+      "ablation.strength", "dynamics: spring, whose springs all pull alike", "elastic or projection",
+      [&options] { return options.ablation.strength.has_value(); },
+      [&options] { return options.chain == ChainKind::burn && options.dynamics == Dynamics::spring; });
+}
+
 void name_solvers(Options& options, const std::string& prefix) {
   for (std::string* solver :
        {&options.heat.solver_prefix, &options.project.solver_prefix, &options.spring.solver_prefix,
@@ -332,6 +402,7 @@ void name_solvers(Options& options, const std::string& prefix) {
 
 ObjectOptions::ObjectOptions(std::string object) : name(std::move(object)) {
   describe(table, options);
+  describe_exclusions(table, options);
   name_solvers(options, object_prefix(name));
 }
 

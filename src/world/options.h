@@ -34,7 +34,7 @@ inline namespace world {
 
 /// The clock of a run.
 struct TimeOptions {
-  Choice<TimeScheme> scheme = TimeScheme::implicit_euler;  ///< of balloons; sheets go by implicit Euler
+  Choice<TimeScheme> scheme = TimeScheme::implicit_euler;  ///< sheets: not generalized alpha
   double spectral_radius = 0.8;                            ///< of generalized alpha
   std::optional<double> arc_length;                        ///< of statics: displacement in a second [m/s]
   double step = 2e-3;                                      ///< h [s]

@@ -304,6 +304,9 @@ class Run {
 }  // namespace
 
 void run(MPI_Comm comm, std::deque<ObjectOptions>& objects, RunRecord record) {
+  for (const ObjectOptions& object : objects) {
+    about_object(heading_of(object.name), [&object] { object.table.check_exclusions(); });
+  }
   share_links(objects);
   const std::vector<GroupPlan> groups = plan_groups(objects);
   require_valid(objects.front().options.time);

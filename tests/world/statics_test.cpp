@@ -1,5 +1,5 @@
-// Balloons in equilibrium: with given loads, and along the path of equilibria beyond limit points, where the loads'
-// time decreases.
+// Balloons and sheets in equilibrium: with given loads, and along the path of equilibria beyond limit points, where the
+// loads' time decreases.
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,14 @@
 #include "base/error.h"
 #include "geometry/pi.h"
 #include "meshing/closed_shapes.h"
+#include "surface/shell.h"
+#include "tests/support/alone.h"
+#include "tests/support/grid_mesh.h"
 #include "tests/support/print_once.h"
 #include "tests/support/solver_options.h"
 #include "tests/support/sphere_formulas.h"
 #include "tests/world/static_balloon.h"
+#include "world/burn.h"
 
 namespace pellicle::statics_test {
 namespace {
@@ -179,14 +183,56 @@ TEST(ArcLength, SaysWhereTheLoadsEnd) {
 }
 
 TEST(ArcLength, SaysWhatItDoesNotGoWith) {
-  Options options = sphere_options();
-  options.time.arc_length = radius;
-  options.force.air.density = 1;
+  ObjectOptions object("");
+  object.options = sphere_options();
+  object.options.chain = ChainKind::inflate;
+  object.options.time.arc_length = radius;
+  object.options.force.air.density = 1;
   try {
-    const StaticBalloon balloon(icosphere_mesh(0, radius), options);
+    object.table.check_exclusions();
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()), "time.arc_length: does not go with force.air_density, expected none");
+  }
+}
+
+// In a single step, by the formula of a strip: its tension at x is the weight below, rho g (L - x).
+TEST(SheetAtRest, HangsByItsWeight) {
+  constexpr double g = 9.81;
+  constexpr double tensile = 500;  // [N/m]
+  for (const int cells : {10, 20}) {
+    Options options;
+    options.dynamics = Dynamics::elastic;
+    options.time.scheme = TimeScheme::statics;
+    options.force.gravity = {g, 0, 0};
+    options.sheet = shell_options(options);
+    options.sheet.areal_density = 1;
+    options.material.tensile_stiffness = tensile;
+    options.material.bending_stiffness = 0.1;
+    options.elastic.snes_rtol = 1e-8;
+    const SurfaceMesh mesh = grid_mesh(cells, cells / 5, 1.0 / cells);
+    for (std::size_t point = 0; point < mesh.points.size(); ++point) {
+      if (mesh.points[point].x() < 1e-9) {
+        options.pins["edge"].vertices.push_back(static_cast<int>(point));
+      }
+    }
+    const Sheet sheet = make_sheet(PETSC_COMM_WORLD, mesh, options.sheet);
+    StageClock clock(Burn::stage_names());
+    Burn burn(sheet, options, clock);
+    State state = burn.initial_state();
+    for (const double h : {1.0, 0.01}) {
+      const BurnStep step = advance_alone(burn, state, h);
+      ASSERT_TRUE(step.converged) << step.reason;
+      double end = 0;
+      for (PetscInt i = 0; i < sheet.owned_corners; ++i) {
+        end = std::max(end, state.position.vector(i).x());
+      }
+      MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+      EXPECT_NEAR(end - 1, g / (2 * tensile), 0.02 * g / (2 * tensile)) << cells << " cells, step of " << h << " s";
+      EXPECT_EQ(state.velocity.values().cwiseAbs().maxCoeff(), 0);
+    }
+    const double energy = burn.elastic_energy(state);
+    EXPECT_NEAR(energy, of(state.work, Work::gravity) / 2, 0.02 * energy);
   }
 }
 
