@@ -31,7 +31,7 @@ constexpr std::array<GaussPoint, 4> four_points{{{0.06943184420297371, 0.1739274
 std::vector<FlowingGas::Object> objects_of(const std::vector<StepGas::Part>& parts) {
   std::vector<FlowingGas::Object> objects;
   std::transform(parts.begin(), parts.end(), std::back_inserter(objects), [](const StepGas::Part& part) {
-    return FlowingGas::Object{part.object, part.chambers};
+    return FlowingGas::Object{part.object, part.chambers, part.gas_step};
   });
   return objects;
 }
@@ -386,7 +386,7 @@ double StepGas::value(std::size_t part) {
 }
 
 GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, double h) {
-  if (ended_.empty()) {  // Of all at once: from then on the chambers know of the next step.
+  if (ended_.empty()) {  // Of all at once: from then on the objects' exchanges are those of the next step.
     FlowingGas::Walls walls;
     FlowingGas::Walls caps;
     for (std::size_t other = 0; other < parts_.size(); ++other) {
@@ -400,7 +400,7 @@ GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, d
       caps.push_back(swept_by_caps(own, there, walls.back()));
     }
     GasNetwork::Step step = flow_.network_step(walls, time);
-    step.h = h;  // The chambers know how long it is until forces are in balance.
+    step.h = h;  // The gas steps know how long it is until forces are in balance.
     const GasNetwork::End all = flow_.solve(step);
     for (std::size_t other = 0; other < parts_.size(); ++other) {
       ended_.push_back(flow_.end_step(other, walls, caps, step, all));

@@ -29,8 +29,9 @@ class StepGas {
   struct Part {
     std::string object;  ///< its name, by which links of others know it
     const Chambers* chambers = nullptr;
-    const Field* start = nullptr;     ///< x^n
-    const Field* position = nullptr;  ///< x
+    const GasStep* gas_step = nullptr;  ///< data of its gas, which may change between calls
+    const Field* start = nullptr;       ///< x^n
+    const Field* position = nullptr;    ///< x
     GasTangent tangent = GasTangent::exact;
     double force_scale = 0;  ///< StepPart::force_scale [N]
     /// Where it is at the end of the step, which forces in balance before that lead to; empty: where they are.
@@ -42,7 +43,7 @@ class StepGas {
   /// @throws Error see FlowingGas
   explicit StepGas(const std::vector<Part>& parts);
 
-  /// All chambers have begun a step. @param time at which forces are in balance [s]
+  /// The gas steps of all parts have begun. @param time at which forces are in balance [s]
   void begin_step(double time);
   /// The loads' time has changed.
   void set_time(double time);

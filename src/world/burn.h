@@ -190,6 +190,7 @@ class Burn : public Motion {
   std::optional<AirDrag> air_;                 ///< if there is air
   std::unique_ptr<Potential> drag_;            ///< of the air on a sheet of springs, part of its balance
   Chambers chambers_;
+  GasStep gas_step_;                 ///< of their gas
   std::optional<PushedGas> pushed_;  ///< if it has chambers, and is projected
   GasHeat gas_heat_;
   std::optional<Tearing> tearing_;
