@@ -292,6 +292,33 @@ Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::
   return caps;
 }
 
+/// Whether all parts that are brought into balance have taken a tangent in this step.
+bool StepGas::has_tangent() const {
+  bool has_begun = of_tangent_.size() == parts_.size();
+  for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
+    has_begun = parts_[part].is_pushed || of_tangent_[part].size() > 0;
+  }
+  return has_begun;
+}
+
+/// The gas of all parts where their walls enclose these volumes.
+std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) const {
+  walls = flow_.moved_walls(std::move(walls), responses_, time_);
+  const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
+  std::vector<std::vector<GasState>> states;
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    states.push_back(flow_.end_states(part, walls, time_, end));
+  }
+  return states;
+}
+
+/// Adds a weight times the power of the joined gas of a part. @param rates of the W of its chambers
+void StepGas::add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
+  for (const int chamber : own.chambers->joined()) {
+    own.work += weight * states[chamber].pressure * rates[chamber];
+  }
+}
+
 /// Work of joined gas of all parts from where the tangent was last taken: along a straight line from all W to all
 /// others, or where walls have holes, on whose caps no pressure acts, from all positions to all others. Collective.
 void StepGas::find_work() {
@@ -303,45 +330,32 @@ void StepGas::find_work() {
   for (Own& own : parts_) {
     own.work = 0;
   }
-  bool has_begun = of_tangent_.size() == parts_.size();
-  for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
-    has_begun = parts_[part].is_pushed || of_tangent_[part].size() > 0;
-  }
-  if (!has_begun || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
+  if (!has_tangent() || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
     return;
   }
-  const auto states_at = [&](FlowingGas::Walls walls) {
-    walls = flow_.moved_walls(std::move(walls), responses_, time_);
-    const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
-    std::vector<std::vector<GasState>> states;
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      states.push_back(flow_.end_states(part, walls, time_, end));
-    }
-    return states;
-  };
-  const auto add = [&](Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
-    for (const int chamber : own.chambers->joined()) {
-      own.work += weight * states[chamber].pressure * rates[chamber];
-    }
-  };
   const bool is_closed =
       std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); });
-  if (is_closed) {
-    for (const auto& [place, weight] : four_points) {
-      FlowingGas::Walls walls;
-      for (std::size_t part = 0; part < parts_.size(); ++part) {
-        walls.push_back(parts_[part].is_pushed ? walls_[part]
-                                               : of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
-      }
-      const std::vector<std::vector<GasState>> states = states_at(walls);
-      for (std::size_t part = 0; part < parts_.size(); ++part) {
-        if (!parts_[part].is_pushed) {
-          add(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
-        }
+  is_closed ? integrate_over_volumes() : integrate_over_positions();
+}
+
+void StepGas::integrate_over_volumes() {
+  for (const auto& [place, weight] : four_points) {
+    FlowingGas::Walls walls;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      walls.push_back(parts_[part].is_pushed ? walls_[part]
+                                             : of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
+    }
+    const std::vector<std::vector<GasState>> states = states_at(walls);
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      if (!parts_[part].is_pushed) {
+        add_work(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
       }
     }
-    return;
   }
+}
+
+/// Collective.
+void StepGas::integrate_over_positions() {
   for (const auto& [place, weight] : three_points) {
     FlowingGas::Walls walls;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
@@ -361,7 +375,7 @@ void StepGas::find_work() {
       }
       const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(own.between);
       const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
-      add(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
+      add_work(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
     }
   }
   for (Own& own : parts_) {

@@ -107,7 +107,12 @@ class StepGas {
   };
 
   void evaluate();
+  bool has_tangent() const;
+  std::vector<std::vector<GasState>> states_at(FlowingGas::Walls walls) const;
+  static void add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight);
   void find_work();
+  void integrate_over_volumes();
+  void integrate_over_positions();
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
   double bordering_stiffness(const Own& own, int chamber) const;
