@@ -153,7 +153,7 @@ class Chambers {
   struct Vessels {
     std::vector<int> chambers;  ///< of each vessel, ascending
     std::vector<int>
-        of_chamber;  ///< number of the vessel with the gas inside each chamber's wall; -1: it is not joined
+        of_chamber;  ///< the vessel with the gas inside the wall of each chamber; -1: none, it is not joined
 
     /// Number of the vessel with the gas of a chamber. @param chamber below 0: GasNetwork::ambient
     int number(int chamber) const { return chamber < 0 ? GasNetwork::ambient : of_chamber[chamber]; }

@@ -14,6 +14,7 @@
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
+#include "world/gas_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -721,7 +722,7 @@ DynamicsResult Burn::end_dynamics(State& state, const EquilibriumResult& balance
 void Burn::lift(State& state, double h) {
   Field force(sheet_.particles, 3);
   force.values().leftCols(sheet_.particles.owned) =
-      chambers_.uneven_forces(*gas_step_.exchange, start_, gravity_of_gas(options_), state.time);
+      chambers_.uneven_forces(exchange_of(chambers_, state), start_, gravity_of_gas(options_), state.time);
   force.update_ghosts();
   if (sheet_.layers == 1) {
     for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {

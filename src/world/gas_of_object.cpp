@@ -58,7 +58,7 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
                                double time) {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
   const int several = chambers_at_first(chambers);
-  const GasExchange& exchange = state.gas != nullptr ? *state.gas : chambers.initial_exchange();
+  const GasExchange& exchange = exchange_of(chambers, state);
   const Eigen::VectorXd walls = chambers.volumes(state.position);
   const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
   const std::vector<GasState> states = chambers.states(exchange, walls, time);

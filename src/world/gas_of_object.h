@@ -14,6 +14,11 @@ inline namespace world {
 
 // The part of the history and of the run's last lines about the gas in an object, be it a sheet or a balloon.
 
+/// What its chambers have exchanged: that of its state, or nothing where no chamber is joined to anything.
+inline const GasExchange& exchange_of(const Chambers& chambers, const ObjectState& state) {
+  return state.gas != nullptr ? *state.gas : chambers.initial_exchange();
+}
+
 /// The columns of its history.
 std::vector<History::Column> gas_columns(const Chambers& chambers);
 

@@ -9,6 +9,7 @@
 #include "combustion/combustion.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
+#include "world/gas_of_object.h"
 #include "world/textures.h"
 
 namespace pellicle {
@@ -388,8 +389,8 @@ void Inflate::begin_gas(BalloonState& state) {
     if (integrator_.is_second_order()) {
       between_.values() += integrator_.share() * h_ * state.velocity.values();
     }
-    uneven_.values().leftCols(membrane_.particles.owned) =
-        chambers_.uneven_forces(*gas_step_.exchange, between_, gravity_of_gas(options_), state.time_of_loads());
+    uneven_.values().leftCols(membrane_.particles.owned) = chambers_.uneven_forces(
+        exchange_of(chambers_, state), between_, gravity_of_gas(options_), state.time_of_loads());
   }
   if (state.gas == nullptr) {
     return;
@@ -568,7 +569,7 @@ void Inflate::take_over(const BalloonState& state) {
 
 void Inflate::set_pressures(BalloonState& state) const {
   const std::vector<GasState> gas =
-      chambers_.states(*gas_step_.exchange, chambers_.volumes(state.position), state.time_of_loads());
+      chambers_.states(exchange_of(chambers_, state), chambers_.volumes(state.position), state.time_of_loads());
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     if (!chambers_.prescribes_volume(chamber)) {
       state.pressure[chamber] = gas[chamber].pressure;
