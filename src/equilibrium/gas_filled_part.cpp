@@ -60,9 +60,10 @@ void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, GasTangent tangent)
+GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, GasTangent tangent)
     : part_(part),
       chambers_(chambers),
+      gas_step_(gas_step),
       tangent_(tangent),
       stiffness_(chambers),
       potentials_(part.potentials()),

@@ -36,8 +36,8 @@ class PressureStiffness : public Potential {
 /// Another part of a step, with gas in the chambers that its surface bounds.
 class GasFilledPart : public StepPart, public GasFilled {
  public:
-  /// Part and chambers must outlive it. Collective.
-  GasFilledPart(StepPart& part, const Chambers& chambers, GasTangent tangent);
+  /// All must outlive it. @param gas_step data of its gas, which may change between calls. Collective.
+  GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, GasTangent tangent);
 
   /// After the part and its chambers have begun theirs. @param pressure of all chambers, where the multipliers start
   /// [Pa] @param time at the end [s] @param h length of the step [s]
@@ -50,7 +50,7 @@ class GasFilledPart : public StepPart, public GasFilled {
   GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
 
   StepGas::Part gas_part() const override {
-    return {"", &chambers_, &part_.start(), &part_.position(), tangent_, part_.force_scale()};
+    return {"", &chambers_, &gas_step_, &part_.start(), &part_.position(), tangent_, part_.force_scale()};
   }
   void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
     gas_ = std::move(gas);
@@ -90,6 +90,7 @@ class GasFilledPart : public StepPart, public GasFilled {
  private:
   StepPart& part_;
   const Chambers& chambers_;
+  const GasStep& gas_step_;
   GasTangent tangent_;
   PressureStiffness stiffness_;
   std::vector<Potential*> potentials_;

@@ -31,7 +31,7 @@ constexpr std::array<GaussPoint, 4> four_points{{{0.06943184420297371, 0.1739274
 std::vector<FlowingGas::Object> objects_of(const std::vector<StepGas::Part>& parts) {
   std::vector<FlowingGas::Object> objects;
   std::transform(parts.begin(), parts.end(), std::back_inserter(objects), [](const StepGas::Part& part) {
-    return FlowingGas::Object{part.object, part.chambers};
+    return FlowingGas::Object{part.object, part.chambers, part.gas_step};
   });
   return objects;
 }
@@ -292,6 +292,33 @@ Eigen::VectorXd StepGas::swept_by_caps(Own& own, const Field& end, const Eigen::
   return caps;
 }
 
+/// Whether all parts that are brought into balance have taken a tangent in this step.
+bool StepGas::has_tangent() const {
+  bool has_begun = of_tangent_.size() == parts_.size();
+  for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
+    has_begun = parts_[part].is_pushed || of_tangent_[part].size() > 0;
+  }
+  return has_begun;
+}
+
+/// The gas of all parts where their walls enclose these volumes.
+std::vector<std::vector<GasState>> StepGas::states_at(FlowingGas::Walls walls) const {
+  walls = flow_.moved_walls(std::move(walls), responses_, time_);
+  const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
+  std::vector<std::vector<GasState>> states;
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    states.push_back(flow_.end_states(part, walls, time_, end));
+  }
+  return states;
+}
+
+/// Adds a weight times the power of the joined gas of a part. @param rates of the W of its chambers
+void StepGas::add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
+  for (const int chamber : own.chambers->joined()) {
+    own.work += weight * states[chamber].pressure * rates[chamber];
+  }
+}
+
 /// Work of joined gas of all parts from where the tangent was last taken: along a straight line from all W to all
 /// others, or where walls have holes, on whose caps no pressure acts, from all positions to all others. Collective.
 void StepGas::find_work() {
@@ -303,45 +330,32 @@ void StepGas::find_work() {
   for (Own& own : parts_) {
     own.work = 0;
   }
-  bool has_begun = of_tangent_.size() == parts_.size();
-  for (std::size_t part = 0; has_begun && part < parts_.size(); ++part) {
-    has_begun = parts_[part].is_pushed || of_tangent_[part].size() > 0;
-  }
-  if (!has_begun || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
+  if (!has_tangent() || std::none_of(parts_.begin(), parts_.end(), [this](const Own& own) { return is_joined(own); })) {
     return;
   }
-  const auto states_at = [&](FlowingGas::Walls walls) {
-    walls = flow_.moved_walls(std::move(walls), responses_, time_);
-    const GasNetwork::End end = flow_.solve(flow_.network_step(walls, time_));
-    std::vector<std::vector<GasState>> states;
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      states.push_back(flow_.end_states(part, walls, time_, end));
-    }
-    return states;
-  };
-  const auto add = [&](Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight) {
-    for (const int chamber : own.chambers->joined()) {
-      own.work += weight * states[chamber].pressure * rates[chamber];
-    }
-  };
   const bool is_closed =
       std::all_of(parts_.begin(), parts_.end(), [](const Own& own) { return own.chambers->rims().empty(); });
-  if (is_closed) {
-    for (const auto& [place, weight] : four_points) {
-      FlowingGas::Walls walls;
-      for (std::size_t part = 0; part < parts_.size(); ++part) {
-        walls.push_back(parts_[part].is_pushed ? walls_[part]
-                                               : of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
-      }
-      const std::vector<std::vector<GasState>> states = states_at(walls);
-      for (std::size_t part = 0; part < parts_.size(); ++part) {
-        if (!parts_[part].is_pushed) {
-          add(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
-        }
+  is_closed ? integrate_over_volumes() : integrate_over_positions();
+}
+
+void StepGas::integrate_over_volumes() {
+  for (const auto& [place, weight] : four_points) {
+    FlowingGas::Walls walls;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      walls.push_back(parts_[part].is_pushed ? walls_[part]
+                                             : of_tangent_[part] + place * (walls_[part] - of_tangent_[part]));
+    }
+    const std::vector<std::vector<GasState>> states = states_at(walls);
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      if (!parts_[part].is_pushed) {
+        add_work(parts_[part], states[part], walls_[part] - of_tangent_[part], weight);
       }
     }
-    return;
   }
+}
+
+/// Collective.
+void StepGas::integrate_over_positions() {
   for (const auto& [place, weight] : three_points) {
     FlowingGas::Walls walls;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
@@ -361,7 +375,7 @@ void StepGas::find_work() {
       }
       const Eigen::SparseMatrix<double> gradients = own.chambers->volume_gradients(own.between);
       const Eigen::Matrix3Xd moved = own.position->values() - own.of_tangent;
-      add(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
+      add_work(own, states[part], gradients.transpose() * moved.leftCols(gradients.rows() / 3).reshaped(), weight);
     }
   }
   for (Own& own : parts_) {
@@ -386,7 +400,7 @@ double StepGas::value(std::size_t part) {
 }
 
 GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, double h) {
-  if (ended_.empty()) {  // Of all at once: from then on the chambers know of the next step.
+  if (ended_.empty()) {  // Of all at once: from then on the objects' exchanges are those of the next step.
     FlowingGas::Walls walls;
     FlowingGas::Walls caps;
     for (std::size_t other = 0; other < parts_.size(); ++other) {
@@ -400,7 +414,7 @@ GasExchange StepGas::end_step(std::size_t part, const Field& end, double time, d
       caps.push_back(swept_by_caps(own, there, walls.back()));
     }
     GasNetwork::Step step = flow_.network_step(walls, time);
-    step.h = h;  // The chambers know how long it is until forces are in balance.
+    step.h = h;  // The gas steps know how long it is until forces are in balance.
     const GasNetwork::End all = flow_.solve(step);
     for (std::size_t other = 0; other < parts_.size(); ++other) {
       ended_.push_back(flow_.end_step(other, walls, caps, step, all));

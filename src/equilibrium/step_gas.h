@@ -29,8 +29,9 @@ class StepGas {
   struct Part {
     std::string object;  ///< its name, by which links of others know it
     const Chambers* chambers = nullptr;
-    const Field* start = nullptr;     ///< x^n
-    const Field* position = nullptr;  ///< x
+    const GasStep* gas_step = nullptr;  ///< data of its gas, which may change between calls
+    const Field* start = nullptr;       ///< x^n
+    const Field* position = nullptr;    ///< x
     GasTangent tangent = GasTangent::exact;
     double force_scale = 0;  ///< StepPart::force_scale [N]
     /// Where it is at the end of the step, which forces in balance before that lead to; empty: where they are.
@@ -42,7 +43,7 @@ class StepGas {
   /// @throws Error see FlowingGas
   explicit StepGas(const std::vector<Part>& parts);
 
-  /// All chambers have begun a step. @param time at which forces are in balance [s]
+  /// The gas steps of all parts have begun. @param time at which forces are in balance [s]
   void begin_step(double time);
   /// The loads' time has changed.
   void set_time(double time);
@@ -106,7 +107,12 @@ class StepGas {
   };
 
   void evaluate();
+  bool has_tangent() const;
+  std::vector<std::vector<GasState>> states_at(FlowingGas::Walls walls) const;
+  static void add_work(Own& own, const std::vector<GasState>& states, const Eigen::VectorXd& rates, double weight);
   void find_work();
+  void integrate_over_volumes();
+  void integrate_over_positions();
   Eigen::VectorXd swept_by_rest(Own& own, const Field& end, bool (Chambers::*is_one)(int) const);
   Eigen::VectorXd swept_by_caps(Own& own, const Field& end, const Eigen::VectorXd& walls);
   double bordering_stiffness(const Own& own, int chamber) const;

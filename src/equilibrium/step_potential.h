@@ -25,6 +25,7 @@ inline namespace equilibrium {
 struct BalloonModel {
   const PrismElements& elements;
   const Chambers& chambers;
+  const GasStep& gas_step;  ///< data of their gas, which may change between calls
   const Constraints& constraints;
   const Pins& pins;
   PointLoads& loads;
@@ -96,9 +97,9 @@ class StepPotential : public StepPart, public GasFilled {
   Eigen::Matrix3Xd acceleration(const Field& position, const StepStart& start);
 
   StepGas::Part gas_part() const override {
-    return {"", &model_.chambers, &start_, &position_, model_.gas_tangent, force_scale_, [this](Field& position) {
-              write_end(position);
-            }};
+    StepGas::Part part{"", &model_.chambers, &model_.gas_step, &start_, &position_, model_.gas_tangent, force_scale_};
+    part.write_end = [this](Field& position) { write_end(position); };
+    return part;
   }
   void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
     gas_ = std::move(gas);

@@ -6,8 +6,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "gas/gas_exchange.h"
 #include "gas/gas_network.h"
 #include "gas/gas_options.h"
 #include "gas/rims.h"
@@ -31,60 +33,6 @@ struct GasState {
   double potential = 0;          ///< W with dW/dV = -p: what the gas and the surroundings can still do [J]
 };
 
-/// What links and walls have brought into the chambers of an object, since time 0.
-struct GasExchange {
-  /// Nothing yet.
-  GasExchange(int chambers, int links)
-      : amount(Eigen::VectorXd::Zero(chambers)),
-        heat(Eigen::VectorXd::Zero(chambers)),
-        open(Eigen::VectorXd::Zero(chambers)),
-        leak_amount(Eigen::VectorXd::Zero(chambers)),
-        leak_enthalpy(Eigen::VectorXd::Zero(chambers)),
-        wall_heat(Eigen::VectorXd::Zero(chambers)),
-        work(Eigen::VectorXd::Zero(chambers)),
-        link_amount(Eigen::VectorXd::Zero(links)),
-        link_enthalpy(Eigen::VectorXd::Zero(links)),
-        first_energy(Eigen::VectorXd::Zero(chambers)),
-        volume(Eigen::VectorXd::Zero(chambers)),
-        inside(Eigen::VectorXd::LinSpaced(chambers, 0, chambers - 1)),
-        outside(Eigen::VectorXd::Constant(chambers, -1)),
-        parent(Eigen::VectorXd::Constant(chambers, -1)),
-        reference_volume(Eigen::VectorXd::Zero(chambers)) {}
-
-  Eigen::VectorXd amount;         ///< into each chamber [mol]
-  Eigen::VectorXd heat;           ///< likewise, see VesselGas [mol K]
-  Eigen::VectorXd open;           ///< 1: permanently, its pressure is that outside; 0: not
-  Eigen::VectorXd leak_amount;    ///< out through each wall, or in through walls that it lies round [mol]
-  Eigen::VectorXd leak_enthalpy;  ///< that it carried, and what moving caps of holes pushed away beyond them [J]
-  Eigen::VectorXd wall_heat;      ///< that walls have given to each gas [J]
-  Eigen::VectorXd work;           ///< on walls, of the gas of each chamber that links or heat join to anything [J]
-  Eigen::VectorXd link_amount;    ///< through each link, in the order of their names [mol]
-  Eigen::VectorXd link_enthalpy;  ///< enthalpy that the links carried [J]
-  Eigen::VectorXd first_energy;   ///< of the gas in each chamber at time 0 [J]
-  /// Of each chamber at the end of the last step, up to which work is counted; of one that is open at which it opened,
-  /// which stands for what is left of it [m^3].
-  Eigen::VectorXd volume;
-
-  // What gas is on both sides of the wall of each chamber.
-  Eigen::VectorXd inside;   ///< number of the chamber: its own, or that of which it has become a part
-  Eigen::VectorXd outside;  ///< number of the chamber round it; -1: the ambient air
-
-  // Of chambers that have been cut in two.
-  Eigen::VectorXd parent;            ///< number of the chamber that each was a part of; -1: it was there at first
-  Eigen::VectorXd reference_volume;  ///< V0 of each; of a part that of its parent [m^3]
-  /// One chamber more, without gas: a part of another.
-  void add_part(int chamber);
-};
-
-/// Properties of the walls of the chambers for their gas in a step.
-struct ChamberWalls {
-  Eigen::VectorXd area;                 ///< [m^2]
-  Eigen::VectorXd hole_area;            ///< of the caps [m^2]
-  std::vector<GasNetwork::Leak> leaks;  ///< through which gas gets out and in; its ends are chambers
-  Eigen::VectorXd conductance;          ///< for heat into each chamber, of its wall and those within it [W/K]
-  Eigen::VectorXd temperature;          ///< [K]
-};
-
 /// The chambers of a balloon or of a sheet: volumes enclosed by closed pieces of the surface (balloon paper, section
 /// 5), or by a piece and the symmetry planes that its boundary lies in. The volume is that within the surface's
 /// triangles; of a sheet of quads they join corners and lattice points, so that both layers feel the pressure.
@@ -93,6 +41,7 @@ struct ChamberWalls {
 /// to all that it encloses, the chambers inside it included: W, and dW/dx, by which the pressure across it acts. The
 /// volume V of a chamber's gas is that of its wall less those of the walls inside it.
 ///
+/// What gas has been exchanged is not known here: functions that need it take the GasExchange of the object's state.
 /// The gas of chambers changes by what FlowingGas finds.
 class Chambers {
  public:
@@ -127,10 +76,9 @@ class Chambers {
   /// Chamber of a triangle of the local elements, -1 if it bounds none.
   int of_triangle(PetscInt triangle) const { return chamber_of_triangle_[triangle]; }
 
-  /// Number of the chamber whose gas is inside the wall of a chamber: its own, or that of which it has become a part.
-  int inside(int chamber) const { return static_cast<int>(exchange_.inside[chamber]); }
-  /// Of the gas round it; GasNetwork::ambient.
-  int outside(int chamber) const;
+  /// Nothing exchanged, with the nesting of the walls: what there is at time 0, and at all times if no chamber is
+  /// joined to anything.
+  const GasExchange& initial_exchange() const { return initial_exchange_; }
 
   /// Whether its law asks for the volume.
   bool needs_volume(int chamber) const { return of(chamber).law != GasLaw::pressure; }
@@ -166,16 +114,13 @@ class Chambers {
   /// W of all chambers (eq. 13), summed over the ranks [m^3]. Collective.
   /// @param positions [m], ghosts up to date
   Eigen::VectorXd volumes(const Field& positions) const;
-  /// V of all chambers: W less what walls inside them enclose. @param walls W [m^3]
-  Eigen::VectorXd gas_volumes(const Eigen::VectorXd& walls) const;
-  /// W of all chambers at the end of the last step; of one that is open at which it opened [m^3].
-  Eigen::VectorXd last_volumes() const;
   /// Forces of the weights of gas and air, and of jets through holes, on walls, in addition to even pressures. The
   /// pressure at x is (rho - rho_outside) g.(x - x_0), with the middle x_0 of the wall; its sum is minus the lift, (rho
   /// - rho_outside) V g. Jets push the rims (jet_thrust), except for the part that the pressure on a wall with holes
   /// contributes already. Of the owned particles (3 x owned) [N]. Collective.
   /// @param gravity g [m/s^2]; 0: gas and air weigh nothing
-  Eigen::Matrix3Xd uneven_forces(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
+  Eigen::Matrix3Xd uneven_forces(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
+                                 double time) const;
   /// dW/dx = A n / 3 (eq. 15 without p) by the owned particles, a column a chamber, (3 owned x count) [m^2].
   Eigen::SparseMatrix<double> volume_gradients(const Field& positions) const;
   /// Of one chamber, (3 x owned) [m^2].
@@ -183,12 +128,18 @@ class Chambers {
 
   /// The gas by its law at a volume V [m^3] and time [s], with what has come in by the beginning of the step, and its
   /// pressure against that of the ambient air. Not finite where the law needs a volume above 0 and there is none.
-  GasState state(int chamber, double volume, double time) const;
-  /// The same of all chambers, with the pressures across their walls. What has become a part of another is empty.
-  /// @param walls W [m^3]
-  std::vector<GasState> states(const Eigen::VectorXd& walls, double time) const;
+  GasState state(const GasExchange& exchange, int chamber, double volume, double time) const;
+  /// The gas of a chamber into which nothing has come.
+  GasState state(int chamber, double volume, double time) const {
+    return state(initial_exchange_, chamber, volume, time);
+  }
+  /// The gas of all chambers, with the pressures across their walls. Parts of others are empty. @param walls W [m^3]
+  std::vector<GasState> states(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
+  /// The gas of all chambers, with pressures against the ambient air. Parts of others are empty. @param walls W [m^3]
+  std::vector<GasState> states_against_ambient(const GasExchange& exchange, const Eigen::VectorXd& walls,
+                                               double time) const;
   /// Makes of pressures against the ambient air, of the states of all chambers, those across their walls.
-  void put_across_walls(std::vector<GasState>& states) const;
+  static void put_across_walls(const GasExchange& exchange, std::vector<GasState>& states);
   const GasOptions& gas_options() const { return gas_; }
 
   // Chambers whose gas changes: links, holes, leaks or heat join it to something, or it lies inside another or round
@@ -197,20 +148,20 @@ class Chambers {
   bool has_network() const { return !joined_.empty(); }
   /// Ascending.
   const std::vector<int>& joined() const { return joined_; }
-  bool is_joined(int chamber) const { return vessel_of_[chamber] >= 0; }
-  /// Chamber of each vessel, ascending.
-  const std::vector<int>& vessels() const { return vessels_; }
-  /// Number of the vessel whose gas is inside a joined chamber's wall.
-  int vessel_of(int chamber) const { return vessel_of_[chamber]; }
-  /// Of the gas round its wall; GasNetwork::ambient.
-  int vessel_outside(int chamber) const {
-    return outside(chamber) < 0 ? GasNetwork::ambient : vessel_of(outside(chamber));
-  }
-  GasNetwork::Vessel vessel(int number) const;
+  bool is_joined(int chamber) const { return is_joined_[chamber]; }
+  /// The joined chambers that are vessels of a network.
+  struct Vessels {
+    std::vector<int> chambers;  ///< of each vessel, ascending
+    std::vector<int>
+        of_chamber;  ///< the vessel with the gas inside the wall of each chamber; -1: none, it is not joined
+
+    /// Number of the vessel with the gas of a chamber. @param chamber below 0: GasNetwork::ambient
+    int number(int chamber) const { return chamber < 0 ? GasNetwork::ambient : of_chamber[chamber]; }
+  };
+  Vessels vessels(const GasExchange& exchange) const;
+  GasNetwork::Vessel vessel(int chamber) const;
   /// c_v of a mole of a joined chamber's gas [J/(mol K)].
   double heat_capacity(int chamber) const { return gas_constant / (of(chamber).gamma - 1); }
-  /// Permanently open: its pressure is that outside.
-  bool is_open(int chamber) const { return is_open(exchange_, chamber); }
 
   /// A link with an end in one of these chambers, or between them.
   struct Link {
@@ -226,31 +177,26 @@ class Chambers {
                        [](const Link& link) { return link.from == elsewhere || link.to == elsewhere; });
   }
 
-  /// From here on gas is that of a step that begins with what has come in so far; h = 0: of the moment between steps.
-  /// @param h length of the step [s]
-  /// @param walls then
-  void begin_step(const GasExchange& exchange, double h, const ChamberWalls& walls = {});
-  /// The step that has begun is of another length [s].
-  void set_step_length(double h) { h_ = h; }
   /// The walls at positions, with the temperatures that the options give. Collective.
   /// @param gravity as of uneven_forces: the pressure at a hole is that at its height
-  ChamberWalls walls(const Field& positions, const Eigen::Vector3d& gravity, double time) const;
+  ChamberWalls walls(const GasExchange& exchange, const Field& positions, const Eigen::Vector3d& gravity,
+                     double time) const;
   double heat_transfer(int chamber) const { return of(chamber).options.heat_transfer; }  ///< [W/(m^2 K)]
   /// What is known of the step of the vessels, of these chambers alone. @param walls W at its end [m^3]
-  GasNetwork::Step network_step(const Eigen::VectorXd& walls, double time) const;
+  GasNetwork::Step network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const;
   /// What has come in at the end of the step. A chamber is open from here on if its holes are larger than a tenth of
   /// what is left of its wall and its pressure has come within a hundred thousandth of that outside, or if they are
   /// larger than it. One inside another then becomes a part of it instead.
   /// @param walls W then [m^3] @param caps of its change, what the caps of holes have swept [m^3]
   /// @param step see network_step @param end how it ends, with the flows of `links`
-  GasExchange end_step(const Eigen::VectorXd& walls, const Eigen::VectorXd& caps, const GasNetwork::Step& step,
-                       const GasNetwork::End& end) const;
+  GasExchange end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
+                       const GasNetwork::Step& step, const GasNetwork::End& end) const;
 
   /// Which balance of a joined chamber does not close to 1e-10 of what goes in and out, in words; empty if all close.
   /// Amounts must change by what links and holes have carried, energies by that and by work and heat of the wall. A
   /// chamber is checked together with what has been cut off it and what it has become a part of. For chambers that keep
   /// their temperature only amounts are checked. @param walls W [m^3]
-  std::string imbalance(const Eigen::VectorXd& walls, double time) const;
+  std::string imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const;
   /// What has come in at time 0: nothing. @param walls W then [m^3]
   GasExchange first_exchange(const Eigen::VectorXd& walls) const;
   /// Caps move at once where holes grow or join, and volumes with them: finds what has come in if the gas keeps its
@@ -281,10 +227,11 @@ class Chambers {
   void add(const std::string& name, const ChamberOptions& options);
   void begin();
   void nest();
-  std::vector<int> from_within() const;
   void require_inside(int chamber) const;
   void find_particles();
+  VesselGas vessel_gas(const GasExchange& exchange, int chamber, double time) const;
   Content content(const GasExchange& exchange, int chamber, double time) const;
+  std::vector<Content> contents(const GasExchange& exchange, double time) const;
   void fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const;
   static void pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
                        double heat_capacity);
@@ -294,9 +241,35 @@ class Chambers {
                            int count) const;
   void set_amounts();
   void join();
-  void find_vessels();
   void become_part(GasExchange& exchange, int chamber, double time) const;
-  double pressure_round(int chamber, const GasNetwork::End& end) const;
+  double pressure_round(const GasExchange& exchange, const Vessels& vessels, int chamber,
+                        const GasNetwork::End& end) const;
+  void add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
+                      const GasNetwork::End& end) const;
+  /// What a step changes in a joined chamber.
+  struct EnergyBalance {
+    double heat = 0;  ///< that the gas gains, see VesselGas [mol K]
+    double work = 0;  ///< that it does [J]
+  };
+  EnergyBalance energy_balance(int chamber, double from, double to, double heat, double end_heat, double energy) const;
+  void open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,
+                     const GasNetwork::End& end) const;
+  std::vector<int> balanced_together(const GasExchange& exchange) const;
+  /// Of the balances of amount [mol] and energy [J] (2 x chambers).
+  struct Residuals {
+    Eigen::MatrixXd sum;    ///< of what goes in and out: 0
+    Eigen::MatrixXd scale;  ///< sum of the absolute values
+  };
+  Residuals balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
+                              const std::vector<GasState>& gas) const;
+  struct WallParts;
+  WallParts wall_parts(const std::vector<PetscInt>& piece, const GasExchange& exchange) const;
+  std::vector<std::pair<int, int>> nested_in_parts(const WallParts& walls, const GasExchange& exchange,
+                                                   const Field& positions) const;
+  std::vector<int> divide_gas(Division& division, const WallParts& walls, const Eigen::VectorXd& volume,
+                              double time) const;
+  void share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
+                 const std::vector<std::pair<int, double>>& shares) const;
   int number_of(const std::string& name, const std::string& key, const std::string& others) const;
   /// A pressure that changes with the place, beside the mean on a chamber's wall.
   struct UnevenPressure {
@@ -305,10 +278,9 @@ class Chambers {
 
     double at(const Eigen::Vector3d& place) const { return slope.dot(place - middle); }
   };
-  std::vector<UnevenPressure> uneven_pressures(const Field& positions, const Eigen::Vector3d& gravity,
-                                               double time) const;
+  std::vector<UnevenPressure> uneven_pressures(const GasExchange& exchange, const Field& positions,
+                                               const Eigen::Vector3d& gravity, double time) const;
   Eigen::VectorXd areas(const Field& positions) const;
-  static bool is_open(const GasExchange& exchange, int chamber) { return exchange.open[chamber] != 0; }
   /// In a joined chamber at time 0 [mol].
   double first_amount(int chamber) const { return of(chamber).unit_amount * of(chamber).options.amount.front()[1]; }
   /// Of the gas in a joined chamber [J]; 0 of others.
@@ -334,11 +306,8 @@ class Chambers {
   std::vector<int> has_hole_;  ///< of each chamber
   std::vector<Link> links_;
   std::vector<int> joined_;
-  std::vector<int> vessels_;
-  std::vector<int> vessel_of_;  ///< of each chamber, -1: it is not joined
-  GasExchange exchange_{0, 0};  ///< by the beginning of the step
-  ChamberWalls walls_;          ///< then
-  double h_ = 0;                ///< of the step [s]
+  std::vector<bool> is_joined_;  ///< of each chamber
+  GasExchange initial_exchange_{0, 0};
 };
 
 }  // namespace gas

@@ -15,15 +15,16 @@ inline namespace gas {
 namespace {
 
 /// W of a chamber that nothing is joined to, at the end of a step in which its pressure moves its wall.
-double moved_wall(const Chambers& chambers, int chamber, double volume, double compliance, double time) {
+double moved_wall(const Chambers& chambers, const GasExchange& exchange, int chamber, double volume, double compliance,
+                  double time) {
   if (chambers.prescribes_volume(chamber)) {
     return chambers.prescribed_volume(chamber, time);
   }
   if (!chambers.needs_volume(chamber)) {
-    return volume + compliance * chambers.state(chamber, volume, time).pressure;
+    return volume + compliance * chambers.state(exchange, chamber, volume, time).pressure;
   }
   // V - volume - compliance p(V) rises and is concave: Newton's method goes up to its zero, once it is below.
-  GasState gas = chambers.state(chamber, volume > 0 ? volume : chambers.initial_volume(chamber), time);
+  GasState gas = chambers.state(exchange, chamber, volume > 0 ? volume : chambers.initial_volume(chamber), time);
   constexpr int most_iterations = 200;
   constexpr double tolerance = 1e-14;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
@@ -32,7 +33,7 @@ double moved_wall(const Chambers& chambers, int chamber, double volume, double c
     if (std::abs(step) <= tolerance * gas.volume) {
       break;
     }
-    gas = chambers.state(chamber, std::max(gas.volume + step, gas.volume / 2), time);
+    gas = chambers.state(exchange, chamber, std::max(gas.volume + step, gas.volume / 2), time);
   }
   return gas.volume;
 }
@@ -72,7 +73,7 @@ int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) 
     for (const Chambers::Link& other : chambers(object).links()) {
       if (other.name == link) {
         const int end = other.from == Chambers::elsewhere ? other.to : other.from;
-        return first_vessel_[object] + chambers(object).vessel_of(end);
+        return first_vessel_[object] + vessels_[object].number(end);
       }
     }
   }
@@ -81,20 +82,23 @@ int FlowingGas::end_elsewhere(const std::string& name, const std::string& link) 
 
 void FlowingGas::make_network() {
   first_vessel_ = {0};
+  vessels_.clear();
   inside_.clear();
   std::vector<GasNetwork::Vessel> vessels;
   for (std::size_t object = 0; object < objects(); ++object) {
-    const Chambers& own = chambers(object);
-    for (std::size_t vessel = 0; vessel < own.vessels().size(); ++vessel) {
-      vessels.push_back(own.vessel(static_cast<int>(vessel)));
+    inside_.push_back(exchange(object).inside);
+    vessels_.push_back(chambers(object).vessels(exchange(object)));
+    for (const int chamber : vessels_.back().chambers) {
+      vessels.push_back(chambers(object).vessel(chamber));
     }
     first_vessel_.push_back(static_cast<int>(vessels.size()));
-    Eigen::VectorXd inside(own.count());
-    for (int chamber = 0; chamber < own.count(); ++chamber) {
-      inside[chamber] = own.inside(chamber);
-    }
-    inside_.push_back(std::move(inside));
   }
+  network_ = GasNetwork(std::move(vessels), network_links(), chambers(0).gas_options());
+  find_sides_of_walls();
+}
+
+/// The links of all objects, each once; sets which of them each object's links are.
+std::vector<GasNetwork::Link> FlowingGas::network_links() {
   std::vector<GasNetwork::Link> links;
   link_of_.assign(objects(), {});
   for (std::size_t object = 0; object < objects(); ++object) {
@@ -102,7 +106,7 @@ void FlowingGas::make_network() {
       const auto end_of = [&](int end, const std::string& name) {
         return end == Chambers::elsewhere ? end_elsewhere(name, link.name)
                : end < 0                  ? GasNetwork::ambient
-                                          : first_vessel_[object] + chambers(object).vessel_of(end);
+                                          : first_vessel_[object] + vessels_[object].number(end);
       };
       const int from = end_of(link.from, link.options.from);
       const int to = end_of(link.to, link.options.to);
@@ -121,13 +125,16 @@ void FlowingGas::make_network() {
       link_of_[object].push_back(number);
     }
   }
-  network_ = GasNetwork(std::move(vessels), std::move(links), chambers(0).gas_options());
+  return links;
+}
+
+void FlowingGas::find_sides_of_walls() {
   sides_of_walls_.clear();
   for (std::size_t object = 0; object < objects(); ++object) {
     const int first = first_vessel_[object];
     for (const int chamber : chambers(object).joined()) {
-      const int outside = chambers(object).vessel_outside(chamber);
-      sides_of_walls_.push_back({first + chambers(object).vessel_of(chamber), outside < 0 ? -1 : first + outside});
+      const int outside = vessels_[object].number(exchange(object).gas_outside(chamber));
+      sides_of_walls_.push_back({first + vessels_[object].number(chamber), outside < 0 ? -1 : first + outside});
     }
   }
 }
@@ -135,9 +142,7 @@ void FlowingGas::make_network() {
 void FlowingGas::begin_step() {
   bool is_same = true;
   for (std::size_t object = 0; object < objects(); ++object) {
-    for (int chamber = 0; chamber < chambers(object).count(); ++chamber) {
-      is_same = is_same && inside_[object][chamber] == chambers(object).inside(chamber);
-    }
+    is_same = is_same && inside_[object] == exchange(object).inside;
   }
   if (!is_same) {
     make_network();
@@ -145,7 +150,7 @@ void FlowingGas::begin_step() {
 }
 
 GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const {
-  GasNetwork::Step all = chambers(0).network_step(walls[0], time);
+  GasNetwork::Step all = chambers(0).network_step(*objects_[0].step, walls[0], time);
   const auto append = [](Eigen::VectorXd& values, const Eigen::VectorXd& others) {
     values.conservativeResize(values.size() + others.size());
     values.tail(others.size()) = others;
@@ -156,7 +161,7 @@ GasNetwork::Step FlowingGas::network_step(const Walls& walls, double time) const
     }
   };
   for (std::size_t object = 1; object < objects(); ++object) {
-    GasNetwork::Step own = chambers(object).network_step(walls[object], time);
+    GasNetwork::Step own = chambers(object).network_step(*objects_[object].step, walls[object], time);
     const int first = first_vessel_[object];
     for (GasNetwork::Leak leak : own.leaks) {
       leak.vessel += first;
@@ -196,15 +201,9 @@ GasNetwork::End FlowingGas::solve(const GasNetwork::Step& step) const {
 std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& walls, double time,
                                              const GasNetwork::End& end) const {
   const Chambers& own = chambers(object);
-  const Eigen::VectorXd volumes = own.gas_volumes(walls[object]);
-  std::vector<GasState> states(own.count());
-  for (int chamber = 0; chamber < own.count(); ++chamber) {
-    if (own.inside(chamber) == chamber) {
-      states[chamber] = own.state(chamber, volumes[chamber], time);
-    }
-  }
-  for (std::size_t v = 0; v < own.vessels().size(); ++v) {
-    const int chamber = own.vessels()[v];
+  std::vector<GasState> states = own.states_against_ambient(exchange(object), walls[object], time);
+  for (std::size_t v = 0; v < vessels_[object].chambers.size(); ++v) {
+    const int chamber = vessels_[object].chambers[v];
     const int vessel = first_vessel_[object] + static_cast<int>(v);
     GasState& gas = states[chamber];
     if (!end.converged) {
@@ -212,19 +211,19 @@ std::vector<GasState> FlowingGas::end_states(std::size_t object, const Walls& wa
       continue;
     }
     gas.absolute_pressure = end.pressure[vessel];
-    gas.pressure = own.is_open(chamber) ? 0 : end.pressure[vessel] - own.gas_options().ambient_pressure;
+    gas.pressure = exchange(object).is_open(chamber) ? 0 : end.pressure[vessel] - own.gas_options().ambient_pressure;
     gas.amount = end.gas[vessel].amount;
     gas.temperature = end.temperature[vessel];
   }
-  own.put_across_walls(states);
+  Chambers::put_across_walls(exchange(object), states);
   return states;
 }
 
 Eigen::MatrixXd FlowingGas::slopes(const GasNetwork::Step& step, const GasNetwork::End& end) const {
   Eigen::MatrixXd of_vessels = network_.slopes(step, end);
   for (std::size_t object = 0; object < objects(); ++object) {
-    for (std::size_t v = 0; v < chambers(object).vessels().size(); ++v) {
-      if (chambers(object).is_open(chambers(object).vessels()[v])) {
+    for (std::size_t v = 0; v < vessels_[object].chambers.size(); ++v) {
+      if (exchange(object).is_open(vessels_[object].chambers[v])) {
         of_vessels.row(first_vessel_[object] + static_cast<int>(v)).setZero();
         of_vessels.col(first_vessel_[object] + static_cast<int>(v)).setZero();
       }
@@ -282,79 +281,90 @@ GasNetwork::End FlowingGas::own_end(std::size_t object, const GasNetwork::End& e
 
 GasExchange FlowingGas::end_step(std::size_t object, const Walls& walls, const Walls& caps,
                                  const GasNetwork::Step& step, const GasNetwork::End& end) const {
-  return chambers(object).end_step(walls[object], caps[object], own_step(object, step), own_end(object, end));
+  return chambers(object).end_step(*objects_[object].step, walls[object], caps[object], own_step(object, step),
+                                   own_end(object, end));
+}
+
+/// W of an object's chambers at the end of a step if nothing were joined to them; of chambers inside others, and of
+/// those round them, at its beginning.
+Eigen::VectorXd FlowingGas::walls_moved_alone(std::size_t object, const Response& response, double time) const {
+  const Chambers& own = chambers(object);
+  const GasExchange& exchange = this->exchange(object);
+  Eigen::VectorXd walls = exchange.last_volumes();
+  std::vector<bool> is_nested(own.count());
+  for (int chamber = 0; chamber < own.count(); ++chamber) {
+    if (const int outside = exchange.gas_outside(chamber); outside >= 0) {
+      is_nested[chamber] = true;
+      is_nested[outside] = true;
+    }
+  }
+  for (int chamber = 0; chamber < own.count(); ++chamber) {
+    if (!is_nested[chamber]) {
+      walls[chamber] = moved_wall(own, exchange, chamber, response.walls[chamber], response.compliance[chamber], time);
+    }
+  }
+  return walls;
 }
 
 FlowingGas::Walls FlowingGas::moved_walls(Walls walls, const std::vector<Response>& responses, double time) const {
-  struct Joined {
-    std::size_t object;
-    int chamber;
-    Eigen::Index number;  // among the joined walls of all objects
-  };
-  std::vector<Joined> joined;
-  Eigen::Index number = 0;
+  std::vector<MovedWall> moved;
+  int number = 0;
   for (std::size_t object = 0; object < objects(); ++object) {
-    const Chambers& own = chambers(object);
     const Response& response = responses[object];
     if (response.compliance.size() == 0) {
-      number += static_cast<Eigen::Index>(own.joined().size());
+      number += static_cast<int>(chambers(object).joined().size());
       continue;
     }
-    // From where they would be if nothing were joined; those inside others and round them from where they were.
-    walls[object] = own.last_volumes();
-    std::vector<bool> is_nested(own.count());
-    for (int chamber = 0; chamber < own.count(); ++chamber) {
-      if (own.outside(chamber) >= 0) {
-        is_nested[chamber] = true;
-        is_nested[own.outside(chamber)] = true;
-      }
-    }
-    for (int chamber = 0; chamber < own.count(); ++chamber) {
-      if (!is_nested[chamber]) {
-        walls[object][chamber] = moved_wall(own, chamber, response.walls[chamber], response.compliance[chamber], time);
-      }
-    }
-    for (const int chamber : own.joined()) {
-      joined.push_back({object, chamber, number});
+    walls[object] = walls_moved_alone(object, response, time);
+    for (const int chamber : chambers(object).joined()) {
+      moved.push_back({object, chamber, number, response.walls[chamber], response.compliance[chamber]});
       ++number;
     }
   }
-  const auto count = static_cast<Eigen::Index>(joined.size());
+  if (!moved.empty()) {
+    balance_walls(walls, moved, time);
+  }
+  return walls;
+}
+
+/// Newton's method for the walls of joined chambers that pressures move, whose residual is W - `walls` - `compliance`
+/// q.
+void FlowingGas::balance_walls(Walls& walls, const std::vector<MovedWall>& moved, double time) const {
+  const auto count = static_cast<Eigen::Index>(moved.size());
   std::vector<Eigen::Index> numbers;
   Eigen::VectorXd compliance(count);
-  for (const Joined& wall : joined) {
-    compliance[static_cast<Eigen::Index>(numbers.size())] = responses[wall.object].compliance[wall.chamber];
+  for (const MovedWall& wall : moved) {
+    compliance[static_cast<Eigen::Index>(numbers.size())] = wall.compliance;
     numbers.push_back(wall.number);
   }
   constexpr int most_iterations = 50;
   constexpr double tolerance = 1e-12;
-  for (int iteration = 0; iteration < most_iterations && !joined.empty(); ++iteration) {
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const GasNetwork::Step step = network_step(walls, time);
     const GasNetwork::End end = solve(step);
     std::vector<std::vector<GasState>> states(objects());
-    Eigen::VectorXd excess(count);
+    Eigen::VectorXd residual(count);
     bool is_far = false;
     for (Eigen::Index k = 0; k < count; ++k) {
-      const auto& [object, chamber, place] = joined[k];
-      if (states[object].empty()) {
-        states[object] = end_states(object, walls, time, end);
+      const MovedWall& wall = moved[k];
+      if (states[wall.object].empty()) {
+        states[wall.object] = end_states(wall.object, walls, time, end);
       }
-      excess[k] =
-          walls[object][chamber] - responses[object].walls[chamber] - compliance[k] * states[object][chamber].pressure;
-      is_far = is_far || std::abs(excess[k] / walls[object][chamber]) > tolerance;
+      const double present = walls[wall.object][wall.chamber];
+      residual[k] = present - wall.unpressed - wall.compliance * states[wall.object][wall.chamber].pressure;
+      is_far = is_far || std::abs(residual[k] / present) > tolerance;
     }
     if (!end.converged || !is_far) {
       break;
     }
     const Eigen::MatrixXd derivative =
         Eigen::MatrixXd::Identity(count, count) - compliance.asDiagonal() * slopes(step, end)(numbers, numbers);
-    const Eigen::VectorXd change = derivative.partialPivLu().solve(excess);
+    const Eigen::VectorXd change = derivative.partialPivLu().solve(residual);
     for (Eigen::Index k = 0; k < count; ++k) {
-      double& wall = walls[joined[k].object][joined[k].chamber];
+      double& wall = walls[moved[k].object][moved[k].chamber];
       wall = std::max(wall - change[k], wall / 2);
     }
   }
-  return walls;
 }
 
 }  // namespace gas

@@ -12,24 +12,25 @@ inline namespace gas {
 /// The gas of the chambers of an object in a step, or of several objects whose chambers links join: its state at the
 /// step's end, from the volumes that the walls enclose then. How the walls move is not known here.
 ///
-/// Between `Chambers::begin_step` and the next one everything follows from the arguments.
+/// It keeps no gas: everything follows from the arguments and the GasStep of each object.
 class FlowingGas {
  public:
   struct Object {
     std::string name;  ///< by which links of others know it
     const Chambers* chambers = nullptr;
+    const GasStep* step = nullptr;  ///< its data, which may change between calls
   };
   /// Of each object: W of its chambers (Chambers::volumes) [m^3].
   using Walls = std::vector<Eigen::VectorXd>;
 
-  /// The chambers must outlive it. Links to objects that are not among them lead to the ambient air.
+  /// Chambers and steps must outlive it. Links to objects that are not among them lead to the ambient air.
   /// @throws Error on links, see GasNetwork, and where gas flows between objects that differ in what air and gas are
   explicit FlowingGas(std::vector<Object> objects);
 
   std::size_t objects() const { return objects_.size(); }
   const Chambers& chambers(std::size_t object) const { return *objects_[object].chambers; }
 
-  /// All chambers have begun a step.
+  /// The steps of all objects have begun: makes the network anew where chambers have become parts of others.
   void begin_step();
 
   /// The step of the network of all vessels, object after object. @param time at its end [s]
@@ -58,16 +59,29 @@ class FlowingGas {
 
  private:
   void make_network();
-  void find_walls();
+  std::vector<GasNetwork::Link> network_links();
+  void find_sides_of_walls();
+  Eigen::VectorXd walls_moved_alone(std::size_t object, const Response& response, double time) const;
+  /// A wall of a joined chamber that its pressure moves.
+  struct MovedWall {
+    std::size_t object;
+    int chamber;
+    Eigen::Index number;  ///< among the walls of the joined chambers of all objects
+    double unpressed;     ///< W without the pressure [m^3]
+    double compliance;    ///< [m^3/Pa]
+  };
+  void balance_walls(Walls& walls, const std::vector<MovedWall>& moved, double time) const;
   GasNetwork::Step own_step(std::size_t object, const GasNetwork::Step& step) const;
   GasNetwork::End own_end(std::size_t object, const GasNetwork::End& end) const;
+  const GasExchange& exchange(std::size_t object) const { return *objects_[object].step->exchange; }
   int end_elsewhere(const std::string& name, const std::string& link) const;
 
   std::vector<Object> objects_;
   std::vector<int> first_vessel_;  ///< of each object, and behind the last
   GasNetwork network_;
   std::vector<std::vector<int>> link_of_;  ///< of the links of each object the number in the network; -1: nothing flows
-  std::vector<Eigen::VectorXd> inside_;    ///< of each object, for which the network has been made
+  std::vector<Chambers::Vessels> vessels_;     ///< of each object, of which the network has been made
+  std::vector<std::vector<PetscInt>> inside_;  ///< GasExchange::inside of each object, for which it has been made
   /// Of all joined walls, object after object: the vessels on both sides.
   std::vector<std::array<int, 2>> sides_of_walls_;
 };

@@ -57,6 +57,26 @@ bool is_rounding(const Eigen::VectorXd& rest, const Eigen::SparseMatrix<double>&
   return (rest.array().abs() <= rounding.array()).all();
 }
 
+/// The share of a descent, amounts and heats vessel after vessel, that leaves a tenth of each vessel's gas; at most 1.
+double largest_share(const std::vector<VesselGas>& gas, const Eigen::VectorXd& descent) {
+  constexpr double most_lost = 0.9;
+  double share = 1;
+  for (Eigen::Index k = 0; k < descent.size(); ++k) {
+    const VesselGas& has = gas[k / 2];
+    share = std::min(share, most_lost * (k % 2 == 0 ? has.amount : has.heat) / std::max(descent[k], 1e-300));
+  }
+  return share;
+}
+
+/// The gas after a share of a descent.
+std::vector<VesselGas> moved_by(std::vector<VesselGas> gas, const Eigen::VectorXd& descent, double share) {
+  for (std::size_t v = 0; v < gas.size(); ++v) {
+    gas[v].amount -= share * descent[static_cast<Eigen::Index>(2 * v)];
+    gas[v].heat -= share * descent[static_cast<Eigen::Index>(2 * v + 1)];
+  }
+  return gas;
+}
+
 }  // namespace
 
 /// Pressure and temperature of a vessel, and by what they change.
@@ -150,118 +170,184 @@ GasNetwork::Flow GasNetwork::through_orifice(double area, double gamma, const Lo
   return result;
 }
 
-GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<VesselGas>& gas) const {
-  Balance result;
-  result.rest.resize(2 * count());
-  result.flow.setZero(static_cast<Eigen::Index>(links_.size()));
-  result.enthalpy = result.flow;
-  result.leak.setZero(count());
-  result.leak_enthalpy = result.leak;
-  result.wall_heat = result.leak;
-  for (int i = 0; i < count(); ++i) {
-    const auto v = static_cast<std::size_t>(i);
-    result.local.push_back(local(i, step, gas[v]));
-    result.rest[2 * i] = gas[v].amount - step.gas[v].amount;
-    result.rest[2 * i + 1] = vessel(i).keeps_temperature ? 0 : gas[v].heat - step.gas[v].heat;
-    result.by_gas.emplace_back(2 * i, 2 * i, 1);
-    result.by_gas.emplace_back(2 * i + 1, 2 * i + 1, 1);
+/// Assembles the balances of amount and energy of all vessels in a step, term by term.
+class GasNetwork::Assembly {
+ public:
+  Assembly(const GasNetwork& network, const Step& step, const std::vector<VesselGas>& gas)
+      : network_(network), step_(step), outside_(network.ambient_state()) {
+    const int count = network.count();
+    balance_.rest.resize(2 * count);
+    balance_.flow.setZero(static_cast<Eigen::Index>(network.links_.size()));
+    balance_.enthalpy = balance_.flow;
+    balance_.leak.setZero(count);
+    balance_.leak_enthalpy = balance_.leak;
+    balance_.wall_heat = balance_.leak;
+    for (int vessel = 0; vessel < count; ++vessel) {
+      add_storage(vessel, gas[vessel]);
+    }
   }
-  const auto add_derivatives = [&](int row, double factor, int of, const ByState& by) {
-    if (of != ambient) {
-      result.by_gas.emplace_back(row, 2 * of, factor * by[0]);
-      result.by_gas.emplace_back(row, 2 * of + 1, factor * by[1]);
-      result.by_volume.emplace_back(row, of, factor * by[2]);
-    }
-  };
-  /// Adds to the heat of a vessel an energy flow [J/s], given with its derivatives by the states of some vessels.
-  const auto add_heat = [&](int of, double energy, const std::vector<std::pair<int, ByState>>& by) {
-    if (vessel(of).keeps_temperature) {
-      return;
-    }
-    const double middle = std::sqrt(step.start_volume[of] * step.volume[of]);
-    const double compression = std::pow(middle / vessel(of).reference_volume, vessel(of).gamma - 1);
-    const double factor = -step.h * compression / heat_capacity(of);
-    result.rest[2 * of + 1] += factor * energy;
-    for (const auto& [other, derivatives] : by) {
-      add_derivatives(2 * of + 1, factor, other, derivatives);
-    }
-    add_derivatives(2 * of + 1, factor * energy, of, {0, 0, (vessel(of).gamma - 1) / (2 * step.volume[of])});
-  };
-  const auto add_flow = [&](int from, int to, const Flow& flow, double& amount, double& enthalpy) {
-    const double gamma = vessel(from != ambient ? from : to).gamma;
-    const double capacity = gas_constant * gamma / (gamma - 1);  // c_p
-    amount = step.h * flow.flow;
-    enthalpy = amount * capacity * flow.temperature;
-    for (const auto& [into, sign] : {std::pair(from, -1.0), std::pair(to, 1.0)}) {
-      if (into == ambient) {
-        continue;
-      }
-      std::vector<std::pair<int, ByState>> energy_by;
-      for (const auto& [other, flow_by, temperature_by] : {std::tuple(from, flow.by_from, flow.temperature_by_from),
-                                                           std::tuple(to, flow.by_to, flow.temperature_by_to)}) {
-        add_derivatives(2 * into, -sign * step.h, other, flow_by);
-        ByState by{};
-        for (std::size_t k = 0; k < by.size(); ++k) {
-          by[k] = sign * capacity * (flow.temperature * flow_by[k] + flow.flow * temperature_by[k]);
-        }
-        energy_by.emplace_back(other, by);
-      }
-      result.rest[2 * into] -= sign * amount;
-      add_heat(into, sign * flow.flow * capacity * flow.temperature, energy_by);
-    }
-  };
 
-  const Local outside = ambient_state();
-  const auto local_of = [&](int number) -> const Local& { return number == ambient ? outside : result.local[number]; };
-  for (std::size_t l = 0; l < links_.size(); ++l) {
-    const Link& link = links_[l];
-    const LinkOptions& options = link.options;
-    Flow flow;
-    if (options.area) {
-      const double open = options.opens.empty() ? 1 : value_on_key_points(options.opens, step.time);
-      const int any = link.from != ambient ? link.from : link.to;
-      flow = through_orifice(*options.area * options.discharge * open, vessel(any).gamma, local_of(link.from),
-                             local_of(link.to));
-      if (options.one_way && flow.flow < 0) {
-        flow = {};
-      }
-    } else {
-      flow.flow = value_on_key_points(options.flow, step.time);
-      flow.temperature = local_of(link.from).temperature;
-      flow.temperature_by_from = local_of(link.from).temperature_by;
-      if (link.from == ambient && options.temperature) {
-        flow.temperature = *options.temperature;
-      }
-    }
-    const auto row = static_cast<Eigen::Index>(l);
-    add_flow(link.from, link.to, flow, result.flow[row], result.enthalpy[row]);
+  void add_links();
+  void add_leaks();
+  void add_wall_heat();
+  Balance&& result() && { return std::move(balance_); }
+
+ private:
+  /// The derivatives of a quantity by the states of some vessels.
+  using Derivatives = std::vector<std::pair<int, ByState>>;
+
+  void add_storage(int vessel, const VesselGas& gas);
+  void add_derivatives(int row, double factor, int of, const ByState& by);
+  void add_energy(int of, double energy, const Derivatives& by);
+  void add_flow(int from, int to, const Flow& flow, double& amount, double& enthalpy);
+  Flow through_link(const Link& link) const;
+  const Local& local_of(int number) const { return number == ambient ? outside_ : balance_.local[number]; }
+
+  const GasNetwork& network_;
+  const Step& step_;
+  const Local outside_;
+  Balance balance_;
+};
+
+/// The change of amount and heat since the beginning of the step.
+void GasNetwork::Assembly::add_storage(int vessel, const VesselGas& gas) {
+  const VesselGas& start = step_.gas[vessel];
+  balance_.local.push_back(network_.local(vessel, step_, gas));
+  balance_.rest[2 * vessel] = gas.amount - start.amount;
+  balance_.rest[2 * vessel + 1] = network_.vessel(vessel).keeps_temperature ? 0 : gas.heat - start.heat;
+  balance_.by_gas.emplace_back(2 * vessel, 2 * vessel, 1);
+  balance_.by_gas.emplace_back(2 * vessel + 1, 2 * vessel + 1, 1);
+}
+
+void GasNetwork::Assembly::add_derivatives(int row, double factor, int of, const ByState& by) {
+  if (of != ambient) {
+    balance_.by_gas.emplace_back(row, 2 * of, factor * by[0]);
+    balance_.by_gas.emplace_back(row, 2 * of + 1, factor * by[1]);
+    balance_.by_volume.emplace_back(row, of, factor * by[2]);
   }
-  for (const Leak& leak : step.leaks) {
+}
+
+/// The energy balance of a vessel: adds a flow of energy into it [J/s], with its derivatives.
+void GasNetwork::Assembly::add_energy(int of, double energy, const Derivatives& by) {
+  const Vessel& vessel = network_.vessel(of);
+  if (vessel.keeps_temperature) {
+    return;
+  }
+  const double middle = std::sqrt(step_.start_volume[of] * step_.volume[of]);
+  const double compression = std::pow(middle / vessel.reference_volume, vessel.gamma - 1);
+  const double factor = -step_.h * compression / network_.heat_capacity(of);
+  balance_.rest[2 * of + 1] += factor * energy;
+  for (const auto& [other, derivatives] : by) {
+    add_derivatives(2 * of + 1, factor, other, derivatives);
+  }
+  add_derivatives(2 * of + 1, factor * energy, of, {0, 0, (vessel.gamma - 1) / (2 * step_.volume[of])});
+}
+
+/// The mass balance of the vessels at both ends of a flow, and their energy balance by the enthalpy that it carries.
+/// @param amount set to what flows in the step [mol] @param enthalpy set to what it carries [J]
+void GasNetwork::Assembly::add_flow(int from, int to, const Flow& flow, double& amount, double& enthalpy) {
+  const double gamma = network_.vessel(from != ambient ? from : to).gamma;
+  const double capacity = gas_constant * gamma / (gamma - 1);  // c_p
+  amount = step_.h * flow.flow;
+  enthalpy = amount * capacity * flow.temperature;
+  for (const auto& [into, sign] : {std::pair(from, -1.0), std::pair(to, 1.0)}) {
+    if (into == ambient) {
+      continue;
+    }
+    Derivatives energy_by;
+    for (const auto& [other, flow_by, temperature_by] : {std::tuple(from, flow.by_from, flow.temperature_by_from),
+                                                         std::tuple(to, flow.by_to, flow.temperature_by_to)}) {
+      add_derivatives(2 * into, -sign * step_.h, other, flow_by);
+      ByState by{};
+      for (std::size_t k = 0; k < by.size(); ++k) {
+        by[k] = sign * capacity * (flow.temperature * flow_by[k] + flow.flow * temperature_by[k]);
+      }
+      energy_by.emplace_back(other, by);
+    }
+    balance_.rest[2 * into] -= sign * amount;
+    add_energy(into, sign * flow.flow * capacity * flow.temperature, energy_by);
+  }
+}
+
+/// The flow through an orifice, or the one that the link's options give.
+GasNetwork::Flow GasNetwork::Assembly::through_link(const Link& link) const {
+  const LinkOptions& options = link.options;
+  if (options.area) {
+    const double open = options.opens.empty() ? 1 : value_on_key_points(options.opens, step_.time);
+    const int any = link.from != ambient ? link.from : link.to;
+    const double area = *options.area * options.discharge * open;
+    const Flow flow =
+        network_.through_orifice(area, network_.vessel(any).gamma, local_of(link.from), local_of(link.to));
+    return options.one_way && flow.flow < 0 ? Flow() : flow;
+  }
+  Flow flow;
+  flow.flow = value_on_key_points(options.flow, step_.time);
+  flow.temperature = local_of(link.from).temperature;
+  flow.temperature_by_from = local_of(link.from).temperature_by;
+  if (link.from == ambient && options.temperature) {
+    flow.temperature = *options.temperature;
+  }
+  return flow;
+}
+
+void GasNetwork::Assembly::add_links() {
+  for (std::size_t l = 0; l < network_.links_.size(); ++l) {
+    const Link& link = network_.links_[l];
+    const auto row = static_cast<Eigen::Index>(l);
+    add_flow(link.from, link.to, through_link(link), balance_.flow[row], balance_.enthalpy[row]);
+  }
+}
+
+void GasNetwork::Assembly::add_leaks() {
+  for (const Leak& leak : step_.leaks) {
     Local there = local_of(leak.vessel);
     there.pressure += leak.rise;
-    const Flow flow = through_orifice(leak.area, vessel(leak.vessel).gamma, there, local_of(leak.outside));
+    const double gamma = network_.vessel(leak.vessel).gamma;
+    const Flow flow = network_.through_orifice(leak.area, gamma, there, local_of(leak.outside));
     double amount = 0;
     double enthalpy = 0;
     add_flow(leak.vessel, leak.outside, flow, amount, enthalpy);
     for (const auto& [end, sign] : {std::pair(leak.vessel, 1.0), std::pair(leak.outside, -1.0)}) {
       if (end != ambient) {
-        result.leak[end] += sign * amount;
-        result.leak_enthalpy[end] += sign * enthalpy;
+        balance_.leak[end] += sign * amount;
+        balance_.leak_enthalpy[end] += sign * enthalpy;
       }
     }
   }
-  for (int i = 0; i < count() && step.conductance.size() > 0; ++i) {
-    const Local& self = local_of(i);
-    const double conductance = step.conductance[i];
-    const double heat = conductance * (step.wall_temperature[i] - self.temperature);
-    result.wall_heat[i] = step.h * heat;
+}
+
+void GasNetwork::Assembly::add_wall_heat() {
+  for (int vessel = 0; vessel < network_.count() && step_.conductance.size() > 0; ++vessel) {
+    const Local& self = local_of(vessel);
+    const double conductance = step_.conductance[vessel];
+    const double heat = conductance * (step_.wall_temperature[vessel] - self.temperature);
+    balance_.wall_heat[vessel] = step_.h * heat;
     ByState by = self.temperature_by;
     for (double& value : by) {
       value *= -conductance;
     }
-    add_heat(i, heat, {{i, by}});
+    add_energy(vessel, heat, {{vessel, by}});
   }
-  return result;
+}
+
+GasNetwork::Balance GasNetwork::balance(const Step& step, const std::vector<VesselGas>& gas) const {
+  Assembly assembly(*this, step, gas);
+  assembly.add_links();
+  assembly.add_leaks();
+  assembly.add_wall_heat();
+  return std::move(assembly).result();
+}
+
+/// Scales of amounts and heats, by which residuals and changes are measured (2 x vessels).
+Eigen::VectorXd GasNetwork::scales(const Step& step) const {
+  Eigen::VectorXd scale(2 * count());
+  for (int i = 0; i < count(); ++i) {
+    const VesselGas& start = step.gas[i];
+    const double heat = std::max(gas_.ambient_pressure * vessel(i).reference_volume / gas_constant, start.heat);
+    scale[2 * i] = std::max(heat / gas_.ambient_temperature, start.amount);
+    scale[2 * i + 1] = heat > 0 ? heat : 1;
+  }
+  return scale;
 }
 
 GasNetwork::End GasNetwork::solve(const Step& step) const {
@@ -269,21 +355,14 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   constexpr double rounding = 1e-14;   // shares of amounts and heats: at which iterations end,
   constexpr double tolerance = 1e-9;   // and at which they have converged, where rounding allows no more
   constexpr double most_rounding = 1;  // and what rounding may leave of them where links are very wide
-  constexpr double most_lost = 0.9;    // of what a vessel has, in an iteration
   // Factor by which a whole iteration has to reduce the residual: between flows like the square root of a difference of
   // pressures, forwards and backwards, Newton's method jumps back and forth.
   constexpr double least_gain = 0.1;
-  std::vector<VesselGas> gas = step.gas;
-  Eigen::VectorXd scale(2 * count());
-  for (int i = 0; i < count(); ++i) {
-    const VesselGas& start = gas[i];
-    const double heat = std::max(gas_.ambient_pressure * vessel(i).reference_volume / gas_constant, start.heat);
-    scale[2 * i] = std::max(heat / gas_.ambient_temperature, start.amount);
-    scale[2 * i + 1] = heat > 0 ? heat : 1;
-  }
+  const Eigen::VectorXd scale = scales(step);
   const auto size = [&](const Eigen::VectorXd& values) {
     return values.cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
   };
+  std::vector<VesselGas> gas = step.gas;
   Balance balance = this->balance(step, gas);
   double moved = 0;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
@@ -303,25 +382,13 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
     if (!(moved > rounding)) {
       break;
     }
-    double share = 1;
-    for (Eigen::Index k = 0; k < descent.size(); ++k) {
-      const VesselGas& has = gas[k / 2];
-      share = std::min(share, most_lost * (k % 2 == 0 ? has.amount : has.heat) / std::max(descent[k], 1e-300));
-    }
-    const auto moved_by = [&](double part) {
-      std::vector<VesselGas> result = gas;
-      for (std::size_t v = 0; v < result.size(); ++v) {
-        result[v].amount -= part * descent[static_cast<Eigen::Index>(2 * v)];
-        result[v].heat -= part * descent[static_cast<Eigen::Index>(2 * v + 1)];
-      }
-      return result;
-    };
+    double share = largest_share(gas, descent);
     const double rest = size(balance.rest);
-    std::vector<VesselGas> next = moved_by(share);
+    std::vector<VesselGas> next = moved_by(gas, descent, share);
     Balance there = this->balance(step, next);
     while (!(size(there.rest) < (1 - least_gain * share) * rest) && share * moved > rounding) {
       share /= 2;
-      next = moved_by(share);
+      next = moved_by(gas, descent, share);
       there = this->balance(step, next);
     }
     if (!(size(there.rest) < rest)) {  // Rounding is all that is left.
@@ -330,8 +397,13 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
     gas = std::move(next);
     balance = std::move(there);
   }
+  return end_of(std::move(balance), std::move(gas), moved <= tolerance);
+}
+
+/// The end of a step at which its equations have been solved, or have not.
+GasNetwork::End GasNetwork::end_of(Balance balance, std::vector<VesselGas> gas, bool converged) const {
   End end;
-  end.converged = moved <= tolerance;
+  end.converged = converged;
   end.gas = std::move(gas);
   end.flow = std::move(balance.flow);
   end.enthalpy = std::move(balance.enthalpy);
@@ -340,7 +412,7 @@ GasNetwork::End GasNetwork::solve(const Step& step) const {
   end.wall_heat = std::move(balance.wall_heat);
   end.pressure.setConstant(count(), std::numeric_limits<double>::quiet_NaN());
   end.temperature = end.pressure;
-  for (int i = 0; i < count() && end.converged; ++i) {
+  for (int i = 0; i < count() && converged; ++i) {
     end.pressure[i] = balance.local[i].pressure;
     end.temperature[i] = balance.local[i].temperature;
   }

@@ -103,11 +103,14 @@ class GasNetwork {
   struct Local;
   struct Flow;
   struct Balance;
+  class Assembly;
 
   Local ambient_state() const;
   Flow through_orifice(double area, double gamma, const Local& from, const Local& to) const;
   Local local(int vessel, const Step& step, const VesselGas& gas) const;
   Balance balance(const Step& step, const std::vector<VesselGas>& gas) const;
+  Eigen::VectorXd scales(const Step& step) const;
+  End end_of(Balance balance, std::vector<VesselGas> gas, bool converged) const;
 
   std::vector<Vessel> vessels_;
   std::vector<Link> links_;

@@ -15,6 +15,7 @@
 #include "surface/net_strain.h"
 #include "surface/one_layer.h"
 #include "surface/shell.h"
+#include "world/gas_of_object.h"
 
 namespace pellicle {
 inline namespace world {
@@ -94,6 +95,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
       chambers_(state == nullptr ? Chambers(sheet, options.gas, options.chambers)
                                  : Chambers(sheet, options.gas, options.chambers, Eigen::Vector3d::Zero(),
                                             state->chamber, state->gas)),
+      gas_step_{state != nullptr && state->gas != nullptr ? state->gas : &chambers_.initial_exchange()},
       start_(sheet.particles, 3),
       start_velocity_(sheet.particles, 3),
       held_(pins_.pinned()) {
@@ -120,12 +122,12 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   } else {
     make_springs();
     if (chambers_.count() > 0) {
-      filled_.emplace(*springs_, chambers_, options.gas.tangent);
+      filled_.emplace(*springs_, chambers_, gas_step_, options.gas.tangent);
     }
   }
   if (chambers_.count() > 0 && !filled_) {
     end_ = Field(sheet.particles, 3);
-    pushed_.emplace(chambers_, start_, end_);
+    pushed_.emplace(chambers_, gas_step_, start_, end_);
   }
   const AblationOptions& ablation = options.ablation;
   if (ablation.strength) {
@@ -208,7 +210,7 @@ void Burn::follow(State& state) {
   state_ = &state;
   if (state.gas != nullptr) {
     chambers_.set_numbers(state.chamber);
-    chambers_.begin_step(*state.gas, 0);
+    gas_step_ = {state.gas};
   }
   if (chambers_.count() > 0) {
     chambers_.set_living(state.living);
@@ -743,7 +745,7 @@ DynamicsResult Burn::end_dynamics(State& state, const EquilibriumResult& balance
 void Burn::lift(State& state, double h) {
   Field force(sheet_.particles, 3);
   force.values().leftCols(sheet_.particles.owned) =
-      chambers_.uneven_forces(start_, gravity_of_gas(options_), state.time);
+      chambers_.uneven_forces(exchange_of(chambers_, state), start_, gravity_of_gas(options_), state.time);
   force.update_ghosts();
   if (sheet_.layers == 1) {
     for (std::size_t cell = 0; cell < sheet_.cells.size(); ++cell) {
@@ -770,15 +772,15 @@ void Burn::lift(State& state, double h) {
 void Burn::begin_gas(State& state, double h) {
   if (state.gas != nullptr) {
     *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(start_), state.time);
-    chambers_.begin_step(*state.gas, 0);
+    gas_step_ = {state.gas};
   }
   if (gas_pushes_unevenly(options_)) {
     lift(state, h);
   }
   if (state.gas != nullptr) {
-    ChamberWalls walls = chambers_.walls(start_, gravity_of_gas(options_), state.time);
-    gas_heat_.begin_step(chambers_, sheet_, start_, state, options_.heat.capacity, h, walls);
-    chambers_.begin_step(*state.gas, h, walls);
+    ChamberWalls walls = chambers_.walls(*state.gas, start_, gravity_of_gas(options_), state.time);
+    gas_heat_.begin_step(chambers_, *state.gas, sheet_, start_, state, options_.heat.capacity, h, walls);
+    gas_step_ = {state.gas, walls, h};
   }
   if (pushed_) {
     pushed_->gas().begin_step(state.time + h);
@@ -793,9 +795,9 @@ std::string Burn::end_gas(State& state) {
   const Eigen::VectorXd before = state.gas->wall_heat;
   *state.gas = filled_ ? filled_->end_gas(state.position)
                        : pushed_->gas().end_step(pushed_->number(), state.position, moving_->time_end, moving_->h);
-  chambers_.begin_step(*state.gas, 0);
+  gas_step_ = {state.gas};
   const std::string fault = gas_heat_.end_step(chambers_, state.gas->wall_heat - before, state);
-  return fault.empty() ? chambers_.imbalance(chambers_.volumes(state.position), moving_->time_end) : fault;
+  return fault.empty() ? chambers_.imbalance(*state.gas, chambers_.volumes(state.position), moving_->time_end) : fault;
 }
 
 /// From where the sheet is (eq. 13 and 15), and what bodies have felt. Collective.

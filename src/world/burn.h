@@ -192,6 +192,7 @@ class Burn : public Motion {
   std::unique_ptr<Potential> weight_;          ///< of a sheet in a step of statics, part of its balance
   std::unique_ptr<Potential> drag_;            ///< of the air on a sheet of springs, part of its balance
   Chambers chambers_;
+  GasStep gas_step_;                 ///< of their gas
   std::optional<PushedGas> pushed_;  ///< if it has chambers, and is projected
   GasHeat gas_heat_;
   std::optional<Tearing> tearing_;

@@ -222,6 +222,7 @@ BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const Objec
   read_fields(checkpoint, sheet_state(output), *state_, sheet_->persistent_id, cell_ids(*sheet_, sheet_->cells.size()));
   burn_ = std::make_unique<Burn>(*sheet_, options, output.clock, *state_);
   burn_->follow(*state_);
+  told_open_ = opened_chambers(*state_);
   ledger_ = std::make_unique<SheetLedger>(output_, options_, burn_->chambers());
   find_end();
 }
@@ -293,7 +294,7 @@ void BurnRun::divide() {
   const std::vector<std::string> lines =
       divide_chambers(burn_->chambers(), state_->pieces.of_particle, *state_, state_->chamber);
   if (!lines.empty()) {
-    state_->pressure.resize(state_->gas->parent.size());
+    state_->pressure.resize(state_->gas->chambers());
     burn_ = std::make_unique<Burn>(*sheet_, std::move(*burn_), *state_);
     note_replaced();
   }

@@ -58,7 +58,7 @@ class BurnRun : public Object {
   std::unique_ptr<Sheet> sheet_;
   std::unique_ptr<Burn> burn_;
   std::unique_ptr<State> state_;
-  Eigen::VectorXd told_open_;    ///< see newly_open
+  std::vector<bool> told_open_;  ///< chambers that have been reported, see newly_open
   std::string ended_;            ///< see Object::ended
   std::vector<Lip> lips_;        ///< see Object::fresh_lips
   BurnStep last_;                ///< results of the last step

@@ -10,8 +10,9 @@
 namespace pellicle {
 inline namespace world {
 
-void GasHeat::begin_step(const Chambers& chambers, const Surface& surface, const Field& position,
-                         const BurningFields& fields, double capacity, double h, ChamberWalls& walls) {
+void GasHeat::begin_step(const Chambers& chambers, const GasExchange& exchange, const Surface& surface,
+                         const Field& position, const BurningFields& fields, double capacity, double h,
+                         ChamberWalls& walls) {
   capacity_ = capacity;
   h_ = h;
   std::map<std::pair<PetscInt, int>, double> areas;
@@ -23,7 +24,7 @@ void GasHeat::begin_step(const Chambers& chambers, const Surface& surface, const
     const auto& corners = surface.triangles[triangle];
     const double area =
         area_vector(position.vector(corners[0]), position.vector(corners[1]), position.vector(corners[2])).norm();
-    for (const int side : {chambers.inside(wall), chambers.outside(wall)}) {
+    for (const int side : {exchange.gas_inside(wall), exchange.gas_outside(wall)}) {
       for (const PetscInt corner : corners) {
         if (side >= 0 && chambers.heat_transfer(side) > 0 && corner < surface.particles.owned &&
             fields.mass.data()[corner] > 0) {

@@ -16,8 +16,8 @@ class GasHeat {
  public:
   /// Begins a step of length h [s], and sets the heat properties of the walls for the gas. Collective.
   /// @param capacity c of the wall [J/(kg K)]
-  void begin_step(const Chambers& chambers, const Surface& surface, const Field& position, const BurningFields& fields,
-                  double capacity, double h, ChamberWalls& walls);
+  void begin_step(const Chambers& chambers, const GasExchange& exchange, const Surface& surface, const Field& position,
+                  const BurningFields& fields, double capacity, double h, ChamberWalls& walls);
   /// Takes from the particles what the gas has got, and the other way round. Collective.
   /// @param given to the gas of each chamber in the step [J]
   /// @returns in words where the two do not agree to 1e-10; empty: everywhere

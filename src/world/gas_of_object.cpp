@@ -58,9 +58,10 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
                                double time) {
   // Several chambers: volumes and amounts add up, pressures and temperatures are means by volume.
   const int several = chambers_at_first(chambers);
+  const GasExchange& exchange = exchange_of(chambers, state);
   const Eigen::VectorXd walls = chambers.volumes(state.position);
-  const Eigen::VectorXd volumes = chambers.gas_volumes(walls);
-  const std::vector<GasState> states = chambers.states(walls, time);
+  const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
+  const std::vector<GasState> states = chambers.states(exchange, walls, time);
   GasState all;
   double initial_volume = 0;
   double energy = 0;  // of the joined chambers
@@ -101,26 +102,31 @@ std::vector<double> gas_values(const Chambers& chambers, const ObjectState& stat
   return values;
 }
 
-std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told) {
-  std::vector<std::string> lines;
-  if (state.gas == nullptr) {
-    return lines;
+std::vector<bool> opened_chambers(const ObjectState& state) {
+  std::vector<bool> opened;
+  for (int chamber = 0; state.gas != nullptr && chamber < state.gas->chambers(); ++chamber) {
+    opened.push_back(state.gas->is_part(chamber) || state.gas->is_open(chamber));
   }
-  told.conservativeResizeLike(Eigen::VectorXd::Zero(chambers.count()));
-  for (int chamber = 0; chamber < chambers.count(); ++chamber) {
-    const bool is_part = chambers.inside(chamber) != chamber;
-    const double now = is_part || chambers.is_open(chamber) ? 1 : 0;
-    if (now == std::exchange(told[chamber], now)) {
+  return opened;
+}
+
+std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, std::vector<bool>& reported) {
+  std::vector<std::string> lines;
+  const std::vector<bool> opened = opened_chambers(state);
+  reported.resize(opened.size());
+  for (int chamber = 0; chamber < static_cast<int>(opened.size()); ++chamber) {
+    if (!opened[chamber] || reported[chamber]) {
       continue;
     }
     const std::string why = " at " + time_text(state.time) + ": its holes are large, and its pressure is that ";
-    if (is_part) {
+    if (state.gas->is_part(chamber)) {
       lines.push_back("chamber " + chambers.name(chamber) + " becomes a part of " +
-                      chambers.name(chambers.inside(chamber)) + why + "round it");
+                      chambers.name(state.gas->gas_inside(chamber)) + why + "round it");
     } else {
       lines.push_back("chamber " + chambers.name(chamber) + " is open for good" + why + "outside");
     }
   }
+  reported = opened;
   return lines;
 }
 

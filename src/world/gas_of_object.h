@@ -14,6 +14,11 @@ inline namespace world {
 
 // The part of the history and of the run's last lines about the gas in an object, be it a sheet or a balloon.
 
+/// What its chambers have exchanged: that of its state, or nothing where no chamber is joined to anything.
+inline const GasExchange& exchange_of(const Chambers& chambers, const ObjectState& state) {
+  return state.gas != nullptr ? *state.gas : chambers.initial_exchange();
+}
+
 /// The columns of its history.
 std::vector<History::Column> gas_columns(const Chambers& chambers);
 
@@ -22,9 +27,12 @@ std::vector<History::Column> gas_columns(const Chambers& chambers);
 /// @param time of the amounts, temperatures and pressures that are given [s]
 std::vector<double> gas_values(const Chambers& chambers, const ObjectState& state, const double* pressure, double time);
 
-/// Which chambers have opened permanently or become parts of others since the last call, a line each. @param told set
-/// to 1 for each chamber that has been reported
-std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, Eigen::VectorXd& told);
+/// Whether each chamber has opened permanently or become a part of another; empty if gas does not flow.
+std::vector<bool> opened_chambers(const ObjectState& state);
+
+/// The lines that report chambers which have opened permanently or become parts of others, one for each.
+/// @param reported of each chamber, by earlier calls; a run that goes on from a checkpoint begins with opened_chambers
+std::vector<std::string> newly_open(const Chambers& chambers, const ObjectState& state, std::vector<bool>& reported);
 
 /// Divides the chambers whose walls have come apart (Chambers::divided), in the state. Collective.
 /// @param piece of each local particle @param numbers of the chamber of each local element @returns a line for each

@@ -17,13 +17,16 @@ class PushedGas : public GasFilled {
  public:
   /// All must outlive it. @param start positions at the beginning of a step @param end at its end, and until the sheet
   /// has moved those at the beginning
-  PushedGas(const Chambers& chambers, const Field& start, const Field& end)
+  PushedGas(const Chambers& chambers, const GasStep& gas_step, const Field& start, const Field& end)
       : chambers_(chambers),
+        gas_step_(gas_step),
         start_(start),
         end_(end),
         gas_(std::make_shared<StepGas>(std::vector<StepGas::Part>{gas_part()})) {}
 
-  StepGas::Part gas_part() const override { return {"", &chambers_, &start_, &end_, GasTangent::exact, 0, {}, true}; }
+  StepGas::Part gas_part() const override {
+    return {"", &chambers_, &gas_step_, &start_, &end_, GasTangent::exact, 0, {}, true};
+  }
   void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
     gas_ = std::move(gas);
     number_ = part;
@@ -38,6 +41,7 @@ class PushedGas : public GasFilled {
 
  private:
   const Chambers& chambers_;
+  const GasStep& gas_step_;
   const Field& start_;
   const Field& end_;
   std::shared_ptr<StepGas> gas_;

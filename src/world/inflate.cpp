@@ -9,6 +9,7 @@
 #include "combustion/combustion.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
+#include "world/gas_of_object.h"
 #include "world/textures.h"
 
 namespace pellicle {
@@ -110,6 +111,7 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
                                             constraints_.planes(), constraints_.projectors())
                                  : Chambers(membrane, options.gas, options.chambers, constraints_.origin(),
                                             state->chamber, state->gas, constraints_.planes())),
+      gas_step_{state != nullptr && state->gas != nullptr ? state->gas : &chambers_.initial_exchange()},
       loads_(membrane, vertex_areas(membrane), options.attachments, options.forces,
              state == nullptr ? nullptr : state->loads),
       usual_stiffness_(usual_stiffness_of(membrane, wall_, options)),
@@ -154,8 +156,9 @@ Inflate::Inflate(const Membrane& membrane, const Options& options, StageClock& c
   }
   // It is made for the wall as it was, whatever has happened to it.
   elements_.set_burnt({}, {});
-  BalloonModel model{elements_, chambers_, constraints_,           pins_,
-                     loads_,    mass_,     options_.force.gravity, options_.gas.tangent};
+  BalloonModel model{
+      elements_,           chambers_, gas_step_, constraints_, pins_, loads_, mass_, options_.force.gravity,
+      options_.gas.tangent};
   if (bending_) {
     model.others.push_back(&*bending_);
   }
@@ -330,7 +333,7 @@ double Inflate::kinetic_energy(const Field& velocity) const {
 void Inflate::begin_gas(BalloonState& state) {
   if (state.gas != nullptr) {
     *state.gas = chambers_.recapped(*state.gas, chambers_.volumes(state.position), state.time);
-    chambers_.begin_step(*state.gas, 0);
+    gas_step_ = {state.gas};
   }
   if (lift_ != nullptr) {
     // As far as the forces are in balance at the beginning of the step, or on the way through it.
@@ -338,17 +341,18 @@ void Inflate::begin_gas(BalloonState& state) {
     if (integrator_.is_second_order()) {
       between_.values() += integrator_.share() * h_ * state.velocity.values();
     }
-    uneven_.values().leftCols(membrane_.particles.owned) =
-        chambers_.uneven_forces(between_, gravity_of_gas(options_), state.time_of_loads());
+    uneven_.values().leftCols(membrane_.particles.owned) = chambers_.uneven_forces(
+        exchange_of(chambers_, state), between_, gravity_of_gas(options_), state.time_of_loads());
   }
   if (state.gas == nullptr) {
     return;
   }
-  ChamberWalls walls = chambers_.walls(state.position, gravity_of_gas(options_), state.time_of_loads());
+  ChamberWalls walls = chambers_.walls(*state.gas, state.position, gravity_of_gas(options_), state.time_of_loads());
   if (burning_) {
-    gas_heat_.begin_step(chambers_, membrane_, state.position, *state.burning, options_.heat.capacity, h_, walls);
+    gas_heat_.begin_step(chambers_, *state.gas, membrane_, state.position, *state.burning, options_.heat.capacity, h_,
+                         walls);
   }
-  chambers_.begin_step(*state.gas, integrator_.share() * h_, walls);
+  gas_step_ = {state.gas, walls, integrator_.share() * h_};
 }
 
 /// What has come in. Collective. @returns which ledger does not close; empty: all do
@@ -358,14 +362,14 @@ std::string Inflate::end_gas(BalloonState& state) {
   }
   const Eigen::VectorXd before = state.gas->wall_heat;
   *state.gas = step_->end_gas(state.position);
-  chambers_.begin_step(*state.gas, 0);
+  gas_step_ = {state.gas};
   if (burning_) {
     const std::string fault = gas_heat_.end_step(chambers_, state.gas->wall_heat - before, *state.burning);
     if (!fault.empty()) {
       return fault;
     }
   }
-  return chambers_.imbalance(chambers_.volumes(state.position), state.time + h_);
+  return chambers_.imbalance(*state.gas, chambers_.volumes(state.position), state.time + h_);
 }
 
 /// What bodies may press on in the step to come.
@@ -388,11 +392,11 @@ void Inflate::begin_acceleration(BalloonState& state) {
   }
   state.acceleration->values().setZero();
   set_drag(state, 0);
-  chambers_.set_step_length(0);
+  gas_step_.h = 0;
   const Eigen::Matrix3Xd acceleration = step_->acceleration(state.position, start_of_step(state));
   state.acceleration->values().leftCols(acceleration.cols()) = acceleration;
   state.acceleration->update_ghosts();
-  chambers_.set_step_length(integrator_.share() * h_);
+  gas_step_.h = integrator_.share() * h_;
 }
 
 /// Velocities, and accelerations if they count, from the positions before and after the step. @returns the largest
@@ -479,7 +483,7 @@ void Inflate::follow(BalloonState& state) {
   state_ = &state;
   if (state.gas != nullptr) {
     chambers_.set_numbers(state.chamber);
-    chambers_.begin_step(*state.gas, 0);
+    gas_step_ = {state.gas};
   }
   if (burning_) {
     burning_->follow(*state.burning);
@@ -516,7 +520,8 @@ void Inflate::take_over(const BalloonState& state) {
 }
 
 void Inflate::set_pressures(BalloonState& state) const {
-  const std::vector<GasState> gas = chambers_.states(chambers_.volumes(state.position), state.time_of_loads());
+  const std::vector<GasState> gas =
+      chambers_.states(exchange_of(chambers_, state), chambers_.volumes(state.position), state.time_of_loads());
   for (int chamber = 0; chamber < chambers_.count(); ++chamber) {
     if (!chambers_.prescribes_volume(chamber)) {
       state.pressure[chamber] = gas[chamber].pressure;

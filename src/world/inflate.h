@@ -136,6 +136,7 @@ class Inflate : public Motion {
   Pins pins_;
   Constraints constraints_;
   Chambers chambers_;
+  GasStep gas_step_;  ///< of their gas
   PointLoads loads_;
   double usual_stiffness_;  ///< of contact [Pa/m]
   BodyContact bodies_;

@@ -76,6 +76,7 @@ InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const
       surface_(drawing_of(*membrane_, whole_surface(*membrane_))) {
   inflate_ = std::make_unique<Inflate>(*membrane_, options, output.clock, *state_);
   inflate_->follow(*state_);
+  told_open_ = opened_chambers(*state_);
   ledger_ = std::make_unique<BalloonLedger>(output_, *inflate_);
   find_end();
 }
@@ -149,7 +150,7 @@ void InflateRun::divide() {
   const std::vector<std::string> lines =
       divide_chambers(inflate_->chambers(), state_->burning->pieces.of_particle, *state_, state_->chamber);
   if (!lines.empty()) {
-    state_->pressure.conservativeResizeLike(Eigen::VectorXd::Zero(state_->gas->parent.size()));
+    state_->pressure.conservativeResizeLike(Eigen::VectorXd::Zero(state_->gas->chambers()));
     inflate_ = std::make_unique<Inflate>(*membrane_, std::move(*inflate_), *state_);
     note_replaced();
   }

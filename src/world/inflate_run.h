@@ -55,7 +55,7 @@ class InflateRun : public Object {
   std::unique_ptr<BalloonState> state_;
   std::unique_ptr<BalloonState> kept_;  ///< of the present wall, to be restored
   Drawing surface_;                     ///< of the last frame; where nothing burns, of all frames
-  Eigen::VectorXd told_open_;           ///< see newly_open
+  std::vector<bool> told_open_;         ///< chambers that have been reported, see newly_open
   std::string ended_;                   ///< see Object::ended
   std::vector<Lip> lips_;               ///< see Object::fresh_lips
   InflateStep last_;                    ///< results of the last step

@@ -166,7 +166,7 @@ struct SpringBalloon {
   }
 
   BalloonModel model() {
-    return {elements, chambers, constraints, pins, loads, mass, {0, 0, -9.81}, GasTangent::exact, {&springs}};
+    return {elements, chambers, gas_step, constraints, pins, loads, mass, {0, 0, -9.81}, GasTangent::exact, {&springs}};
   }
 
   static PinOptions top() {
@@ -190,6 +190,7 @@ struct SpringBalloon {
   Pins pins;
   Constraints constraints;
   Chambers chambers;
+  GasStep gas_step{&chambers.initial_exchange()};
   PointLoads loads;
   Springs springs;
   Field x, velocity;

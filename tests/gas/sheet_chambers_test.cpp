@@ -102,8 +102,9 @@ Eigen::VectorXd one(double value) { return Eigen::VectorXd::Constant(1, value); 
 
 /// The gas of the only chamber after a step in which its pressure moves its wall, see FlowingGas.
 GasState moved_state(const Chambers& chambers, double volume, double compliance) {
+  const GasStep step{&chambers.initial_exchange()};
   const FlowingGas::Walls walls =
-      FlowingGas({{"", &chambers}}).moved_walls(FlowingGas::Walls(1), {{one(volume), one(compliance)}}, 0);
+      FlowingGas({{"", &chambers, &step}}).moved_walls(FlowingGas::Walls(1), {{one(volume), one(compliance)}}, 0);
   GasState gas = chambers.state(0, walls[0][0], 0);
   if (chambers.prescribes_volume(0)) {
     gas.pressure = (walls[0][0] - volume) / compliance;

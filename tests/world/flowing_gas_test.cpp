@@ -226,7 +226,7 @@ TEST(FlowingGas, WarmGasLiftsByTheWeightOfTheAirThatItDisplaces) {
   const double density = 101325 * options.gas.molar_mass / (gas_constant * 293.15);
   const double lift = density * (1 - 293.15 / 500) * volume * 9.81;
   const Eigen::Matrix3Xd forces =
-      balloon.chain.chambers().uneven_forces(balloon.state.position, options.force.gravity, 0);
+      balloon.chain.chambers().uneven_forces(*balloon.state.gas, balloon.state.position, options.force.gravity, 0);
   Eigen::Vector3d sum = forces.rowwise().sum();
   MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   EXPECT_NEAR(sum.z(), lift, 1e-9 * lift);
@@ -295,7 +295,9 @@ TEST(FlowingGas, AJetDrivesABalloonByTheMomentumOfItsGas) {
   StaticBalloon balloon(mesh, options);
   double impulse = 0;
   for (int step = 1; step <= 100; ++step) {
-    const double area = balloon.chain.chambers().walls(balloon.state.position, Eigen::Vector3d::Zero(), 0).hole_area[0];
+    const double area = balloon.chain.chambers()
+                            .walls(*balloon.state.gas, balloon.state.position, Eigen::Vector3d::Zero(), 0)
+                            .hole_area[0];
     const double pressure = balloon.pressure();
     balloon.reach(1e-3 * step);
     impulse += 1e-3 * 2 * 0.6 * area * pressure;
@@ -370,7 +372,9 @@ TEST(FlowingGas, AHoleThatASymmetryPlaneCutsIsHalfAHole) {
   StaticBalloon half(mesh, of_half);
   EXPECT_NEAR(half.chain.chambers().initial_volume(0), whole.chain.chambers().initial_volume(0) / 2, 1e-12 * 5e-4);
   const auto hole_area = [](const StaticBalloon& balloon) {
-    return balloon.chain.chambers().walls(balloon.state.position, Eigen::Vector3d::Zero(), 0).hole_area[0];
+    return balloon.chain.chambers()
+        .walls(*balloon.state.gas, balloon.state.position, Eigen::Vector3d::Zero(), 0)
+        .hole_area[0];
   };
   EXPECT_NEAR(hole_area(half), hole_area(whole) / 2, 1e-12 * hole_area(whole));
   const auto momentum = [](const StaticBalloon& balloon) {
@@ -412,7 +416,9 @@ TEST(FlowingGas, ByGeneralizedAlphaItFlowsAsByImplicitEuler) {
     StaticBalloon balloon(mesh, options);
     const GasExchange first = *balloon.state.gas;
     const Chambers& chambers = balloon.chain.chambers();
-    const auto gas = [&] { return chambers.states(chambers.volumes(balloon.state.position), balloon.state.time)[0]; };
+    const auto gas = [&] {
+      return chambers.states(*balloon.state.gas, chambers.volumes(balloon.state.position), balloon.state.time)[0];
+    };
     const GasState before = gas();
     for (int step = 1; step <= std::lround(0.1 / h); ++step) {
       balloon.reach(h * step);

@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <utility>
+
+#include "gas/chambers.h"
+#include "parallel/collective.h"
+
+namespace pellicle {
+inline namespace gas {
+
+/// The parts of the walls of chambers that vent, by the pieces of the surface.
+struct Chambers::WallParts {
+  /// Chamber and piece.
+  using Part = std::pair<int, PetscInt>;
+
+  std::vector<Part> parts;       ///< ascending, the same on every rank
+  std::vector<int> of_triangle;  ///< number of the part of each local triangle, by its first corner; -1: none
+
+  int count() const { return static_cast<int>(parts.size()); }
+  /// Whether the wall of any chamber has more than one part.
+  bool is_cut() const {
+    const auto follows_its_like = [](const Part& a, const Part& b) { return a.first == b.first; };
+    return std::adjacent_find(parts.begin(), parts.end(), follows_its_like) != parts.end();
+  }
+};
+
+/// The parts of the walls of chambers that vent, are not open and have gas of their own. Collective.
+Chambers::WallParts Chambers::wall_parts(const std::vector<PetscInt>& piece, const GasExchange& exchange) const {
+  using Part = WallParts::Part;
+  std::vector<std::optional<Part>> part_of(surface_->triangles.size());
+  std::set<Part> own;
+  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+    const int chamber = chamber_of_triangle_[triangle];
+    const PetscInt here = piece[surface_->triangles[triangle].front()];
+    if (chamber >= 0 && vents(chamber) && !exchange.is_open(chamber) && !exchange.is_part(chamber) && here >= 0) {
+      part_of[triangle] = Part(chamber, here);
+      own.insert(*part_of[triangle]);
+    }
+  }
+  const std::vector<Part> gathered = of_all_ranks(surface_->comm(), std::vector<Part>(own.begin(), own.end()));
+  const std::set<Part> all(gathered.begin(), gathered.end());
+  WallParts walls{{all.begin(), all.end()}, std::vector<int>(part_of.size(), -1)};
+  for (std::size_t triangle = 0; triangle < part_of.size(); ++triangle) {
+    if (part_of[triangle]) {
+      const auto place = std::lower_bound(walls.parts.begin(), walls.parts.end(), *part_of[triangle]);
+      walls.of_triangle[triangle] = static_cast<int>(place - walls.parts.begin());
+    }
+  }
+  return walls;
+}
+
+/// Chambers inside those whose walls have parts, each with the part that winds round it most. Collective.
+std::vector<std::pair<int, int>> Chambers::nested_in_parts(const WallParts& walls, const GasExchange& exchange,
+                                                           const Field& positions) const {
+  std::vector<std::pair<int, int>> nested;
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    const int round = exchange.gas_outside(chamber);
+    if (exchange.is_part(chamber) || round < 0) {
+      continue;
+    }
+    const Eigen::VectorXd winding = windings(chamber, positions, walls.of_triangle, walls.count());
+    int most = -1;
+    for (int part = 0; part < walls.count(); ++part) {
+      if (walls.parts[part].first == round && (most < 0 || winding[part] > winding[most])) {
+        most = part;
+      }
+    }
+    if (most >= 0) {
+      nested.emplace_back(chamber, most);
+    }
+  }
+  return nested;
+}
+
+std::optional<Chambers::Division> Chambers::divided(const std::vector<PetscInt>& piece, const GasExchange& exchange,
+                                                    const Field& positions, double time) const {
+  const WallParts walls = wall_parts(piece, exchange);
+  if (!walls.is_cut()) {
+    return std::nullopt;
+  }
+  const Rims rims(*surface_, walls.of_triangle, origin_, planes_);
+  Eigen::VectorXd volume = volumes(positions, walls.of_triangle, rims, walls.count());  // of the gas in each part
+  const Eigen::VectorXd enclosed = volumes(positions);
+  const std::vector<std::pair<int, int>> nested = nested_in_parts(walls, exchange, positions);
+  for (const auto& [chamber, part] : nested) {
+    volume[part] -= enclosed[chamber];
+  }
+
+  Division division{chamber_of_element_, exchange, {}};
+  const std::vector<int> chamber_of_part = divide_gas(division, walls, volume, time);
+  for (const auto& [chamber, part] : nested) {
+    division.exchange.outside[chamber] = chamber_of_part[part];
+  }
+  for (std::size_t triangle = 0; triangle < walls.of_triangle.size(); ++triangle) {
+    if (const int part = walls.of_triangle[triangle]; part >= 0) {
+      division.numbers[triangle / static_cast<std::size_t>(surface_->triangles_per_element)] = chamber_of_part[part];
+    }
+  }
+  return division;
+}
+
+/// Divides the gas of each chamber among the large parts of its wall, and adds a chamber for each of them but the
+/// first.
+/// @param volume of the gas in each part [m^3] @returns the chamber of each part, -1: none
+std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls, const Eigen::VectorXd& volume,
+                                      double time) const {
+  constexpr double least_share = 0.01;  // of the volume
+  const GasExchange before = division.exchange;
+  std::vector<int> chamber_of_part(walls.parts.size(), -1);
+  std::vector<Content> contents = this->contents(before, time);
+  std::set<int> changed;
+  for (int first = 0, end = 0; first < walls.count(); first = end) {
+    const int chamber = walls.parts[first].first;
+    std::vector<int> large;
+    for (end = first; end < walls.count() && walls.parts[end].first == chamber; ++end) {
+      if (volume[end] > least_share * before.volume[chamber]) {
+        large.push_back(end);
+      }
+    }
+    chamber_of_part[large.empty() ? first : large.front()] = chamber;
+    if (large.size() < 2) {
+      continue;
+    }
+    std::vector<std::pair<int, double>> shares;
+    std::string line = "chamber " + name(chamber) + " is cut in " + std::to_string(large.size()) + " of";
+    for (const int part : large) {
+      int& number = chamber_of_part[part];
+      if (number < 0) {
+        number = division.exchange.chambers();
+        division.exchange.add_part(chamber);
+        contents.emplace_back();
+      }
+      division.exchange.volume[number] = volume[part];
+      shares.emplace_back(number, volume[part] / before.volume[chamber]);
+      changed.insert(number);
+      char text[32];
+      std::snprintf(text, sizeof text, "%s %.4g m^3", part == large.front() ? "" : ",", volume[part]);
+      line += text;
+    }
+    division.lines.push_back(line);
+    share_gas(division.exchange, contents, chamber, shares);
+    if (const int round = before.gas_outside(chamber); round >= 0) {
+      changed.insert(round);
+    }
+  }
+  for (const int number : changed) {
+    const int like = number < count() ? number : static_cast<int>(division.exchange.parent[number]);
+    fill(division.exchange, number, like, contents[number], division.exchange.volume[number]);
+  }
+  return chamber_of_part;
+}
+
+/// Gives the gas of a chamber to its parts. What no part gets has leaked. @param shares of the gas, by chamber
+void Chambers::share_gas(GasExchange& exchange, std::vector<Content>& contents, int chamber,
+                         const std::vector<std::pair<int, double>>& shares) const {
+  const Content gas = contents[chamber];
+  double left = 1;
+  for (const auto& [number, share] : shares) {
+    left -= share;
+    contents[number] = {share * gas.amount, share * gas.heat};
+  }
+  pass_out(exchange, contents, chamber, {left * gas.amount, left * gas.heat}, heat_capacity(chamber));
+}
+
+}  // namespace gas
+}  // namespace pellicle

@@ -1,0 +1,167 @@
+#include <cmath>
+#include <limits>
+
+#include "base/units.h"
+#include "gas/chamber_keys.h"
+#include "gas/chambers.h"
+#include "geometry/key_points.h"
+
+namespace pellicle {
+inline namespace gas {
+
+namespace {
+
+/// An ideal gas that is compressed without exchange: the absolute pressure is (e/V0) (V0/V)^k.
+struct PolytropicGas {
+  double energy = 0;          ///< e [J]
+  double exponent = 1;        ///< k
+  double outside = 0;         ///< absolute pressure beyond the wall [Pa]
+  double initial_volume = 0;  ///< V0 [m^3]
+};
+
+/// Sets pressures, dp/dV and the potential, which is -e ln(V/V0) or e ((V0/V)^(k-1) - 1)/(k-1) without what is outside.
+/// @param strain ln(V/V0)
+void set_pressures(GasState& state, const PolytropicGas& gas, double strain) {
+  const double compression = std::expm1((1 - gas.exponent) * strain);  // (V0/V)^(k-1) - 1
+  state.absolute_pressure = gas.energy * (1 + compression) / state.volume;
+  state.pressure = state.absolute_pressure - gas.outside;
+  state.pressure_slope = -gas.exponent * state.absolute_pressure / state.volume;
+  state.potential = (gas.exponent > 1 ? gas.energy * compression / (gas.exponent - 1) : -gas.energy * strain) +
+                    gas.outside * (state.volume - gas.initial_volume);
+}
+
+}  // namespace
+
+GasState Chambers::state(const GasExchange& exchange, int chamber, double volume, double time) const {
+  const Chamber& self = of(chamber);
+  const ChamberOptions& given = self.options;
+  GasState gas;
+  gas.volume = volume;
+  if (self.law == GasLaw::volume) {
+    return gas;
+  }
+  if (self.law == GasLaw::pressure) {
+    gas.pressure = value_on_key_points(given.pressure, time);
+    gas.absolute_pressure = gas.pressure + gas_.ambient_pressure;
+    gas.potential = -gas.pressure * volume;
+    return gas;
+  }
+
+  const bool has_opened = is_joined(chamber) && exchange.is_open(chamber);
+  const double inside = has_opened ? exchange.volume[chamber] : volume;
+  const double strain = inside > 0 ? std::log(inside / self.initial_volume) : std::numeric_limits<double>::quiet_NaN();
+  PolytropicGas law;
+  law.initial_volume = self.initial_volume;
+  if (self.law == GasLaw::relative) {
+    law.energy = value_on_key_points(given.pressure, time) * self.initial_volume;
+  } else {
+    law.outside = gas_.ambient_pressure;
+    law.exponent = self.law == GasLaw::adiabatic ? given.gamma.value_or(default_gamma) : 1;
+    const VesselGas content = vessel_gas(exchange, chamber, time);
+    gas.amount = content.amount;
+    gas.temperature = content.heat / content.amount * std::exp((1 - law.exponent) * strain);
+    law.energy = content.heat * gas_constant;
+  }
+  if (has_opened) {
+    gas.absolute_pressure = law.outside;
+  } else {
+    set_pressures(gas, law, strain);
+  }
+  return gas;
+}
+
+std::vector<GasState> Chambers::states(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
+  std::vector<GasState> states = states_against_ambient(exchange, walls, time);
+  put_across_walls(exchange, states);
+  return states;
+}
+
+std::vector<GasState> Chambers::states_against_ambient(const GasExchange& exchange, const Eigen::VectorXd& walls,
+                                                       double time) const {
+  const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
+  std::vector<GasState> states(chambers_.size());
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    if (!exchange.is_part(chamber)) {
+      states[chamber] = state(exchange, chamber, volumes[chamber], time);
+    }
+  }
+  return states;
+}
+
+void Chambers::put_across_walls(const GasExchange& exchange, std::vector<GasState>& states) {
+  std::vector<double> pressure;  // against the ambient air
+  for (const GasState& gas : states) {
+    pressure.push_back(gas.pressure);
+  }
+  for (int wall = 0; wall < exchange.chambers(); ++wall) {
+    const int outside = exchange.gas_outside(wall);
+    states[wall].pressure = pressure[exchange.gas_inside(wall)] - (outside < 0 ? 0 : pressure[outside]);
+  }
+}
+
+/// The gas of a chamber with an amount of gas, of the laws isothermal and adiabatic; of a joined one with what links
+/// and walls have brought.
+VesselGas Chambers::vessel_gas(const GasExchange& exchange, int chamber, double time) const {
+  const Chamber& self = of(chamber);
+  const double temperature = value_on_key_points(self.options.temperature, time);
+  const double given = self.unit_amount * value_on_key_points(self.options.amount, time);
+  VesselGas gas{given, given * temperature};
+  if (is_joined(chamber)) {
+    gas.amount += exchange.amount[chamber];
+    gas.heat = self.law == GasLaw::adiabatic ? gas.heat + exchange.heat[chamber] : gas.amount * temperature;
+  }
+  return gas;
+}
+
+/// The gas of a joined chamber between steps, at the volume that the exchange has.
+Chambers::Content Chambers::content(const GasExchange& exchange, int chamber, double time) const {
+  const Chamber& self = of(chamber);
+  const VesselGas gas = vessel_gas(exchange, chamber, time);
+  if (self.law == GasLaw::isothermal) {
+    return {gas.amount, gas.heat};
+  }
+  const double expansion = std::pow(exchange.volume[chamber] / self.initial_volume, 1 - self.gamma);
+  return {gas.amount, gas.heat * expansion};
+}
+
+/// The gas of all chambers between steps; nothing in chambers that are not joined.
+std::vector<Chambers::Content> Chambers::contents(const GasExchange& exchange, double time) const {
+  std::vector<Content> all(chambers_.size());
+  for (const int chamber : joined_) {
+    all[chamber] = content(exchange, chamber, time);
+  }
+  return all;
+}
+
+/// Sets what is in a chamber, or in what will be one. @param like a chamber of its law and reference volume
+void Chambers::fill(GasExchange& exchange, int number, int like, const Content& gas, double volume) const {
+  const double given = number < count() ? first_amount(number) : 0;
+  const double compression = std::pow(volume / of(like).initial_volume, of(like).gamma - 1);
+  exchange.volume[number] = volume;
+  exchange.amount[number] = gas.amount - given;
+  exchange.heat[number] = gas.heat * compression - given * value_on_key_points(of(like).options.temperature, 0);
+}
+
+/// Counts gas as leaked if it is on the other side of a chamber's wall from now on, and gives it to what is there.
+void Chambers::pass_out(GasExchange& exchange, std::vector<Content>& contents, int chamber, const Content& gas,
+                        double heat_capacity) {
+  const auto add_leak = [&](int of, double sign) {
+    exchange.leak_amount[of] += sign * gas.amount;
+    exchange.leak_enthalpy[of] += sign * heat_capacity * gas.heat;
+  };
+  add_leak(chamber, 1);
+  if (const int round = exchange.gas_outside(chamber); round >= 0) {
+    add_leak(round, -1);
+    contents[round].amount += gas.amount;
+    contents[round].heat += gas.heat;
+  }
+}
+
+double Chambers::prescribed_volume(int chamber, double time) const {
+  const Chamber& self = of(chamber);
+  return self.options.volume.empty() ? self.initial_volume * value_on_key_points(self.options.volume_ratio, time)
+                                     : value_on_key_points(self.options.volume, time);
+}
+
+}  // namespace gas
+}  // namespace pellicle

@@ -1,0 +1,285 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <utility>
+
+#include "base/units.h"
+#include "gas/chambers.h"
+#include "geometry/key_points.h"
+
+namespace pellicle {
+inline namespace gas {
+
+GasNetwork::Step Chambers::network_step(const GasStep& start, const Eigen::VectorXd& walls, double time) const {
+  const GasExchange& exchange = *start.exchange;
+  const Vessels vessels = this->vessels(exchange);
+  const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
+  GasNetwork::Step step;
+  step.time = time;
+  step.h = start.h;
+  step.volume = volumes(vessels.chambers);
+  step.start_volume = (exchange.volume.array() > 0).select(exchange.volume, volumes)(vessels.chambers);
+  step.temperature.resize(step.volume.size());
+  for (const int chamber : vessels.chambers) {
+    step.temperature[static_cast<Eigen::Index>(step.gas.size())] =
+        value_on_key_points(of(chamber).options.temperature, time);
+    step.gas.push_back(vessel_gas(exchange, chamber, time));
+  }
+  for (GasNetwork::Leak leak : start.walls.leaks) {
+    leak.vessel = vessels.number(leak.vessel);
+    leak.outside = vessels.number(leak.outside);
+    step.leaks.push_back(leak);
+  }
+  if (start.walls.conductance.size() > 0) {
+    step.conductance = start.walls.conductance(vessels.chambers);
+    step.wall_temperature = start.walls.temperature(vessels.chambers);
+  }
+  constexpr double wide = 1;  // [m^2]
+  for (std::size_t vessel = 0; vessel < vessels.chambers.size(); ++vessel) {
+    const int chamber = vessels.chambers[vessel];
+    if (exchange.is_open(chamber)) {
+      step.volume[static_cast<Eigen::Index>(vessel)] = exchange.volume[chamber];
+      step.leaks.push_back({static_cast<int>(vessel), wide, 0});
+    }
+  }
+  return step;
+}
+
+GasExchange Chambers::first_exchange(const Eigen::VectorXd& walls) const {
+  GasExchange exchange(count(), static_cast<int>(links_.size()));
+  exchange.outside = initial_exchange_.outside;
+  exchange.volume = initial_exchange_.gas_volumes(walls);
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    exchange.reference_volume[chamber] = of(chamber).initial_volume;
+    exchange.first_energy[chamber] = energy(chamber, state(chamber, exchange.volume[chamber], 0));
+  }
+  return exchange;
+}
+
+/// Absolute, beyond the wall of a joined chamber at the end of a step [Pa].
+double Chambers::pressure_round(const GasExchange& exchange, const Vessels& vessels, int chamber,
+                                const GasNetwork::End& end) const {
+  const int vessel = vessels.number(exchange.gas_outside(chamber));
+  return vessel < 0 ? gas_.ambient_pressure : end.pressure[vessel];
+}
+
+GasExchange Chambers::end_step(const GasStep& start, const Eigen::VectorXd& walls, const Eigen::VectorXd& caps,
+                               const GasNetwork::Step& step, const GasNetwork::End& end) const {
+  constexpr double rounding = 1e-10;  // of volumes: changes less than that give no mean pressure
+  const GasExchange& before = *start.exchange;
+  const Vessels vessels = this->vessels(before);
+  GasExchange exchange = before;
+  const Eigen::VectorXd volumes = before.gas_volumes(walls);
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    exchange.volume[chamber] = before.is_open(chamber) ? before.volume[chamber] : volumes[chamber];
+  }
+  Eigen::VectorXd energy = end.wall_heat - end.leak_enthalpy;  // into each vessel [J]
+  add_link_flows(exchange, energy, vessels, end);
+  for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
+    const auto vessel = static_cast<Eigen::Index>(v);
+    const int chamber = vessels.chambers[v];
+    exchange.amount[chamber] -= end.leak[vessel];
+    exchange.leak_amount[chamber] += end.leak[vessel];
+    exchange.leak_enthalpy[chamber] += end.leak_enthalpy[vessel];
+    exchange.wall_heat[chamber] += end.wall_heat[vessel];
+    const double from = before.volume[chamber];
+    const double to = exchange.volume[chamber];
+    const double end_heat = end.gas[v].amount * end.temperature[vessel];
+    const EnergyBalance balance = energy_balance(chamber, from, to, step.gas[v].heat, end_heat, energy[vessel]);
+    exchange.heat[chamber] += balance.heat;
+    // A cap that moves pushes away the gas beyond it, against the pressure there. This is no work on the wall.
+    const double mean = std::abs(to - from) > rounding * from ? balance.work / (to - from) : end.pressure[vessel];
+    const double beyond = (mean - pressure_round(before, vessels, chamber, end)) * caps[chamber];
+    exchange.work[chamber] += balance.work - beyond;
+    exchange.leak_enthalpy[chamber] += beyond;
+  }
+  open_chambers(exchange, start, vessels, step.time, end);
+  return exchange;
+}
+
+/// The mass balance of the links: adds what has flown through them to amounts, and the enthalpy that it carried to the
+/// energy into each vessel [J].
+void Chambers::add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
+                              const GasNetwork::End& end) const {
+  for (std::size_t l = 0; l < links_.size(); ++l) {
+    const auto row = static_cast<Eigen::Index>(l);
+    exchange.link_amount[row] += end.flow[row];
+    exchange.link_enthalpy[row] += end.enthalpy[row];
+    for (const auto& [chamber, sign] : {std::pair(links_[l].from, -1.0), std::pair(links_[l].to, 1.0)}) {
+      if (chamber >= 0) {
+        exchange.amount[exchange.gas_inside(chamber)] += sign * end.flow[row];
+        energy[vessels.number(chamber)] += sign * end.enthalpy[row];
+      }
+    }
+  }
+}
+
+/// The energy balance of a joined chamber in a step, see GasNetwork.
+/// @param from V at the beginning @param to V at the end [m^3] @param heat of the gas at the beginning, see VesselGas
+/// @param end_heat n T at the end [mol K] @param energy that came in [J]
+Chambers::EnergyBalance Chambers::energy_balance(int chamber, double from, double to, double heat, double end_heat,
+                                                 double energy) const {
+  const Chamber& self = of(chamber);
+  if (self.law == GasLaw::isothermal) {
+    return {0, (heat + end_heat) / 2 * gas_constant * std::log(to / from)};
+  }
+  const double capacity = heat_capacity(chamber);
+  const auto colder = [&self](double volume) { return std::pow(volume / self.initial_volume, 1 - self.gamma); };
+  const double middle = colder(std::sqrt(from * to));
+  const double more = energy / (capacity * middle);
+  return {more, capacity * (heat * (colder(from) - middle) + (heat + more) * (middle - colder(to)))};
+}
+
+/// Opens chambers whose holes are large for good; one inside another becomes a part of it.
+void Chambers::open_chambers(GasExchange& exchange, const GasStep& start, const Vessels& vessels, double time,
+                             const GasNetwork::End& end) const {
+  constexpr double large_hole = 0.1;  // share of what is left of the wall
+  constexpr double level = 1e-5;      // share of the ambient pressure
+  const GasExchange& before = *start.exchange;
+  for (std::size_t v = 0; v < vessels.chambers.size(); ++v) {
+    const int chamber = vessels.chambers[v];
+    const double there = pressure_round(before, vessels, chamber, end);
+    const bool is_level = std::abs(end.pressure[static_cast<Eigen::Index>(v)] - there) <= level * gas_.ambient_pressure;
+    const double limit = (is_level ? large_hole : 1) * start.walls.area[chamber];
+    if (!vents(chamber) || !(start.walls.hole_area[chamber] > limit)) {
+      continue;
+    }
+    if (before.gas_outside(chamber) < 0) {
+      exchange.open[chamber] = 1;
+    } else {
+      become_part(exchange, chamber, time);
+    }
+  }
+}
+
+/// Gives a chamber's gas to the chamber round it.
+void Chambers::become_part(GasExchange& exchange, int chamber, double time) const {
+  const int round = exchange.gas_outside(chamber);
+  const Content own = content(exchange, chamber, time);
+  const Content other = content(exchange, round, time);
+  const double volume = exchange.volume[chamber] + exchange.volume[round];
+  fill(exchange, round, round, {own.amount + other.amount, own.heat + other.heat}, volume);
+  fill(exchange, chamber, chamber, {}, 0);
+  std::replace(exchange.inside.begin(), exchange.inside.end(), PetscInt(chamber), PetscInt(round));
+}
+
+GasExchange Chambers::recapped(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
+  const Eigen::VectorXd volumes = exchange.gas_volumes(walls);
+  std::vector<int> order = exchange.from_within();
+  order.erase(std::remove_if(order.begin(), order.end(), [this](int chamber) { return !is_joined(chamber); }),
+              order.end());
+  // By how much each wall encloses more than at the end of the last step, from within outwards.
+  Eigen::VectorXd more = volumes - exchange.volume;
+  for (const int chamber : order) {
+    if (const int round = exchange.gas_outside(chamber); round >= 0) {
+      more[round] += more[chamber];
+    }
+  }
+  GasExchange result = exchange;
+  if ((more(order).array() == 0).all()) {
+    return result;
+  }
+  std::vector<Content> contents = this->contents(exchange, time);
+  std::vector<bool> is_changed(chambers_.size());
+  for (const int chamber : order) {
+    const double before = exchange.volume[chamber];
+    const double share = -more[chamber] / before;  // that is outside now
+    if (!vents(chamber) || exchange.is_open(chamber) || share == 0 || !(before > 0 && volumes[chamber] > 0)) {
+      continue;
+    }
+    Content& gas = contents[chamber];
+    const Content moved{share * gas.amount, share * gas.heat};
+    gas.amount -= moved.amount;
+    gas.heat -= moved.heat;
+    pass_out(result, contents, chamber, moved, heat_capacity(chamber));
+    is_changed[chamber] = true;
+    if (const int round = exchange.gas_outside(chamber); round >= 0) {
+      is_changed[round] = true;
+    } else {  // The air comes where the gas was, or goes from there, as in end_step.
+      const double by_air = gas_.ambient_pressure * more[chamber];
+      result.work[chamber] += by_air;
+      result.leak_enthalpy[chamber] -= by_air;
+    }
+  }
+  for (const int chamber : order) {
+    if (is_changed[chamber]) {
+      const double volume = exchange.is_open(chamber) ? exchange.volume[chamber] : volumes[chamber];
+      fill(result, chamber, chamber, contents[chamber], volume);
+    }
+  }
+  return result;
+}
+
+/// Of each chamber the first of those with which it is checked: what has been cut off it, and what it is a part of.
+std::vector<int> Chambers::balanced_together(const GasExchange& exchange) const {
+  std::vector<int> first(chambers_.size());
+  std::iota(first.begin(), first.end(), 0);
+  const auto unite = [&](int a, int b) {
+    const auto [low, high] = std::minmax(first[a], first[b]);
+    std::replace(first.begin(), first.end(), int(high), int(low));
+  };
+  for (int chamber = 0; chamber < count(); ++chamber) {
+    unite(chamber, exchange.gas_inside(chamber));
+    if (of(chamber).parent >= 0) {
+      unite(chamber, of(chamber).parent);
+    }
+  }
+  return first;
+}
+
+/// Residuals of the balances of amount and energy, of the first chamber of each that are balanced together.
+Chambers::Residuals Chambers::balance_residuals(const GasExchange& exchange, const std::vector<int>& first,
+                                                const std::vector<GasState>& gas) const {
+  Residuals residuals{Eigen::MatrixXd::Zero(2, count()), Eigen::MatrixXd::Zero(2, count())};
+  const auto add = [&](int row, int chamber, double value) {
+    residuals.sum(row, first[chamber]) += value;
+    residuals.scale(row, first[chamber]) += std::abs(value);
+  };
+  for (const int chamber : joined_) {
+    add(0, chamber, first_amount(chamber) + exchange.amount[chamber]);
+    add(0, chamber, exchange.leak_amount[chamber] - first_amount(chamber));
+    add(1, chamber, energy(chamber, gas[chamber]));
+    for (const double less : {exchange.first_energy[chamber], exchange.wall_heat[chamber], -exchange.work[chamber],
+                              -exchange.leak_enthalpy[chamber]}) {
+      add(1, chamber, -less);
+    }
+  }
+  for (std::size_t l = 0; l < links_.size(); ++l) {
+    for (const auto& [end, sign] : {std::pair(links_[l].from, 1.0), std::pair(links_[l].to, -1.0)}) {
+      if (end >= 0) {
+        add(0, end, sign * exchange.link_amount[static_cast<Eigen::Index>(l)]);
+        add(1, end, sign * exchange.link_enthalpy[static_cast<Eigen::Index>(l)]);
+      }
+    }
+  }
+  return residuals;
+}
+
+std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::VectorXd& walls, double time) const {
+  constexpr double tolerance = 1e-10;
+  const std::vector<int> first = balanced_together(exchange);
+  const Residuals residuals = balance_residuals(exchange, first, states(exchange, walls, time));
+  std::vector<bool> keeps_temperature(chambers_.size());
+  for (const int chamber : joined_) {
+    if (of(chamber).law == GasLaw::isothermal) {
+      keeps_temperature[first[chamber]] = true;
+    }
+  }
+  for (const int chamber : joined_) {
+    for (const int row : {0, 1}) {
+      const double most = tolerance * residuals.scale(row, chamber);
+      if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(residuals.sum(row, chamber)) <= most)) {
+        char text[160];
+        std::snprintf(text, sizeof text, "the ledger of the %s in chamber %s is off by %.2g %s, expected at most %.2g",
+                      row == 0 ? "amount" : "energy", name(chamber).c_str(), residuals.sum(row, chamber),
+                      row == 0 ? "mol" : "J", most);
+        return text;
+      }
+    }
+  }
+  return "";
+}
+
+}  // namespace gas
+}  // namespace pellicle

@@ -1,0 +1,81 @@
+#include "gas/gas_exchange.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace pellicle {
+inline namespace gas {
+
+GasExchange::GasExchange(int chambers, int links)
+    : amount(Eigen::VectorXd::Zero(chambers)),
+      heat(Eigen::VectorXd::Zero(chambers)),
+      open(chambers, 0),
+      leak_amount(Eigen::VectorXd::Zero(chambers)),
+      leak_enthalpy(Eigen::VectorXd::Zero(chambers)),
+      wall_heat(Eigen::VectorXd::Zero(chambers)),
+      work(Eigen::VectorXd::Zero(chambers)),
+      link_amount(Eigen::VectorXd::Zero(links)),
+      link_enthalpy(Eigen::VectorXd::Zero(links)),
+      first_energy(Eigen::VectorXd::Zero(chambers)),
+      volume(Eigen::VectorXd::Zero(chambers)),
+      inside(chambers),
+      outside(chambers, -1),
+      parent(chambers, -1),
+      reference_volume(Eigen::VectorXd::Zero(chambers)) {
+  std::iota(inside.begin(), inside.end(), 0);
+}
+
+Eigen::VectorXd GasExchange::gas_volumes(const Eigen::VectorXd& walls) const {
+  Eigen::VectorXd volumes = Eigen::VectorXd::Zero(chambers());
+  for (int wall = 0; wall < chambers(); ++wall) {
+    volumes[gas_inside(wall)] += walls[wall];
+    if (const int round = gas_outside(wall); round >= 0) {
+      volumes[round] -= walls[wall];
+    }
+  }
+  return volumes;
+}
+
+std::vector<int> GasExchange::from_within() const {
+  std::vector<int> order;
+  for (int chamber = 0; chamber < chambers(); ++chamber) {
+    if (!is_part(chamber)) {
+      order.push_back(chamber);
+    }
+  }
+  const auto depth = [this](int chamber) {
+    int levels = 0;
+    for (int round = gas_outside(chamber); round >= 0; round = gas_outside(round)) {
+      ++levels;
+    }
+    return levels;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return depth(a) > depth(b); });
+  return order;
+}
+
+Eigen::VectorXd GasExchange::last_volumes() const {
+  Eigen::VectorXd walls = volume;
+  for (const int chamber : from_within()) {
+    if (gas_outside(chamber) >= 0) {
+      walls[gas_outside(chamber)] += walls[chamber];
+    }
+  }
+  return walls;
+}
+
+void GasExchange::add_part(int chamber) {
+  const int part = chambers();
+  for (Eigen::VectorXd* values :
+       {&amount, &heat, &leak_amount, &leak_enthalpy, &wall_heat, &work, &first_energy, &volume}) {
+    values->conservativeResizeLike(Eigen::VectorXd::Zero(part + 1));
+  }
+  open.push_back(0);
+  inside.push_back(part);
+  outside.push_back(outside[chamber]);
+  parent.push_back(chamber);
+  reference_volume.conservativeResizeLike(Eigen::VectorXd::Constant(part + 1, reference_volume[chamber]));
+}
+
+}  // namespace gas
+}  // namespace pellicle

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gas/gas_options.h"
+#include "surface/surface.h"
+
+namespace pellicle {
+inline namespace gas {
+
+/// The chamber of each piece of a surface, and the names and options of the chambers in their order.
+struct NamedPieces {
+  std::vector<int> chamber_of_piece;  ///< -1: none
+  std::vector<std::pair<std::string, const ChamberOptions*>> chambers;
+};
+
+/// The name of a chamber that stands for several pieces. @param piece from 1 on
+std::string name_of_piece(const std::string& name, int piece);
+
+/// Assigns the pieces of a surface to chambers by the vertices that the options name; a chamber without a vertex gets
+/// the remaining pieces. Collective. @throws Error on vertices that the mesh lacks and pieces in two chambers
+NamedPieces name_pieces(const Surface& surface, const std::map<std::string, ChamberOptions>& options);
+
+}  // namespace gas
+}  // namespace pellicle
