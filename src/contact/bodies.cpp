@@ -262,8 +262,8 @@ struct Inside {
 /// One line on what lies in a body; empty: nothing does. Collective.
 /// @param inside what this rank has found @param all how many there are on all ranks @param what "vertices"
 std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt all, const std::string& what) {
-  MPI_Allreduce(MPI_IN_PLACE, &inside.count, 1, MPIU_INT, MPI_SUM, comm);
-  MPI_Allreduce(MPI_IN_PLACE, &inside.deepest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  inside.count = sum_over_ranks(comm, inside.count);
+  inside.deepest = max_over_ranks(comm, inside.deepest);
   if (inside.count == 0) {
     return "";
   }

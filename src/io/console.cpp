@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/stage_clock.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace io {
@@ -107,9 +108,8 @@ void Console::stage_table(const std::vector<std::pair<std::string, const StageCl
       stages.push_back(std::move(stage));
     }
   }
-  double total = clocks.front().second->elapsed();
-  MPI_Allreduce(MPI_IN_PLACE, seconds.data(), static_cast<int>(seconds.size()), MPI_DOUBLE, MPI_MAX, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_MAX, comm_);
+  max_over_ranks(comm_, seconds);
+  const double total = max_over_ranks(comm_, clocks.front().second->elapsed());
 
   std::size_t width = 5;
   double rest = total;

@@ -316,8 +316,8 @@ void Tangent::hold(Curvature curvature) {
 }
 
 double Tangent::mean_of_diagonal(double own_sum) const {
-  MPI_Allreduce(MPI_IN_PLACE, &own_sum, 1, MPI_DOUBLE, MPI_SUM, vertices_.comm);
-  return own_sum > 0 ? own_sum / static_cast<double>(3 * vertices_.global) : 1;
+  const double sum = sum_over_ranks(vertices_.comm, own_sum);
+  return sum > 0 ? sum / static_cast<double>(3 * vertices_.global) : 1;
 }
 
 void Tangent::assemble(Curvature curvature) {
