@@ -1,8 +1,9 @@
 #include "surface/net_strain.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "base/units.h"
@@ -92,9 +93,7 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
 }
 
 std::string words_of(double strain, const Eigen::Vector3d& place) {
-  char text[120];
-  std::snprintf(text, sizeof text, "%.3g %% at (%.4g, %.4g, %.4g) m", 100 * strain, place[0], place[1], place[2]);
-  return text;
+  return fmt::format("{:.3g} % at ({:.4g}, {:.4g}, {:.4g}) m", 100 * strain, place[0], place[1], place[2]);
 }
 
 std::string beyond_limit(const NetStrain& strain, double limit) {
