@@ -291,6 +291,8 @@ void Tangent::update(const Field& x, Curvature curvature) {
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
   if (pattern_state_ > 0) {
+    // A preconditioner makes its own pattern anew only if this count has grown. No public function raises the count for
+    // every type of matrix: MatZeroRows does for baij and aij, and sbaij has none.
     Mat(matrix_)->nonzerostate = pattern_state_;
   }
 }
