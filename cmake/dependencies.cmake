@@ -4,6 +4,7 @@ find_dependency(MPI COMPONENTS C CXX)
 find_dependency(PkgConfig)
 find_dependency(Eigen3 3.4 NO_MODULE)
 find_dependency(yaml-cpp)
+find_dependency(fmt)
 find_dependency(VTK 9.1 COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc FiltersCore IOXML
                 IOGeometry IOPLY IOLegacy IOImage ParallelCore ParallelMPI FiltersVerdict)
 find_dependency(PNG)

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "geometry/marching_triangle.h"
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "parallel/route.h"
 
@@ -197,8 +198,7 @@ double largest_drawn(const Surface& surface, const Living& living, const std::ve
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
-  return largest;
+  return max_over_ranks(surface.comm(), largest);
 }
 
 DrawnSurface whole_surface(const Surface& surface) {

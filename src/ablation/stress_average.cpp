@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "surface/drawn_places.h"
 
 namespace pellicle {
@@ -84,7 +85,7 @@ StressAverage::StressAverage(const Surface& surface, double length, const std::s
   for (PetscInt i = 0; i < surface.particles.owned; ++i) {
     least_length_ = std::max(least_length_, own_length.data()[i]);
   }
-  MPI_Allreduce(MPI_IN_PLACE, &least_length_, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
+  least_length_ = max_over_ranks(surface.comm(), least_length_);
 }
 
 std::vector<double> StressAverage::of(const std::vector<double>& tension, const Living& living) {

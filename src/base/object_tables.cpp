@@ -12,17 +12,12 @@ std::vector<ObjectTable> ObjectTables::of(const std::string& object) const {
   return result;
 }
 
-std::pair<std::string, std::string> ObjectTables::split_name(const std::string& name) const { return split(name, '_'); }
-
-std::pair<std::string, std::string> ObjectTables::split_key(const std::string& key) const { return split(key, '.'); }
-
-std::pair<std::string, std::string> ObjectTables::split(const std::string& text, char separator) const {
-  const std::string all = std::string("objects") + separator;
-  std::pair<std::string, std::string> found{"", text};
+std::pair<std::string, std::string> ObjectTables::split_name(const std::string& name) const {
+  std::pair<std::string, std::string> found{"", name};
   for (const ObjectTable& one : tables_) {
-    const std::string start = all + one.name + separator;
-    if (one.name.size() > found.first.size() && text.compare(0, start.size(), start) == 0) {
-      found = {one.name, text.substr(start.size())};
+    const std::string start = object_prefix(one.name);
+    if (one.name.size() > found.first.size() && name.compare(0, start.size(), start) == 0) {
+      found = {one.name, name.substr(start.size())};
     }
   }
   return found;

@@ -35,12 +35,8 @@ class ObjectTables {
   /// The object that a name on the command line (without the dash) is for, and the rest of the name:
   /// "objects_cloth_heat_capacity" gives "cloth" and "heat_capacity". If there is no such object: "" and the name.
   std::pair<std::string, std::string> split_name(const std::string& name) const;
-  /// The same for a key: "objects.cloth.heat.capacity".
-  std::pair<std::string, std::string> split_key(const std::string& key) const;
 
  private:
-  std::pair<std::string, std::string> split(const std::string& text, char separator) const;
-
   std::vector<ObjectTable> tables_;
 };
 

@@ -1,9 +1,10 @@
 #include "base/units.h"
 
+#include <fmt/format.h>
+
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <optional>
@@ -235,13 +236,13 @@ std::string example_of(const std::string& unit) {
 }
 
 std::string number_text(double value) {
-  char text[32];
+  std::string text;
   // At least the digits before the point, or 100 would be 1e+02.
   const double magnitude = std::abs(value);
   const int before_point = magnitude >= 1 && magnitude < 1e9 ? static_cast<int>(std::log10(magnitude)) + 1 : 1;
   for (int digits = before_point; digits <= 17; ++digits) {
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    if (std::strtod(text, nullptr) == value) {
+    text = fmt::format("{:.{}g}", value, digits);
+    if (std::strtod(text.c_str(), nullptr) == value) {
       break;
     }
   }

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace constraints {
@@ -34,8 +35,7 @@ double nearest_distance(const Surface& points, const Plane& plane) {
       nearest = std::min(nearest, plane.distance(points.rest.col(i)));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &nearest, 1, MPI_DOUBLE, MPI_MIN, points.comm());
-  return nearest;
+  return min_over_ranks(points.comm(), nearest);
 }
 
 /// The part of a unit vector at right angles to orthonormal axes, normalised; nothing if the vector lies in their span.

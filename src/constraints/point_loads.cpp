@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "geometry/key_points.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace constraints {
@@ -72,8 +73,8 @@ std::vector<double> PointLoads::shares(std::size_t load) const {
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i] = chosen_[loads_ * i + load] ? areas_[i] : 0;
   }
-  double total = std::accumulate(result.begin(), result.begin() + points_->particles.owned, 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, points_->comm());
+  const double total =
+      sum_over_ranks(points_->comm(), std::accumulate(result.begin(), result.begin() + points_->particles.owned, 0.0));
   for (double& share : result) {
     share /= total;
   }

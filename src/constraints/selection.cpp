@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 #include "surface/groups.h"
 
@@ -64,8 +65,7 @@ class Selection {
         ++found;
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, points_.comm());
-    if (found == 0) {
+    if (sum_over_ranks(points_.comm(), found) == 0) {
       throw Error(key_ + "." + selector + ": selects no particle, expected at least one");
     }
   }
@@ -119,8 +119,8 @@ Eigen::AlignedBox3d bounding_box(const Surface& points, const std::vector<bool>&
       box.extend(points.rest.col(i));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, box.min().data(), 3, MPI_DOUBLE, MPI_MIN, points.comm());
-  MPI_Allreduce(MPI_IN_PLACE, box.max().data(), 3, MPI_DOUBLE, MPI_MAX, points.comm());
+  min_over_ranks(points.comm(), box.min());
+  max_over_ranks(points.comm(), box.max());
   return box;
 }
 

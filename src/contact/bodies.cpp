@@ -1,7 +1,8 @@
 #include "contact/bodies.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -227,10 +228,8 @@ std::vector<Body> make_bodies(MPI_Comm comm, const std::map<std::string, BodyOpt
 std::string entered_too_deep(const std::vector<Body>& bodies, const std::vector<BodyLoad>& loads, double tolerance) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     if (loads[b].gap < -tolerance) {
-      char text[200];
-      std::snprintf(text, sizeof text, " is entered by %.2e m, expected at most %.2e m, a tenth of contact.thickness",
-                    -loads[b].gap, tolerance);
-      return "bodies." + bodies[b].name + text;
+      return fmt::format("bodies.{} is entered by {:.2e} m, expected at most {:.2e} m, a tenth of contact.thickness",
+                         bodies[b].name, -loads[b].gap, tolerance);
     }
   }
   return "";
@@ -262,15 +261,14 @@ struct Inside {
 /// One line on what lies in a body; empty: nothing does. Collective.
 /// @param inside what this rank has found @param all how many there are on all ranks @param what "vertices"
 std::string words_of(MPI_Comm comm, const Body& body, Inside inside, PetscInt all, const std::string& what) {
-  MPI_Allreduce(MPI_IN_PLACE, &inside.count, 1, MPIU_INT, MPI_SUM, comm);
-  MPI_Allreduce(MPI_IN_PLACE, &inside.deepest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  inside.count = sum_over_ranks(comm, inside.count);
+  inside.deepest = max_over_ranks(comm, inside.deepest);
   if (inside.count == 0) {
     return "";
   }
-  char text[100];
-  std::snprintf(text, sizeof text, " lie inside it where the step starts, the deepest by %.3g m, expected none",
-                inside.deepest);
-  return "bodies." + body.name + ": " + std::to_string(inside.count) + " of " + std::to_string(all) + " " + what + text;
+  return fmt::format(
+      "bodies.{}: {} of {} {} lie inside it where the step starts, the deepest by {:.3g} m, expected none", body.name,
+      inside.count, all, what, inside.deepest);
 }
 
 }  // namespace

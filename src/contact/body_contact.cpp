@@ -468,9 +468,8 @@ std::vector<BodyLoad> BodyContact::loads(const Field& x) const {
                               [&](std::size_t b, std::size_t, const auto&, const DeepestPoint& deepest) {
                                 gaps[b] = std::min(gaps[b], deepest.gap.distance - bodies()[b].margin);
                               });
-  const auto count = static_cast<int>(bodies().size());
-  MPI_Allreduce(MPI_IN_PLACE, forces.data(), 3 * count, MPI_DOUBLE, MPI_SUM, surface_.comm());
-  MPI_Allreduce(MPI_IN_PLACE, gaps.data(), count, MPI_DOUBLE, MPI_MIN, surface_.comm());
+  sum_over_ranks(surface_.comm(), forces);
+  min_over_ranks(surface_.comm(), gaps);
   std::vector<BodyLoad> result;
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     result.push_back({Eigen::Map<const Eigen::Vector3d>(forces.data() + 3 * b), gaps[b]});
@@ -519,7 +518,7 @@ void BodyContact::rebound(const Field& x, const Field& before, const std::vector
   }
   changes.visit(change);
   velocity.update_ghosts();
-  MPI_Allreduce(MPI_IN_PLACE, forces.data(), static_cast<int>(forces.size()), MPI_DOUBLE, MPI_SUM, surface_.comm());
+  sum_over_ranks(surface_.comm(), forces);
   for (std::size_t b = 0; b < bodies().size(); ++b) {
     loads[b].force += Eigen::Map<const Eigen::Vector3d>(forces.data() + 3 * b);
   }

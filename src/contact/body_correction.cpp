@@ -261,8 +261,8 @@ std::vector<BodyLoad> BodyCorrection::loads(const Field& positions, const Contac
     }
   }
   for (BodyLoad& load : loads) {
-    MPI_Allreduce(MPI_IN_PLACE, load.force.data(), 3, MPI_DOUBLE, MPI_SUM, step.particles.comm);
-    MPI_Allreduce(MPI_IN_PLACE, &load.gap, 1, MPI_DOUBLE, MPI_MIN, step.particles.comm);
+    sum_over_ranks(step.particles.comm, load.force);
+    load.gap = min_over_ranks(step.particles.comm, load.gap);
   }
   return loads;
 }

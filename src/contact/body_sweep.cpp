@@ -299,7 +299,7 @@ bool BodySweep::shorten(const Field* from, Field& to, bool at_surface, StepLimit
         for (PetscInt i = 0; i < owned && !shares.empty(); ++i) {
           least = std::min(least, shares[i]);
         }
-        MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+        least = min_over_ranks(surface_.comm(), least);
       }
       bool changes = false;
       for (PetscInt i = 0; i < owned && (least < 1 || !shares.empty()); ++i) {

@@ -40,7 +40,6 @@ class ContactMesh {
 
   /// The surface's particles, and as further ghosts those of other ranks' triangles.
   const Layout& reach() const { return reach_; }
-  bool reaches_further() const { return reaches_further_; }
   /// Number in `reach()` of a particle by its global one, or -1.
   PetscInt find(PetscInt global) const { return numbers_.find(global); }
   const std::vector<std::array<PetscInt, 3>>& triangles() const { return triangles_; }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "parallel/collective.h"
+
 namespace pellicle {
 inline namespace contact {
 
@@ -70,7 +72,7 @@ double mean_side(const Surface& surface) {
       sums[1] += 1;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, surface.comm());
+  sums = sum_over_ranks(surface.comm(), sums);
   return sums[0] / std::max(1.0, sums[1]);
 }
 

@@ -1,5 +1,7 @@
 #include "contact/crossings.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
@@ -225,10 +227,8 @@ std::string crossing_words(const Crossings& crossings, const std::vector<std::st
     words += words.empty() ? std::to_string(crossings.touching) + " pairs of triangles touch"
                            : " and " + std::to_string(crossings.touching) + " touch";
   }
-  char text[200];
-  std::snprintf(text, sizeof text, ", first of elements %s and %s at (%.4g, %.4g, %.4g) m", element(0).c_str(),
-                element(1).c_str(), crossings.place[0], crossings.place[1], crossings.place[2]);
-  return words + text;
+  return words + fmt::format(", first of elements {} and {} at ({:.4g}, {:.4g}, {:.4g}) m", element(0), element(1),
+                             crossings.place[0], crossings.place[1], crossings.place[2]);
 }
 
 }  // namespace contact

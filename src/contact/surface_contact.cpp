@@ -87,7 +87,7 @@ bool SurfaceContact::counts(const ContactPair& pair) const {
 Eigen::Vector3d SurfaceContact::mean_step(const Field& start, const Field& x) const {
   const PetscInt owned = surface_.particles().owned;
   Eigen::Vector3d sum = (x.values() - start.values()).leftCols(owned).rowwise().sum();
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, surface_.comm());
+  sum_over_ranks(surface_.comm(), sum);
   return sum / static_cast<double>(surface_.particles().global);
 }
 
@@ -329,7 +329,7 @@ bool SurfaceContact::limit(const Field& x, StepLimit how, Eigen::Ref<Eigen::Matr
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &share, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+  share = min_over_ranks(surface_.comm(), share);
   if (share == 1) {
     return false;
   }
@@ -672,12 +672,12 @@ ContactFigures SurfaceContact::figures(const Field& x) const {
       figures.energy += contact.pair->barrier.value(contact.gap);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &figures.energy, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
-  MPI_Allreduce(MPI_IN_PLACE, &figures.contacts, 1, MPIU_INT, MPI_SUM, surface_.comm());
-  MPI_Allreduce(&smallest, &figures.smallest_gap, 1, MPI_DOUBLE, MPI_MIN, surface_.comm());
+  figures.energy = sum_over_ranks(surface_.comm(), figures.energy);
+  figures.contacts = sum_over_ranks(surface_.comm(), figures.contacts);
+  figures.smallest_gap = min_over_ranks(surface_.comm(), smallest);
   figures.searches = searches_;
   figures.room_used = std::min(std::max(room_used_, room_used(x)), 1.0);
-  MPI_Allreduce(MPI_IN_PLACE, &figures.room_used, 1, MPI_DOUBLE, MPI_MAX, surface_.comm());
+  figures.room_used = max_over_ranks(surface_.comm(), figures.room_used);
   return figures;
 }
 

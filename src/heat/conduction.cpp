@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "solvers/ksp.h"
 #include "solvers/shell_operations.h"
 
@@ -161,7 +162,7 @@ double Conduction::limit_of_remainder(const Field& temperature) const {
                  std::max(largest[2], diagonal_[i] / graph_.capacity[i])};
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, surface_.comm());
+  largest = max_over_ranks(surface_.comm(), largest);
   const double range = std::max(0.0, largest[0] + largest[1]);
   const double highest = std::max({0.0, largest[0], largest[1]});
   const double rounding = 4 * std::numeric_limits<double>::epsilon();
@@ -198,7 +199,7 @@ StageResult Conduction::advance(Field& temperature, const ConductionInput& input
     multiply(increments, product_.data());
     remainder_ = (remainder_ - product_).cwiseQuotient(graph_.capacity);
     largest = owned > 0 ? remainder_.cwiseAbs().maxCoeff() : 0;
-    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, surface_.comm());
+    largest = max_over_ranks(surface_.comm(), largest);
     const bool is_done = largest <= limit;
     if (is_done) {
       before = after + (increment + remainder_);

@@ -1,29 +1,21 @@
 #include "io/console.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
 
 #include "base/stage_clock.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace io {
 
 namespace {
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char text[256];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 bool is_first_rank(MPI_Comm comm) {
   int rank = 0;
@@ -40,7 +32,7 @@ bool stdout_is_terminal() {
     return isatty(STDOUT_FILENO) != 0;
   }
   // The parent is mpirun itself where rank 0 runs beside it; elsewhere it is a daemon without a terminal.
-  std::FILE* output = std::fopen(formatted("/proc/%d/fd/1", static_cast<int>(getppid())).c_str(), "a");
+  std::FILE* output = std::fopen(fmt::format("/proc/{}/fd/1", getppid()).c_str(), "a");
   const bool terminal = output != nullptr && isatty(fileno(output)) != 0;
   if (output != nullptr) {
     std::fclose(output);
@@ -48,20 +40,20 @@ bool stdout_is_terminal() {
   return terminal;
 }
 
-std::string time_text(double seconds) { return formatted("%.6g s", seconds); }
+std::string time_text(double seconds) { return fmt::format("{:.6g} s", seconds); }
 
 std::string duration_text(double seconds) {
   if (seconds < 9.95) {
-    return formatted("%.2g s", seconds);
+    return fmt::format("{:.2g} s", seconds);
   }
   const long whole = std::lround(seconds);
   if (whole < 60) {
-    return formatted("%ld s", whole);
+    return fmt::format("{} s", whole);
   }
   if (whole < 3600) {
-    return formatted("%ld min %02ld s", whole / 60, whole % 60);
+    return fmt::format("{} min {:02} s", whole / 60, whole % 60);
   }
-  return formatted("%ld h %02ld min", whole / 3600, whole % 3600 / 60);
+  return fmt::format("{} h {:02} min", whole / 3600, whole % 3600 / 60);
 }
 
 Console::Console(MPI_Comm comm, int monitor, std::ostream& stream, bool terminal, double longest_silence)
@@ -93,8 +85,8 @@ void Console::progress(const Progress& progress) {
   }
   const double elapsed = MPI_Wtime() - start_;
   const std::string left = progress.share > 0 ? duration_text(elapsed * (1 - progress.share) / progress.share) : "?";
-  tell(formatted("step %6d  time %-10.5g s %5.1f %%  left %-12s  iterations %5d  %s", progress.step, progress.time,
-                 100 * progress.share, left.c_str(), progress.iterations, progress.figures.c_str()));
+  tell(fmt::format("step {:6}  time {:<10.5g} s {:>5.1f} %  left {:<12}  iterations {:5}  {}", progress.step,
+                   progress.time, 100 * progress.share, left, progress.iterations, progress.figures));
 }
 
 void Console::stage_table(const std::vector<std::pair<std::string, const StageClock*>>& clocks) {
@@ -107,9 +99,8 @@ void Console::stage_table(const std::vector<std::pair<std::string, const StageCl
       stages.push_back(std::move(stage));
     }
   }
-  double total = clocks.front().second->elapsed();
-  MPI_Allreduce(MPI_IN_PLACE, seconds.data(), static_cast<int>(seconds.size()), MPI_DOUBLE, MPI_MAX, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_MAX, comm_);
+  max_over_ranks(comm_, seconds);
+  const double total = max_over_ranks(comm_, clocks.front().second->elapsed());
 
   std::size_t width = 5;
   double rest = total;
@@ -118,10 +109,10 @@ void Console::stage_table(const std::vector<std::pair<std::string, const StageCl
     rest -= seconds[i];
   }
   const auto row = [&](const std::string& name, const std::string& calls, double spent) {
-    say(formatted("%-*s %8s %10.3f %6.1f %%", static_cast<int>(width), name.c_str(), calls.c_str(), spent,
-                  total > 0 ? 100 * spent / total : 0.0));
+    say(fmt::format("{:<{}} {:>8} {:>10.3f} {:>6.1f} %", name, width, calls, spent,
+                    total > 0 ? 100 * spent / total : 0.0));
   };
-  say(formatted("%-*s %8s %10s %8s", static_cast<int>(width), "stage", "calls", "seconds", "share"));
+  say(fmt::format("{:<{}} {:>8} {:>10} {:>8}", "stage", width, "calls", "seconds", "share"));
   for (std::size_t i = 0; i < seconds.size(); ++i) {
     row(stages[i].name, std::to_string(stages[i].calls), seconds[i]);
   }

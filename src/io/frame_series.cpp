@@ -1,5 +1,6 @@
 #include "io/frame_series.h"
 
+#include <fmt/format.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkErrorCode.h>
@@ -126,9 +127,7 @@ FrameSeries::FrameSeries(OutputFolder& folder, std::string name, std::vector<Fra
 
 std::string FrameSeries::stem(const Entry& entry) const {
   const std::string& part = parts_[entry.part].name;
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "_%06d", entry.number);
-  return name_ + (part.empty() ? "" : "_" + part) + digits;
+  return name_ + (part.empty() ? "" : "_" + part) + fmt::format("_{:06}", entry.number);
 }
 
 void FrameSeries::reserve() const {
@@ -226,11 +225,10 @@ void FrameSeries::write_list() {
       if (!fs::exists(folder_.path(file), ignored)) {
         continue;  // removed by hand since
       }
-      char number[32];
-      std::snprintf(number, sizeof number, "%.17g", entry.time);
       const std::string& part = parts_[entry.part].name;
-      text += "    <DataSet timestep=\"" + std::string(number) + "\" part=\"" + std::to_string(entry.part) + "\"" +
-              (part.empty() ? "" : " name=\"" + part + "\"") + " file=\"" + file + "\"/>\n";
+      const std::string name = part.empty() ? "" : " name=\"" + part + "\"";
+      text += fmt::format("    <DataSet timestep=\"{:.17g}\" part=\"{}\"{} file=\"{}\"/>\n", entry.time, entry.part,
+                          name, file);
     }
     folder_.write(name_ + ".pvd", text + "  </Collection>\n</VTKFile>\n");
   });

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "io/solid_drawing.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace io {
@@ -127,8 +128,8 @@ void FrameWriter::write(std::size_t object, const Frame& frame) {
 
 void FrameWriter::write_body(std::size_t body, const Solid& solid, double time) {
   Eigen::AlignedBox3d bounds = bounds_;
-  MPI_Allreduce(MPI_IN_PLACE, bounds.min().data(), 3, MPI_DOUBLE, MPI_MIN, folder_.comm());
-  MPI_Allreduce(MPI_IN_PLACE, bounds.max().data(), 3, MPI_DOUBLE, MPI_MAX, folder_.comm());
+  min_over_ranks(folder_.comm(), bounds.min());
+  max_over_ranks(folder_.comm(), bounds.max());
   int rank = 0;
   MPI_Comm_rank(folder_.comm(), &rank);
   // A plane is drawn in the same size from frame to frame, while the size of what moves stays within a factor of 2.

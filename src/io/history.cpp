@@ -1,10 +1,10 @@
 #include "io/history.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -112,13 +112,7 @@ void History::add(const std::vector<double>& values) {
       throw Error(name_ + ": " + columns_[odd - values.begin()].name + " is " + number_text(*odd) +
                   ", expected a finite number: some option is beyond what can be computed with");
     }
-    std::string line;
-    for (const double value : values) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.17g", value);
-      line += (line.empty() ? "" : ",") + std::string(text);
-    }
-    file_.append(line + "\n");
+    file_.append(fmt::format("{:.17g}\n", fmt::join(values, ",")));
     require_present();
   });
 }

@@ -2,12 +2,99 @@
 
 #include <mpi.h>
 
+#include <Eigen/Core>
+#include <array>
 #include <numeric>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace pellicle {
 inline namespace parallel {
+
+/// MPI's name for a type of numbers. PetscInt is one of the integers, depending on how PETSc was configured.
+template <class Number>
+MPI_Datatype mpi_type() {
+  if constexpr (std::is_same_v<Number, double>) {
+    return MPI_DOUBLE;
+  } else if constexpr (std::is_same_v<Number, int>) {
+    return MPI_INT;
+  } else if constexpr (std::is_same_v<Number, long>) {
+    return MPI_LONG;
+  } else {
+    static_assert(std::is_same_v<Number, long long>);
+    return MPI_LONG_LONG;
+  }
+}
+
+/// Replaces each value by the reduction of the values at its place on all ranks. Collective.
+template <class Number>
+void reduce_over_ranks(MPI_Comm comm, Number* values, std::size_t count, MPI_Op operation) {
+  MPI_Allreduce(MPI_IN_PLACE, values, static_cast<int>(count), mpi_type<Number>(), operation, comm);
+}
+
+/// The sum of a number, or of each number of an array, over all ranks. Collective.
+template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number>>>
+[[nodiscard]] Number sum_over_ranks(MPI_Comm comm, Number value) {
+  reduce_over_ranks(comm, &value, 1, MPI_SUM);
+  return value;
+}
+template <class Number, std::size_t count>
+[[nodiscard]] std::array<Number, count> sum_over_ranks(MPI_Comm comm, std::array<Number, count> values) {
+  reduce_over_ranks(comm, values.data(), count, MPI_SUM);
+  return values;
+}
+/// The same in place. Every rank passes as many values as the others.
+template <class Number>
+void sum_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
+  reduce_over_ranks(comm, values.data(), values.size(), MPI_SUM);
+}
+template <class Derived>
+void sum_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
+  reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_SUM);
+}
+
+/// The largest value of a number, or of each number of an array, over all ranks. Collective.
+template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number>>>
+[[nodiscard]] Number max_over_ranks(MPI_Comm comm, Number value) {
+  reduce_over_ranks(comm, &value, 1, MPI_MAX);
+  return value;
+}
+template <class Number, std::size_t count>
+[[nodiscard]] std::array<Number, count> max_over_ranks(MPI_Comm comm, std::array<Number, count> values) {
+  reduce_over_ranks(comm, values.data(), count, MPI_MAX);
+  return values;
+}
+/// The same in place. Every rank passes as many values as the others.
+template <class Number>
+void max_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
+  reduce_over_ranks(comm, values.data(), values.size(), MPI_MAX);
+}
+template <class Derived>
+void max_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
+  reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_MAX);
+}
+
+/// The smallest value of a number, or of each number of an array, over all ranks. Collective.
+template <class Number, class = std::enable_if_t<std::is_arithmetic_v<Number>>>
+[[nodiscard]] Number min_over_ranks(MPI_Comm comm, Number value) {
+  reduce_over_ranks(comm, &value, 1, MPI_MIN);
+  return value;
+}
+template <class Number, std::size_t count>
+[[nodiscard]] std::array<Number, count> min_over_ranks(MPI_Comm comm, std::array<Number, count> values) {
+  reduce_over_ranks(comm, values.data(), count, MPI_MIN);
+  return values;
+}
+/// The same in place. Every rank passes as many values as the others.
+template <class Number>
+void min_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
+  reduce_over_ranks(comm, values.data(), values.size(), MPI_MIN);
+}
+template <class Derived>
+void min_over_ranks(MPI_Comm comm, Eigen::PlainObjectBase<Derived>& values) {
+  reduce_over_ranks(comm, values.data(), static_cast<std::size_t>(values.size()), MPI_MIN);
+}
 
 /// How the ranks share an amount.
 struct RankShares {
@@ -19,10 +106,9 @@ struct RankShares {
 inline RankShares shares_of_ranks(MPI_Comm comm, double own) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
-  double largest = own;
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm);
-  MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return {own, own > 0 ? largest * ranks / own : 1};
+  const double largest = max_over_ranks(comm, own);
+  const double sum = sum_over_ranks(comm, own);
+  return {sum, sum > 0 ? largest * ranks / sum : 1};
 }
 
 /// Whether something is so on any rank. Collective.

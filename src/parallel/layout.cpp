@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 
 namespace pellicle {
@@ -42,7 +43,7 @@ Layout number_owned(MPI_Comm comm, PetscInt owned) {
   layout.owned = owned;
   MPI_Scan(&owned, &layout.first, 1, MPIU_INT, MPI_SUM, comm);
   layout.first -= owned;
-  MPI_Allreduce(&owned, &layout.global, 1, MPIU_INT, MPI_SUM, comm);
+  layout.global = sum_over_ranks(comm, owned);
   return layout;
 }
 

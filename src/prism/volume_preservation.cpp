@@ -6,6 +6,7 @@
 
 #include "base/options.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "surface/membrane_geometry.h"
 
 namespace pellicle {
@@ -15,10 +16,6 @@ namespace {
 
 /// Smallest share of its thickness that an element keeps in one correction.
 constexpr double least_part = 0.1;
-
-void sum_over_ranks(MPI_Comm comm, std::vector<double>& values) {
-  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm);
-}
 
 }  // namespace
 

@@ -177,8 +177,7 @@ std::vector<bool> select(const Membrane& membrane, const std::string& key, const
         ++found;
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, membrane.comm());
-    if (found == 0) {
+    if (sum_over_ranks(membrane.comm(), found) == 0) {
       throw Error(key + selector + ": selects no element of the mesh, expected at least one");
     }
   };

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "solvers/ksp.h"
 #include "solvers/shell_operations.h"
 
@@ -104,8 +105,8 @@ void Gram::update(const Eigen::Matrix3Xd& gradient, const std::vector<double>& i
     largest_entry = std::max(largest_entry, entry);
     largest_square = std::max(largest_square, square);
   }
-  std::array<double, 2> maxima{largest_entry, largest_square};
-  MPI_Allreduce(MPI_IN_PLACE, maxima.data(), 2, MPI_DOUBLE, MPI_MAX, springs_.layout.comm);
+  const std::array<double, 2> maxima =
+      max_over_ranks(springs_.layout.comm, std::array<double, 2>{largest_entry, largest_square});
   const double largest = maxima[0] > 0 ? maxima[0] : 1;
   const double shifted_by = shift * (shift_inverse_mass ? 2 * *shift_inverse_mass * maxima[1] : largest);
   constexpr double negligible = 1e-14;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "surface/incidence.h"
 
 namespace pellicle {
@@ -33,8 +34,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
       most[i] = std::max(most[i], incidence[static_cast<PetscInt>(i)].size());
     }
   }
-  PetscInt largest = most.empty() ? 0 : *std::max_element(most.begin(), most.end());
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_INT, MPI_MAX, sheet.comm());
+  const PetscInt largest = max_over_ranks(sheet.comm(), most.empty() ? 0 : *std::max_element(most.begin(), most.end()));
   if (largest <= most_neighbours) {
     return;
   }
@@ -42,7 +42,7 @@ void require_shift_at_irregular_vertices(const Sheet& sheet, const ProjectOption
   for (std::size_t i = 0; i < most.size(); ++i) {
     vertex = most[i] == largest ? std::min(vertex, sheet.persistent_id[i]) : vertex;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &vertex, 1, MPIU_INT, MPI_MIN, sheet.comm());
+  vertex = min_over_ranks(sheet.comm(), vertex);
   throw Error("project.shift: " + number_text(options.shift) + ", expected at least " + number_text(least_shift) +
               " as vertex " + std::to_string(vertex) + " has " + std::to_string(largest) +
               " neighbours by springs of one colour: beyond six the projection diverges without it");

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "solvers/ksp.h"
 #include "solvers/shell_operations.h"
 
@@ -50,7 +51,7 @@ void JointGram::update(const std::array<const Eigen::Matrix3Xd*, 4>& gradient, c
       diagonal_[row] = (inverse_mass[a] + inverse_mass[b]) * square;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  largest = max_over_ranks(sheet_.comm(), largest);
   const double scale = largest > 0 ? 2 * shift_inverse_mass * largest : 1;
   for (std::size_t k = 0; k < diagonal_.size(); ++k) {
     shift_[k] = diagonal_[k] > 0 ? shift * scale : scale;

@@ -279,11 +279,6 @@ JoinedLines::JoinedLines(const SpringSet& set, LineFamily family, bool keeps_ent
   values_.resize(is_joined() ? static_cast<std::size_t>(matrices_.size()) : largest);
 }
 
-void JoinedLines::sum_over_ranks(std::vector<double>& of_separators) const {
-  MPI_Allreduce(MPI_IN_PLACE, of_separators.data(), static_cast<int>(of_separators.size()), MPI_DOUBLE, MPI_SUM,
-                set_.layout.comm);
-}
-
 void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matrix3Xd& gradient,
                          const std::vector<double>& inverse_mass) {
   matrices_.update(diagonal, gradient, inverse_mass);
@@ -318,7 +313,7 @@ void JoinedLines::update(const std::vector<double>& diagonal, const Eigen::Matri
   for (const std::size_t unknown : unknowns_) {
     matrices_.set_to_identity(unknown);
   }
-  sum_over_ranks(separators_);
+  sum_over_ranks(set_.layout.comm, separators_);
   double inverse = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const double entry = separators_[k];
@@ -347,7 +342,7 @@ void JoinedLines::solve_separators(double* values) {
     right_[end.number] -= coupling_[k] * (end.end == 0 ? by_spike_[matrices_.spike_of(end.line)]
                                                        : values[last] * matrices_.inverse_pivot(last));
   }
-  sum_over_ranks(right_);
+  sum_over_ranks(set_.layout.comm, right_);
   const double* inverse_pivot = separators_.data();
   const double* factor = separators_.data() + right_.size();
   for (std::size_t k = 1; k < right_.size(); ++k) {

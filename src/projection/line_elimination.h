@@ -148,7 +148,6 @@ class JoinedLines {
   /// that needs spikes, leaves its factors in `by_spike_`. Collective.
   /// @param values L^-1 b; at this rank's separators b before and x afterwards
   void solve_separators(double* values);
-  void sum_over_ranks(std::vector<double>& of_separators) const;
 
   const SpringSet& set_;
   LineMatrices matrices_;

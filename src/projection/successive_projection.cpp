@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/units.h"
+#include "parallel/collective.h"
 #include "projection/irregular_vertices.h"
 #include "surface/net_strain.h"
 
@@ -13,11 +14,6 @@ namespace pellicle {
 inline namespace projection {
 
 namespace {
-
-double global_sum(MPI_Comm comm, double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return value;
-}
 
 // Inverse masses are relative to the mean one; at the edge of a sheet corners have half of the others' mass.
 constexpr double inverse_mass_at_edges = 2;
@@ -52,7 +48,7 @@ ProjectionError constraint_errors(const Sheet& sheet, const Field& x,
     }
     error.colour[index] = squared_error(sheet.of(colour), x.data(), target_length[index], living.springs[index]);
   }
-  MPI_Allreduce(MPI_IN_PLACE, error.colour.data(), 4, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  error.colour = sum_over_ranks(sheet.comm(), error.colour);
   error.total = std::sqrt(std::accumulate(error.colour.begin(), error.colour.end(), 0.0));
   for (double& value : error.colour) {
     value = std::sqrt(value);
@@ -142,7 +138,7 @@ void SuccessiveProjection::set_inverse_masses(const ProjectionInput& input) {
     const auto end = input.mass.begin() + sheet_.particles.owned;
     std::array<double, 2> sums{std::accumulate(input.mass.begin(), end, 0.0),
                                static_cast<double>(sheet_.particles.owned - std::count(input.mass.begin(), end, 0.0))};
-    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+    sums = sum_over_ranks(sheet_.comm(), sums);
     const double mean = sums[0] / sums[1];
     std::transform(input.mass.begin(), input.mass.end(), gram_inverse_mass_.begin(),
                    [mean](double mass) { return mass > 0 ? mean / mass : 0; });
@@ -171,7 +167,7 @@ double SuccessiveProjection::length_norm(const Living& living) const {
       }
     }
   }
-  return std::sqrt(global_sum(sheet_.comm(), sum));
+  return std::sqrt(sum_over_ranks(sheet_.comm(), sum));
 }
 
 StageResult SuccessiveProjection::project(Field& x, Colour colour, const ProjectionInput& input) {

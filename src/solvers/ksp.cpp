@@ -1,7 +1,8 @@
 #include "solvers/ksp.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -526,10 +527,7 @@ std::string fault_of_solution(Mat matrix, Mat preconditioning, Vec right_hand_si
   if (left <= allowed + rounding) {
     return "";
   }
-  char text[100];
-  std::snprintf(text, sizeof text, "it leaves %.1e of the right-hand side, more than %.1e", left / wanted,
-                allowed / wanted);
-  return text;
+  return fmt::format("it leaves {:.1e} of the right-hand side, more than {:.1e}", left / wanted, allowed / wanted);
 }
 
 LinearResult solve(KSP ksp, Vec right_hand_side, Vec solution, const LinearNeed* need) {

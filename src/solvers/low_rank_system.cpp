@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "solvers/shell_operations.h"
 
 namespace pellicle {
@@ -46,8 +47,7 @@ void LowRankSystem::make_basis() {
   }
   const Eigen::MatrixXd columns = low_rank_.columns(held_);
   Eigen::MatrixXd products = columns.transpose() * columns;
-  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
-                PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
+  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), products);
   held_products_.compute(products);
   basis_.setZero(rows_, columns.cols());
   if (held_products_.info() == Eigen::Success) {
@@ -85,8 +85,7 @@ Eigen::VectorXd LowRankSystem::project(Vec x) const {
   check(VecGetArray(x, &values));
   Eigen::Map<Eigen::VectorXd> own(values, rows_);
   Eigen::VectorXd components = basis_.transpose() * own;
-  MPI_Allreduce(MPI_IN_PLACE, components.data(), static_cast<int>(components.size()), MPI_DOUBLE, MPI_SUM,
-                PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
+  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), components);
   own.noalias() -= basis_ * components;
   check(VecRestoreArray(x, &values));
   return components;
@@ -164,8 +163,7 @@ Eigen::MatrixXd LowRankSystem::column_products(const std::vector<Vec>& vectors) 
         low_rank_.transposed_times(Eigen::Map<const Eigen::VectorXd>(values, rows_));
     check(VecRestoreArrayRead(vectors[column], &values));
   }
-  MPI_Allreduce(MPI_IN_PLACE, products.data(), static_cast<int>(products.size()), MPI_DOUBLE, MPI_SUM,
-                PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)));
+  sum_over_ranks(PetscObjectComm(reinterpret_cast<PetscObject>(sparse_)), products);
   return products;
 }
 

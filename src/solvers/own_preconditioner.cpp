@@ -1,7 +1,5 @@
 #include "solvers/own_preconditioner.h"
 
-#include <petsc/private/pcimpl.h>  // as PETSc's own types: a registered one has no public constructor
-
 #include <set>
 
 #include "base/error.h"
@@ -32,10 +30,13 @@ const OwnPreconditioner* offered_by(Mat matrix, const std::string& type) {
 }
 
 const OwnPreconditioner& preconditioner_of(PC pc) {
-  const std::string type = reinterpret_cast<PetscObject>(pc)->type_name;
-  const OwnPreconditioner* offered = pc->pmat != nullptr ? offered_by(pc->pmat, type) : nullptr;
+  PCType type = nullptr;
+  Mat matrix = nullptr;
+  check(PCGetType(pc, &type));
+  check(PCGetOperators(pc, nullptr, &matrix));
+  const OwnPreconditioner* offered = offered_by(matrix, type);
   if (offered == nullptr) {
-    throw Error("the matrix has no preconditioner " + type);
+    throw Error("the matrix has no preconditioner " + std::string(type));
   }
   return *offered;
 }
@@ -43,7 +44,8 @@ const OwnPreconditioner& preconditioner_of(PC pc) {
 PetscErrorCode set_up(PC pc) {
   return as_petsc_callback([&] {
     const OwnPreconditioner& offered = preconditioner_of(pc);
-    pc->data = const_cast<OwnPreconditioner*>(&offered);
+    check(PCSetApplicationContext(pc, const_cast<OwnPreconditioner*>(&offered)));
+    check(PCShellSetName(pc, offered.words.c_str()));
     if (offered.update) {
       offered.update();
     }
@@ -51,20 +53,26 @@ PetscErrorCode set_up(PC pc) {
 }
 
 PetscErrorCode apply(PC pc, Vec in, Vec out) {
-  return as_petsc_callback([&] { static_cast<const OwnPreconditioner*>(pc->data)->apply(in, out); });
+  return as_petsc_callback([&] {
+    void* offered = nullptr;
+    check(PCGetApplicationContext(pc, &offered));
+    static_cast<const OwnPreconditioner*>(offered)->apply(in, out);
+  });
 }
 
-PetscErrorCode view(PC pc, PetscViewer viewer) {
-  return as_petsc_callback(
-      [&] { check(PetscViewerASCIIPrintf(viewer, "  %s\n", preconditioner_of(pc).words.c_str())); });
-}
-
+/// Makes a preconditioner of a type of ours: a shell under the type's name, so that the name stays what the options
+/// say.
 PetscErrorCode create(PC pc) {
-  pc->ops->setup = set_up;
-  pc->ops->apply = apply;
-  pc->ops->applytranspose = apply;
-  pc->ops->view = view;
-  return 0;
+  return as_petsc_callback([&] {
+    PCType given = nullptr;
+    check(PCGetType(pc, &given));
+    const std::string type = given;  // PCSetType frees the name.
+    check(PCSetType(pc, PCSHELL));
+    check(PCShellSetSetUp(pc, set_up));
+    check(PCShellSetApply(pc, apply));
+    check(PCShellSetApplyTranspose(pc, apply));
+    check(PetscObjectChangeTypeName(reinterpret_cast<PetscObject>(pc), type.c_str()));
+  });
 }
 
 }  // namespace

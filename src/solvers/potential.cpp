@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "parallel/collective.h"
+
 namespace pellicle {
 inline namespace solvers {
 
@@ -22,8 +24,7 @@ void limit_step(MPI_Comm comm, const std::vector<Potential*>& potentials, const 
   if (!shorten(StepLimit::each_vertex)) {
     return;
   }
-  double slope = step.cwiseProduct(gradient).sum();
-  MPI_Allreduce(MPI_IN_PLACE, &slope, 1, MPI_DOUBLE, MPI_SUM, comm);
+  const double slope = sum_over_ranks(comm, step.cwiseProduct(gradient).sum());
   if (!(slope < 0)) {
     step = whole;
     shorten(StepLimit::all_alike);

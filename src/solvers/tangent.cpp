@@ -291,6 +291,8 @@ void Tangent::update(const Field& x, Curvature curvature) {
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
   if (pattern_state_ > 0) {
+    // A preconditioner makes its own pattern anew only if this count has grown. No public function raises the count for
+    // every type of matrix: MatZeroRows does for baij and aij, and sbaij has none.
     Mat(matrix_)->nonzerostate = pattern_state_;
   }
 }
@@ -316,8 +318,8 @@ void Tangent::hold(Curvature curvature) {
 }
 
 double Tangent::mean_of_diagonal(double own_sum) const {
-  MPI_Allreduce(MPI_IN_PLACE, &own_sum, 1, MPI_DOUBLE, MPI_SUM, vertices_.comm);
-  return own_sum > 0 ? own_sum / static_cast<double>(3 * vertices_.global) : 1;
+  const double sum = sum_over_ranks(vertices_.comm, own_sum);
+  return sum > 0 ? sum / static_cast<double>(3 * vertices_.global) : 1;
 }
 
 void Tangent::assemble(Curvature curvature) {

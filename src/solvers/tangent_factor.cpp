@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/principal_axes.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace solvers {
@@ -173,9 +174,7 @@ std::optional<int> TangentFactor::renew() {
   if (on_any_rank(comm, !interface_factor_->renew())) {
     return std::nullopt;
   }
-  int negative = inner_factor_->negative();
-  MPI_Allreduce(MPI_IN_PLACE, &negative, 1, MPI_INT, MPI_SUM, comm);
-  negative += interface_factor_->negative();
+  int negative = sum_over_ranks(comm, inner_factor_->negative()) + interface_factor_->negative();
 
   const auto is_held = [this](int column) {
     return std::find(system_.held().begin(), system_.held().end(), column) != system_.held().end();

@@ -168,10 +168,9 @@ void Hdf5File::require_room(long long bytes) {
 void Hdf5File::write_bytes(const std::string& name, long long type, const void* rows, long long own_rows, int columns,
                            std::size_t number_size) {
   long long first = 0;
-  long long all = 0;
   MPI_Exscan(&own_rows, &first, 1, MPI_LONG_LONG, MPI_SUM, comm_);
   first = rank_ == 0 ? 0 : first;
-  MPI_Allreduce(&own_rows, &all, 1, MPI_LONG_LONG, MPI_SUM, comm_);
+  const long long all = sum_over_ranks(comm_, own_rows);
   require_room(all * columns * static_cast<long long>(number_size));
   const std::array<hsize_t, 2> size{static_cast<hsize_t>(all), static_cast<hsize_t>(columns)};
   const Id space(H5Screate_simple(2, size.data(), nullptr), H5Sclose);

@@ -16,8 +16,7 @@ namespace {
 std::vector<int> ranks_of(MPI_Comm comm, const std::vector<PetscInt>& ids) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
-  PetscInt end = ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1;
-  MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPIU_INT, MPI_MAX, comm);
+  const PetscInt end = max_over_ranks(comm, ids.empty() ? 0 : *std::max_element(ids.begin(), ids.end()) + 1);
   std::vector<int> result;
   for (const PetscInt id : ids) {
     result.push_back(static_cast<int>(static_cast<long long>(id) * ranks / end));

@@ -535,7 +535,7 @@ std::vector<int> Distribution::find_pieces(std::vector<bool>& is_closed) const {
       open[piece[side / sides]] = 1;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, open.data(), static_cast<int>(open.size()), MPI_INT, MPI_MAX, comm_);
+  max_over_ranks(comm_, open);
   for (const int is_open : open) {
     is_closed.push_back(is_open == 0);
   }
@@ -591,8 +591,7 @@ PartitionQuality Distribution::quality() const {
   for (PetscInt side = 0; side < count * owned; ++side) {
     cut += opposite_[side] >= count * owned ? 1 : 0;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &cut, 1, MPIU_INT, MPI_SUM, comm_);
-  return {cut / 2, shares_of_ranks(comm_, static_cast<double>(owned)).imbalance};
+  return {sum_over_ranks(comm_, cut) / 2, shares_of_ranks(comm_, static_cast<double>(owned)).imbalance};
 }
 
 }  // namespace surface

@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "parallel/collective.h"
 #include "parallel/field.h"
 #include "surface/distribution.h"
 #include "surface/perturbation.h"
@@ -52,10 +53,10 @@ LoadedMembrane make_membrane(MPI_Comm comm, MeshRows rows, const SheetOptions& o
     }
   }
   distribution.fill(membrane, particles);
-  membrane.id_end = membrane.persistent_id.empty()
-                        ? 0
-                        : *std::max_element(membrane.persistent_id.begin(), membrane.persistent_id.end()) + 1;
-  MPI_Allreduce(MPI_IN_PLACE, &membrane.id_end, 1, MPIU_INT, MPI_MAX, comm);
+  const PetscInt own_end = membrane.persistent_id.empty()
+                               ? 0
+                               : *std::max_element(membrane.persistent_id.begin(), membrane.persistent_id.end()) + 1;
+  membrane.id_end = max_over_ranks(comm, own_end);
   membrane.is_lattice.assign(particles.size(), false);
   membrane.cell_count.assign(membrane.particles.owned, 0);
 
@@ -156,8 +157,8 @@ Eigen::Matrix3Xd perturbed_positions(const Membrane& membrane, const SheetOption
       sum += (membrane.rest.col(triangle[(k + 1) % 3]) - membrane.rest.col(triangle[k])).norm();
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
-  return perturbed_positions(membrane, options, sum / (3 * static_cast<double>(membrane.elements.global)));
+  const double perimeters = sum_over_ranks(membrane.comm(), sum);
+  return perturbed_positions(membrane, options, perimeters / (3 * static_cast<double>(membrane.elements.global)));
 }
 
 }  // namespace surface

@@ -1,11 +1,13 @@
 #include "surface/net_strain.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "base/units.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace surface {
@@ -61,21 +63,21 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
     sums[8] += sum;
     sums[9] += static_cast<double>(bearing);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 10, MPI_DOUBLE, MPI_SUM, sheet.comm());
-  MPI_Allreduce(MPI_IN_PLACE, strain.largest_of.data(), 4, MPI_DOUBLE, MPI_MAX, sheet.comm());
+  sums = sum_over_ranks(sheet.comm(), sums);
+  strain.largest_of = max_over_ranks(sheet.comm(), strain.largest_of);
   strain.mean = sums[8] / std::max(1.0, sums[9]);
   for (std::size_t colour = 0; colour < 4; ++colour) {
     strain.rms_of[colour] = std::sqrt(sums[colour] / std::max(1.0, sums[4 + colour]));
   }
 
   const double own_largest = strain.largest;
-  MPI_Allreduce(MPI_IN_PLACE, &strain.largest, 1, MPI_DOUBLE, MPI_MAX, sheet.comm());
+  strain.largest = max_over_ranks(sheet.comm(), strain.largest);
   const Key own = own_largest == strain.largest ? key : Key{none, none, none};
   Key first{};  // in the order of the keys: one number after the other
   bool is_first = true;
   for (std::size_t k = 0; k < own.size(); ++k) {
     first[k] = is_first ? own[k] : none;
-    MPI_Allreduce(MPI_IN_PLACE, &first[k], 1, MPIU_INT, MPI_MIN, sheet.comm());
+    first[k] = min_over_ranks(sheet.comm(), first[k]);
     is_first = is_first && own[k] == first[k];
   }
   if (first[0] == none) {
@@ -86,14 +88,12 @@ NetStrain net_strain(const Sheet& sheet, const Field& x, const std::array<std::v
   if (!is_first) {
     strain.place.setZero();
   }
-  MPI_Allreduce(MPI_IN_PLACE, strain.place.data(), 3, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  sum_over_ranks(sheet.comm(), strain.place);
   return strain;
 }
 
 std::string words_of(double strain, const Eigen::Vector3d& place) {
-  char text[120];
-  std::snprintf(text, sizeof text, "%.3g %% at (%.4g, %.4g, %.4g) m", 100 * strain, place[0], place[1], place[2]);
-  return text;
+  return fmt::format("{:.3g} % at ({:.4g}, {:.4g}, {:.4g}) m", 100 * strain, place[0], place[1], place[2]);
 }
 
 std::string beyond_limit(const NetStrain& strain, double limit) {

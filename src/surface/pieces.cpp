@@ -144,7 +144,7 @@ std::vector<double> piece_masses(const Pieces& pieces, const Surface& surface, c
       masses[pieces.place_of(id)] += mass.data()[i];
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, masses.data(), static_cast<int>(masses.size()), MPI_DOUBLE, MPI_SUM, surface.comm());
+  sum_over_ranks(surface.comm(), masses);
   return masses;
 }
 

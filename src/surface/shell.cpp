@@ -29,7 +29,7 @@ SheetIds number_lattice(Distribution& mesh) {
   for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
     last[1] = std::max(last[1], mesh.data(cell).id);
   }
-  MPI_Allreduce(MPI_IN_PLACE, last.data(), 2, MPIU_INT, MPI_MAX, mesh.comm());
+  last = max_over_ranks(mesh.comm(), last);
   const PetscInt first_lattice_id = last[0] + 1;
   for (PetscInt cell = cells.begin; cell < cells.end; ++cell) {
     mesh.data(cell).id += first_lattice_id;
@@ -94,8 +94,7 @@ void require_lengths(const Sheet& sheet) {
   for (const Colour colour : all_colours) {
     const SpringSet& springs = sheet.of(colour);
     const auto end = springs.initial_length.begin() + springs.owned();
-    double sum = std::accumulate(springs.initial_length.begin(), end, 0.0);
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    const double sum = sum_over_ranks(sheet.comm(), std::accumulate(springs.initial_length.begin(), end, 0.0));
     for (PetscInt s = 0; s < springs.owned() && sheet.acts(colour); ++s) {
       const auto spring = static_cast<std::size_t>(s);
       if (springs.initial_length[spring] * static_cast<double>(springs.layout.global) <= least * sum) {
@@ -189,8 +188,8 @@ MeshRows rows_of_mesh(const Sheet& sheet) {
 
 Eigen::Matrix3Xd perturbed_positions(const Sheet& sheet, const SheetOptions& options) {
   const SpringSet& blue = sheet.of(Colour::blue);
-  double sum = std::accumulate(blue.initial_length.begin(), blue.initial_length.begin() + blue.owned(), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  const auto end = blue.initial_length.begin() + blue.owned();
+  const double sum = sum_over_ranks(sheet.comm(), std::accumulate(blue.initial_length.begin(), end, 0.0));
   return perturbed_positions(sheet, options, sum / static_cast<double>(blue.layout.global));
 }
 

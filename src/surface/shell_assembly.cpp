@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "parallel/collective.h"
 #include "parallel/exchange.h"
 
 namespace pellicle {
@@ -158,7 +159,7 @@ AssembledShell assemble_shell(const Distribution& distribution) {
       }
     }
   }
-  MPI_Allreduce(&sheet.owned_corners, &sheet.global_corners, 1, MPIU_INT, MPI_SUM, distribution.comm());
+  sheet.global_corners = sum_over_ranks(distribution.comm(), sheet.owned_corners);
   sheet.of(Colour::red) = make_spring_set(red, distribution, sheet);
   sheet.of(Colour::green) = make_spring_set(green, distribution, sheet);
   sheet.of(Colour::blue) = make_spring_set(blue, distribution, sheet);

@@ -18,7 +18,7 @@ MPIEXEC = sys.argv[4]
 ROOT = WORK / "root"
 SHARE = ROOT / "usr" / "share"
 DEPENDENCIES = ("openmpi-bin", "libpetsc", "libvtk9", "libhdf5-openmpi", "libopenmpi", "libmetis", "libyaml-cpp",
-                "libpng", "zlib1g", "libc6")
+                "libfmt", "libpng", "zlib1g", "libc6")
 # Completes the last of the words that follow by the function of the installed file.
 COMPLETE = 'source "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pellicle; printf "%s\\n" "${COMPREPLY[@]}"'
 
