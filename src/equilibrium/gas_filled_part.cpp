@@ -60,10 +60,12 @@ void PressureStiffness::add_hessian(const HessianBlocks& blocks) const {
   }
 }
 
-GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, GasTangent tangent)
+GasFilledPart::GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, const Field& start,
+                             GasTangent tangent)
     : part_(part),
       chambers_(chambers),
       gas_step_(gas_step),
+      start_(start),
       tangent_(tangent),
       stiffness_(chambers),
       potentials_(part.potentials()),

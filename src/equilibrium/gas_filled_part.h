@@ -36,8 +36,11 @@ class PressureStiffness : public Potential {
 /// Another part of a step, with gas in the chambers that its surface bounds.
 class GasFilledPart : public StepPart, public GasFilled {
  public:
-  /// All must outlive it. @param gas_step data of its gas, which may change between calls. Collective.
-  GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, GasTangent tangent);
+  /// All must outlive it. Collective.
+  /// @param gas_step data of its gas, which may change between calls
+  /// @param start what the part's `start` refers to in every step; before the first one it may refer to nothing
+  GasFilledPart(StepPart& part, const Chambers& chambers, const GasStep& gas_step, const Field& start,
+                GasTangent tangent);
 
   /// After the part and its chambers have begun theirs. @param pressure of all chambers, where the multipliers start
   /// [Pa] @param time at the end [s] @param h length of the step [s]
@@ -50,7 +53,7 @@ class GasFilledPart : public StepPart, public GasFilled {
   GasExchange end_gas(const Field& end) { return gas_->end_step(number_, end, time_, h_); }
 
   StepGas::Part gas_part() const override {
-    return {"", &chambers_, &gas_step_, &part_.start(), &part_.position(), tangent_, part_.force_scale()};
+    return {"", &chambers_, &gas_step_, &start_, &part_.position(), tangent_, part_.force_scale()};
   }
   void share_gas(std::shared_ptr<StepGas> gas, std::size_t part) override {
     gas_ = std::move(gas);
@@ -91,6 +94,7 @@ class GasFilledPart : public StepPart, public GasFilled {
   StepPart& part_;
   const Chambers& chambers_;
   const GasStep& gas_step_;
+  const Field& start_;
   GasTangent tangent_;
   PressureStiffness stiffness_;
   std::vector<Potential*> potentials_;

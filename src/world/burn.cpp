@@ -122,7 +122,7 @@ Burn::Burn(const Sheet& sheet, const Options& options, StageClock& clock, Textur
   } else {
     make_springs();
     if (chambers_.count() > 0) {
-      filled_.emplace(*springs_, chambers_, gas_step_, options.gas.tangent);
+      filled_.emplace(*springs_, chambers_, gas_step_, start_, options.gas.tangent);
     }
   }
   if (chambers_.count() > 0 && !filled_) {

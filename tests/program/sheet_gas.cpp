@@ -224,7 +224,7 @@ pins:
   bottom: {box: [-1, -1, -1, 1, 1, -0.3], velocity: [0, 0, -8]}
 ablation: {strength: 100 N/m, strength_scatter: 0.02}
 chambers: {air: {law: adiabatic, hole_discharge: 0.02}}
-time: {step: 0.5 ms, end: 10 ms}
+time: {step: 0.5 ms, end: 12 ms}
 output: {directory: torn, name: torn}
 )");
   for (const int ranks : {1, 2}) {

@@ -225,8 +225,8 @@ TEST(FlowingGas, WarmGasLiftsByTheWeightOfTheAirThatItDisplaces) {
   const double volume = balloon.volume();
   const double density = 101325 * options.gas.molar_mass / (gas_constant * 293.15);
   const double lift = density * (1 - 293.15 / 500) * volume * 9.81;
-  const Eigen::Matrix3Xd forces =
-      balloon.chain.chambers().uneven_forces(*balloon.state.gas, balloon.state.position, options.force.gravity, 0);
+  const Eigen::Matrix3Xd forces = balloon.chain.chambers().uneven_forces(
+      exchange_of(balloon.chain.chambers(), balloon.state), balloon.state.position, options.force.gravity, 0);
   Eigen::Vector3d sum = forces.rowwise().sum();
   MPI_Allreduce(MPI_IN_PLACE, sum.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   EXPECT_NEAR(sum.z(), lift, 1e-9 * lift);
