@@ -193,9 +193,10 @@ std::string options_markdown(const OptionTable& table) {
       }
     }
   }
-  text += "\n## What does not go together\n\n| option | does not go with | expected |\n|---|---|---|\n";
+  text += "\n## What does not go together\n\n";
   for (const OptionTable::Exclusion& exclusion : table.exclusions()) {
-    text += "| `" + exclusion.option + "` | " + exclusion.other + " | " + exclusion.expected + " |\n";
+    text +=
+        "- `" + exclusion.option + "` does not go with " + exclusion.other + ": expected " + exclusion.expected + "\n";
   }
   return text;
 }

@@ -773,7 +773,9 @@ const Condition* first_unmet(const std::vector<Condition>& conditions) {
 void OptionTable::check_exclusions() const {
   for (const Exclusion& exclusion : exclusions_) {
     if (exclusion.holds()) {
-      throw Error(exclusion.option + ": does not go with " + exclusion.other + ", expected " + exclusion.expected);
+      const bool is_key = exclusion.option.find(':') == std::string::npos;
+      throw Error(exclusion.option + (is_key ? ": " : " ") + "does not go with " + exclusion.other + ", expected " +
+                  exclusion.expected);
     }
   }
 }

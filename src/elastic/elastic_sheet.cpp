@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "parallel/collective.h"
+
 namespace pellicle {
 inline namespace elastic {
 
@@ -39,7 +41,7 @@ void ElasticSheet::set_shape(const SheetInput& input) {
 
 double ElasticSheet::largest_excess() const {
   double excess = material_.largest_excess();
-  MPI_Allreduce(MPI_IN_PLACE, &excess, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  excess = max_over_ranks(sheet_.comm(), excess);
   return excess;
 }
 

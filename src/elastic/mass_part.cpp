@@ -25,10 +25,10 @@ MassPart::MassPart(const Surface& surface, const std::vector<bool>& pinned, doub
     }
   }
   place_ = surface.rest.cols() > 0 ? surface.rest.cwiseAbs().maxCoeff() : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &place_, 1, MPI_DOUBLE, MPI_MAX, surface.comm());
+  place_ = max_over_ranks(surface.comm(), place_);
   double mass =
       std::accumulate(surface.initial_mass.begin(), surface.initial_mass.begin() + surface.particles.owned, 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, surface.comm());
+  mass = sum_over_ranks(surface.comm(), mass);
   mean_mass_ = mass / static_cast<double>(surface.particles.global);
   h_ = usual_h;
   force_scale_ = mean_mass_ / (usual_h * usual_h) * place_;
@@ -92,7 +92,7 @@ void MassPart::evaluate() {
 double MassPart::value() {
   evaluate();
   double sum = value_;
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, surface_.comm());
+  sum = sum_over_ranks(surface_.comm(), sum);
   return sum;
 }
 

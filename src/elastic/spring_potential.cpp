@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 #include "surface/net_strain.h"
 
 namespace pellicle {
@@ -73,7 +74,7 @@ double SpringPotential::largest_share(const Field& x) const {
       largest = std::max(largest, limit_->share((x.vector(spring.a) - x.vector(spring.b)).norm(), spring.target));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, sheet_->comm());
+  largest = max_over_ranks(sheet_->comm(), largest);
   return largest;
 }
 

@@ -22,7 +22,7 @@ double mean_length(const Sheet& sheet) {
     length_and_count[0] += std::accumulate(set.initial_length.begin(), set.initial_length.begin() + set.owned(), 0.0);
     length_and_count[1] += set.owned();
   }
-  MPI_Allreduce(MPI_IN_PLACE, length_and_count.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  length_and_count = sum_over_ranks(sheet.comm(), length_and_count);
   return length_and_count[0] / std::max(1.0, length_and_count[1]);
 }
 
@@ -77,7 +77,7 @@ void SpringSheet::set_scales() {
   check(VecSum(diagonal, &sum));
   check(VecNorm(diagonal, NORM_2, &norm));
   double inertia = 3 * std::accumulate(inertia_.stiffness().begin(), inertia_.stiffness().end(), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &inertia, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  inertia = sum_over_ranks(sheet_.comm(), inertia);
   rest_stiffness_ = norm / std::sqrt(3.0 * sheet_.particles.global);
   force_scale_ = rest_stiffness_ * place_;
   suits_patches_ = inertia > 0 && sum > worth_patches * inertia;
@@ -123,13 +123,13 @@ std::array<std::vector<bool>, 4> SpringSheet::bearing_springs(const Living& livi
 
 double SpringSheet::elastic_energy(const Field& positions) const {
   double sum = own_elastic_energy(positions);
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  sum = sum_over_ranks(sheet_.comm(), sum);
   return sum;
 }
 
 double SpringSheet::viscous_work(const Field& positions) const {
   double sum = -2 * own_viscous_energy(positions);
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  sum = sum_over_ranks(sheet_.comm(), sum);
   return sum;
 }
 

@@ -1,8 +1,9 @@
 #include "equilibrium/implicit_step.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -55,6 +56,9 @@ constexpr double error_near_end = 0.1;
 /// Tolerance below which the exact tangent saves iterations then: with fewer digits to go the method ends before.
 constexpr double worth_exact = 1e-2;
 
+/// Largest relative tolerance that SNES is given.
+constexpr double largest_rtol = 0.5;
+
 /// Most steps until iterations are tried again.
 constexpr int most_steps_to_factorise = 8;
 
@@ -94,10 +98,13 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
       system_(objective.tangent().matrix(), objective.columns(), options.solver_prefix,
               solver_defaults(options_, objective.suits_patches(), may_factorise_)),
       patches_(RigidPatches::of(system_.solver(), objective.tangent(), objective.triangles(), options.patch_size)) {
+  // SNES takes less than 1. What a part asks for is its own tolerance, to which residuals are scaled.
+  options_.snes_rtol = std::min(options_.snes_rtol, largest_rtol);
   KSPType type = nullptr;
   PC pc = nullptr;
   PCType preconditioner = nullptr;
   check(KSPGetType(system_.solver(), &type));
+  is_direct_ = std::string(type) == KSPPREONLY;
   check(KSPGetPC(system_.solver(), &pc));
   check(PCGetType(pc, &preconditioner));
   solver_words_ = options_.factor == TangentFactorisation::always
@@ -135,7 +142,7 @@ ImplicitStep::ImplicitStep(StepObjective& objective, const NewtonOptions& option
     defaults.fields.border_rows = path_->border_rows();
   }
   defaults.atol = rounding_;
-  defaults.rtol = options.snes_rtol;
+  defaults.rtol = options_.snes_rtol;
   check(KSPGetTolerances(system_.solver(), &defaults.ksp_rtol, nullptr, nullptr, nullptr));
   defaults.max_iterations = options.most_iterations();
   defaults.own_tangent = "prism.tangent or prism.mat_type shell";
@@ -217,21 +224,21 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   result.is_above_tolerance =
       result.residual > rounding &&
       result.relative_residual > (must_converge ? options_.snes_rtol : options_.residual_tolerance);
-  char text[200] = "";
+  std::string text;
   if (!(result.residual <= std::max(newton.start_residual, rounding))) {
-    std::snprintf(text, sizeof text, "Newton's iterations made the residual grow, from %.2e N to %.2e N",
-                  newton.start_residual, result.residual);
+    text = fmt::format("Newton's iterations made the residual grow, from {:.2e} N to {:.2e} N", newton.start_residual,
+                       result.residual);
   } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && must_converge && result.residual > rounding &&
              result.relative_residual > options_.residual_tolerance) {
-    std::snprintf(text, sizeof text, "Newton's method goes no further at a residual of %.2e N, %.1e of the forces",
-                  result.residual, result.relative_residual);
+    text = fmt::format("Newton's method goes no further at a residual of {:.2e} N, {:.1e} of the forces",
+                       result.residual, result.relative_residual);
   } else if (newton.ended == SNES_CONVERGED_FNORM_ABS && result.over_tolerance > 1 &&
              result.residual > std::max(rounding, negligible / rounding_of_forces * rounding_)) {
-    std::snprintf(text, sizeof text,
-                  "Newton's method ended by -%ssnes_atol at a residual of %.2e N, %.1e of the forces, expected %.1e",
-                  options_.solver_prefix.c_str(), result.residual, result.relative_residual, options_.snes_rtol);
+    text = fmt::format(
+        "Newton's method ended by -{}snes_atol at a residual of {:.2e} N, {:.1e} of the forces, expected {:.1e}",
+        options_.solver_prefix, result.residual, result.relative_residual, options_.snes_rtol);
   }
-  result.converged = text[0] == '\0';
+  result.converged = text.empty();
   result.reason = text;
 }
 
@@ -239,7 +246,7 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
   if (!newton.linear_failure.empty()) {
     return newton.linear_failure;
   }
-  char text[200];
+  std::string text;
   std::string words;
   switch (newton.ended) {
     case SNES_DIVERGED_LINE_SEARCH:
@@ -250,10 +257,10 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
       words = "the forces are not finite: an element has collapsed, or a chamber has no volume left";
       break;
     case SNES_DIVERGED_MAX_IT:
-      std::snprintf(text, sizeof text,
-                    "Newton's method did not converge in %d iterations (residual %.2e N): no equilibrium near, or the "
-                    "step is too long",
-                    newton.iterations, newton.residual);
+      text = fmt::format(
+          "Newton's method did not converge in {} iterations (residual {:.2e} N): no equilibrium near, or the "
+          "step is too long",
+          newton.iterations, newton.residual);
       words = text;
       break;
     default:
@@ -306,8 +313,7 @@ void ImplicitStep::update_jacobian() {
 
 /// A preconditioner that is made from an assembled positive tangent serves others, too.
 PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
-  if (options_.far != FarTangent::positive || options_.mat_type == TangentMatrix::shell || patches_ ||
-      system_.solves_sparse_alone()) {
+  if (options_.far != FarTangent::positive || options_.mat_type == TangentMatrix::shell || patches_ || is_direct_) {
     return request.reuses_preconditioner;
   }
   if (!lag_.due(system_.solver())) {

@@ -103,6 +103,7 @@ class ImplicitStep {
   std::optional<LoadBorder> path_;          ///< of positions and the loads' time, if by arc length
   double linear_rtol_ = 0;                  ///< of the solve in progress
   double rounding_ = 0;                     ///< norm of a residual that is rounding alone [N]
+  bool is_direct_ = false;                  ///< the linear solver makes no iterations
   PreconditionerLag lag_;                   ///< of a preconditioner without patches, see FarTangent::positive
   bool has_new_pattern_ = false;            ///< the tangent since the last linear solve
   int concave_iterations_ = 0;              ///< of the step in progress

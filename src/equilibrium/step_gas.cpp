@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "geometry/principal_axes.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace equilibrium {
@@ -133,8 +134,7 @@ void StepGas::balance(std::size_t part, StepPart& step) {
   const Eigen::MatrixXd columns = all.columns(own.prescribed);
   Eigen::MatrixXd system(count, count + 1);
   system << columns.transpose() * columns, columns.transpose() * gradient.reshaped();
-  MPI_Allreduce(MPI_IN_PLACE, system.data(), static_cast<int>(system.size()), MPI_DOUBLE, MPI_SUM,
-                own.chambers->surface().comm());
+  sum_over_ranks(own.chambers->surface().comm(), system);
   const Eigen::VectorXd change = system.leftCols(count).completeOrthogonalDecomposition().solve(system.col(count));
   set_multiplier(part, own.multiplier + change);
 }
@@ -170,7 +170,7 @@ Eigen::Matrix3Xd StepGas::gradient(std::size_t part) {
     absolute += std::pow(state.absolute_pressure, 2) * gradients.col(chamber).squaredNorm();
   }
   constexpr double share = 2e-14;  // to which amounts of gas are found, and pressures are differences of absolute ones
-  MPI_Allreduce(MPI_IN_PLACE, &absolute, 1, MPI_DOUBLE, MPI_SUM, own.chambers->surface().comm());
+  absolute = sum_over_ranks(own.chambers->surface().comm(), absolute);
   own.rounding = share * std::sqrt(absolute);
   return (gradients * -pressure).reshaped(3, gradients.rows() / 3);
 }
@@ -271,8 +271,7 @@ Eigen::VectorXd StepGas::swept_by_rest(Own& own, const Field& end, bool (Chamber
     swept[chamber] = mean.cwiseProduct(moved.leftCols(mean.cols())).sum();
   }
   if (has_one) {
-    MPI_Allreduce(MPI_IN_PLACE, swept.data(), static_cast<int>(swept.size()), MPI_DOUBLE, MPI_SUM,
-                  own.chambers->surface().comm());
+    sum_over_ranks(own.chambers->surface().comm(), swept);
   }
   return swept;
 }
@@ -379,7 +378,7 @@ void StepGas::integrate_over_positions() {
     }
   }
   for (Own& own : parts_) {
-    MPI_Allreduce(MPI_IN_PLACE, &own.work, 1, MPI_DOUBLE, MPI_SUM, own.chambers->surface().comm());
+    own.work = sum_over_ranks(own.chambers->surface().comm(), own.work);
   }
 }
 

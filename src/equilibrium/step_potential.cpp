@@ -16,11 +16,6 @@ inline namespace equilibrium {
 
 namespace {
 
-double sum_over_ranks(MPI_Comm comm, double value) {
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return value;
-}
-
 /// Options of a step. A step in time that ends when it has converged uses the exact tangent near its end, since
 /// Newton's method converges slowly without it, and changes a tangent that is not positive definite as little as
 /// necessary. By arc length the whole tangent determines where the path goes.
@@ -59,14 +54,14 @@ StepPotential::StepPotential(const BalloonModel& model, const PrismOptions& opti
   // Scale of the wall's forces: the energy of a wall stretched by half, over the square root of its area. Extrapolated
   // from a small stretch, since not every material can be stretched that far.
   constexpr double strain = 1e-3;
-  double sums[3] = {0, 0, 0};
+  std::array<double, 3> sums{};
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     sums[0] += model_.elements.wall().rest[e].area;
   }
   position_.values() = (1 + strain) * membrane.rest;
   sums[1] = wall_.value(position_);
   sums[2] = std::accumulate(model.mass.begin(), model.mass.end(), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, comm());
+  sums = sum_over_ranks(comm(), sums);
   length_scale_ = std::sqrt(sums[0]);
   force_scale_ = sums[1] * std::pow(0.5 / strain, 2) / length_scale_;
   total_mass_ = sums[2];
@@ -142,7 +137,7 @@ StepWork StepPotential::work(const Field& end, const Field& start_velocity) {
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm());
+  sums = sum_over_ranks(comm(), sums);
   return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
 }
 
@@ -219,7 +214,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
   start_.values() = position.values();
   double place = position.values().cols() > 0 ? position.values().cwiseAbs().maxCoeff() : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &place, 1, MPI_DOUBLE, MPI_MAX, comm());
+  place = max_over_ranks(comm(), place);
   const bool has_inertia = options_.inertia && !integrator_.is_static();
   const auto vertices = static_cast<double>(model_.elements.membrane().particles.global);
   const double inertia = has_inertia ? total_mass_ / vertices * integrator_.inertia(h_) : 0;

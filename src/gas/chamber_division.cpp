@@ -1,5 +1,6 @@
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <set>
 #include <utility>
 
@@ -134,8 +135,7 @@ std::vector<int> Chambers::divide_gas(Division& division, const WallParts& walls
       division.exchange.volume[number] = volume[part];
       shares.emplace_back(number, volume[part] / before.volume[chamber]);
       changed.insert(number);
-      char text[32];
-      std::snprintf(text, sizeof text, "%s %.4g m^3", part == large.front() ? "" : ",", volume[part]);
+      std::string text = fmt::format("{} {:.4g} m^3", part == large.front() ? "" : ",", volume[part]);
       line += text;
     }
     division.lines.push_back(line);

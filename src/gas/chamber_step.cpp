@@ -1,6 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -270,10 +271,9 @@ std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::Vector
     for (const int row : {0, 1}) {
       const double most = tolerance * residuals.scale(row, chamber);
       if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(residuals.sum(row, chamber)) <= most)) {
-        char text[160];
-        std::snprintf(text, sizeof text, "the ledger of the %s in chamber %s is off by %.2g %s, expected at most %.2g",
-                      row == 0 ? "amount" : "energy", name(chamber).c_str(), residuals.sum(row, chamber),
-                      row == 0 ? "mol" : "J", most);
+        std::string text = fmt::format(
+            "the ledger of the {} in chamber {} is off by {:.2g} {}, expected at most {:.2g}",
+            row == 0 ? "amount" : "energy", name(chamber), residuals.sum(row, chamber), row == 0 ? "mol" : "J", most);
         return text;
       }
     }

@@ -38,7 +38,7 @@ void Chambers::set_living(const Living& living) {
       open(chamber_of_element_[surface_->element_of_side(side)]);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, has_hole_.data(), count(), MPI_INT, MPI_MAX, surface_->comm());
+  max_over_ranks(surface_->comm(), has_hole_);
   if (before != chamber_of_triangle_ || before.empty()) {
     find_particles();
   }
@@ -108,7 +108,7 @@ void Chambers::require_closed(int chamber, const Field& rest, const Projectors& 
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &scale, 1, MPI_DOUBLE, MPI_MAX, surface_->comm());
+  scale = max_over_ranks(surface_->comm(), scale);
   constexpr double tolerance = 1e-5;  // a vertex counts as one in the plane a little off it
   auto open = std::numeric_limits<long long>::max();
   for (PetscInt i = 0; i < surface_->particles.owned; ++i) {
@@ -141,7 +141,7 @@ Eigen::VectorXd Chambers::volumes(const Field& positions, const std::vector<int>
                                       positions.vector(corners[2]) - origin_);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count, MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), sum);
   rims.add_volumes(positions, sum);
   return sum;
 }
@@ -196,7 +196,7 @@ Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const st
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), 4, MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), sum);
   const Eigen::Vector3d middle = sum.head<3>() / std::max(sum[3], 1.0);
   Eigen::VectorXd result = Eigen::VectorXd::Zero(count);
   for (PetscInt triangle = 0; triangle < owned_triangles(); ++triangle) {
@@ -207,7 +207,7 @@ Eigen::VectorXd Chambers::windings(int chamber, const Field& positions, const st
                         (4 * pi);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, result.data(), count, MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), result);
   return result;
 }
 
@@ -221,7 +221,7 @@ Eigen::VectorXd Chambers::areas(const Field& positions) const {
           area_vector(positions.vector(corners[0]), positions.vector(corners[1]), positions.vector(corners[2])).norm();
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sum.data(), count(), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), sum);
   return sum;
 }
 
@@ -276,7 +276,7 @@ std::vector<Chambers::UnevenPressure> Chambers::uneven_pressures(const GasExchan
       sums.col(chamber).tail<3>() += area / 3 * (x[0] + x[1] + x[2]);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), sums);
   const double of_air = gas_.ambient_pressure * gas_.molar_mass / (gas_constant * gas_.ambient_temperature);
   const Eigen::VectorXd volume = exchange.gas_volumes(volumes(positions));
   Eigen::VectorXd density(count());

@@ -9,6 +9,7 @@
 #include "gas/chamber_keys.h"
 #include "gas/named_pieces.h"
 #include "geometry/key_points.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -66,7 +67,7 @@ Chambers::Chambers(const Surface& surface, const GasOptions& gas, const std::map
   for (const PetscInt number : numbers) {
     last = std::max(last, number);
   }
-  MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPIU_INT, MPI_MAX, surface.comm());
+  last = max_over_ranks(surface.comm(), last);
   PetscInt parts = 0;
   if (exchange != nullptr) {
     last = static_cast<PetscInt>(exchange->parent.size()) - 1;

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "base/error.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace gas {
@@ -19,7 +20,7 @@ int piece_of_vertex(const Surface& surface, const std::string& chamber, int vert
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &piece, 1, MPI_INT, MPI_MAX, surface.comm());
+  piece = max_over_ranks(surface.comm(), piece);
   if (piece < 0) {
     throw Error(chamber + ".vertex: " + std::to_string(vertex) + " is no vertex of the mesh, expected one of it");
   }

@@ -152,7 +152,7 @@ std::vector<Rims::Cap> Rims::caps(const Field& positions) const {
       sum.tail<3>() += (to - from) / 2;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), sums);
   std::vector<Cap> caps;
   for (std::size_t rim = 0; rim < rims_.size(); ++rim) {
     const auto sum = sums.col(static_cast<Eigen::Index>(rim));
@@ -189,7 +189,7 @@ std::vector<Rims::Hole> Rims::holes(const Field& positions) const {
       areas[static_cast<Eigen::Index>(side.rim)] += from.cross(to).norm() / 2;
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, areas.data(), static_cast<int>(areas.size()), MPI_DOUBLE, MPI_SUM, surface_->comm());
+  sum_over_ranks(surface_->comm(), areas);
   for (std::size_t rim = 0; rim < all.size(); ++rim) {
     holes.push_back({rims_[rim].chamber, areas[static_cast<Eigen::Index>(rim)], all[rim].middle});
   }

@@ -45,7 +45,11 @@ PetscErrorCode set_up(PC pc) {
   return as_petsc_callback([&] {
     const OwnPreconditioner& offered = preconditioner_of(pc);
     check(PCSetApplicationContext(pc, const_cast<OwnPreconditioner*>(&offered)));
-    check(PCShellSetName(pc, offered.words.c_str()));
+    const char* name = nullptr;
+    check(PCShellGetName(pc, &name));
+    if (name == nullptr || offered.words != name) {  // PETSc would copy it at each set-up.
+      check(PCShellSetName(pc, offered.words.c_str()));
+    }
     if (offered.update) {
       offered.update();
     }

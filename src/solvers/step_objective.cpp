@@ -139,7 +139,7 @@ double StepObjective::value() {
     sum += potential->value(position_);
   }
   if (!between_.empty()) {
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+    sum = sum_over_ranks(comm(), sum);
   }
   for (StepPart* part : parts_) {
     sum += part->value();
@@ -177,7 +177,7 @@ double StepObjective::residual_scale(double rtol) const {
   for (const StepPart* part : parts_) {
     squares.insert(squares.end(), part->squared_forces().begin(), part->squared_forces().end());
   }
-  MPI_Allreduce(MPI_IN_PLACE, squares.data(), static_cast<int>(squares.size()), MPI_DOUBLE, MPI_SUM, comm());
+  sum_over_ranks(comm(), squares);
   double all = 0;
   double worst = 0;
   double largest = 0;
@@ -314,7 +314,7 @@ bool StepObjective::blends() const {
 
 double StepObjective::residual_norm() const {
   double sum = std::accumulate(squared_residuals_.begin(), squared_residuals_.end(), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm());
+  sum = sum_over_ranks(comm(), sum);
   return std::sqrt(sum);
 }
 

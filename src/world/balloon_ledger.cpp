@@ -1,9 +1,11 @@
 #include "world/balloon_ledger.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "parallel/collective.h"
 #include "surface/membrane_geometry.h"
 #include "world/contact_of_object.h"
 #include "world/gas_of_object.h"
@@ -73,7 +75,7 @@ BalloonLedger::BalloonLedger(const ObjectOutput& output, const Inflate& chain)
   for (PetscInt e = 0; e < membrane.elements.owned; ++e) {
     initial_rubber_volume_ += wall.rest[e].volume;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &initial_rubber_volume_, 1, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  initial_rubber_volume_ = sum_over_ranks(membrane.comm(), initial_rubber_volume_);
 }
 
 void BalloonLedger::resume(const Hdf5File& checkpoint) {
@@ -119,7 +121,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
       maxima[k] = {std::max(maxima[k][0], values[k]), std::max(maxima[k][1], -values[k])};
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), count, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  sums = sum_over_ranks(membrane.comm(), sums);
   MPI_Allreduce(MPI_IN_PLACE, maxima.front().data(), 6, MPI_DOUBLE, MPI_MAX, membrane.comm());
 
   std::vector<double> own = gas_values(chain.chambers(), state, state.pressure.data(), state.time_of_loads());
@@ -139,7 +141,7 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
   }
   if (chain.can_crack()) {
     cracks_ = {state.burning->cracked_sides, state.burning->crack_length};
-    MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, membrane.comm());
+    cracks_ = sum_over_ranks(membrane.comm(), cracks_);
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
   if (state.load_time != nullptr) {
@@ -167,22 +169,21 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
 
 std::vector<std::string> BalloonLedger::remarks() const {
   std::vector<std::string> lines;
-  char text[300];
+  std::string text;
   if (steps_above_tolerance_ > 0) {
-    std::snprintf(text, sizeof text,
-                  "residual: %d of %d steps ended above %s: out of balance by %.2g of their forces at worst, in step "
-                  "%d, and by %.2g in the last one",
-                  steps_above_tolerance_, steps_,
-                  options_.prism.newton == NewtonEnd::converged
-                      ? "prism.snes_rtol, as far as the rounding of the places lets Newton's method go"
-                      : "prism.residual_tolerance",
-                  worst_residual_, worst_step_, last_residual_);
+    text = fmt::format(
+        "residual: {} of {} steps ended above {}: out of balance by {:.2g} of their forces at worst, in step "
+        "{}, and by {:.2g} in the last one",
+        steps_above_tolerance_, steps_,
+        options_.prism.newton == NewtonEnd::converged
+            ? "prism.snes_rtol, as far as the rounding of the places lets Newton's method go"
+            : "prism.residual_tolerance",
+        worst_residual_, worst_step_, last_residual_);
     lines.emplace_back(text);
   }
   if (concave_steps_ > 0) {
-    std::snprintf(
-        text, sizeof text,
-        "equilibria: in %d of %d steps, first in step %d, the tangent was not positive definite (history.csv: "
+    text = fmt::format(
+        "equilibria: in {} of {} steps, first in step {}, the tangent was not positive definite (history.csv: "
         "concave_iterations): such a step may have several equilibria, and with another length find another",
         concave_steps_, steps_, first_concave_step_);
     lines.emplace_back(text);

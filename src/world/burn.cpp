@@ -63,7 +63,7 @@ double size_of(const Sheet& sheet) {
   for (std::size_t cell = 0; cell < areas.size(); ++cell) {
     area += sheet.lattice[cell] < sheet.particles.owned ? areas[cell] : 0;
   }
-  MPI_Allreduce(MPI_IN_PLACE, &area, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  area = sum_over_ranks(sheet.comm(), area);
   return std::sqrt(area);
 }
 
@@ -239,7 +239,7 @@ double Burn::kinetic_energy(const State& state) const {
   for (PetscInt i = 0; i < sheet_.particles.owned; ++i) {
     sum += state.mass.data()[i] / 2 * state.velocity.vector(i).squaredNorm();
   }
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  sum = sum_over_ranks(sheet_.comm(), sum);
   return sum;
 }
 
@@ -343,7 +343,7 @@ void Burn::add_work(State& state) {
       }
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, works.data(), kinds_of_work, MPI_DOUBLE, MPI_SUM, sheet_.comm());
+  sum_over_ranks(sheet_.comm(), works);
   of(works, Work::damping) += viscous;
   state.work += works;
 }
@@ -837,7 +837,7 @@ double Burn::step_error(const State& state, double h) const {
       error = std::max(error, TimeIntegrator().error(h, before, after));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &error, 1, MPI_DOUBLE, MPI_MAX, sheet_.comm());
+  error = max_over_ranks(sheet_.comm(), error);
   return error / size_;
 }
 

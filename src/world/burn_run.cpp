@@ -1,5 +1,7 @@
 #include "world/burn_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -169,11 +171,9 @@ std::string default_stiffness_remark(const Options& options) {
       options.sheet.thickness > thin) {
     return "";
   }
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
-      "sheet.tensile_stiffness: %.4g N/m, the default, not that of a material %.3g m thick (sheet.thickness): "
-      "such paper has some %.1g N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
+  std::string text = fmt::format(
+      "sheet.tensile_stiffness: {:.4g} N/m, the default, not that of a material {:.3g} m thick (sheet.thickness): "
+      "such paper has some {:.1g} N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
       stiffness_of(material).tensile[0], options.sheet.thickness, of_paper * options.sheet.thickness);
   return text;
 }
@@ -187,7 +187,7 @@ void require_threshold(const Sheet& sheet, const Options& options) {
     const auto end = springs.initial_length.begin() + springs.owned();
     squares = std::inner_product(springs.initial_length.begin(), end, springs.initial_length.begin(), squares);
   }
-  MPI_Allreduce(MPI_IN_PLACE, &squares, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+  squares = sum_over_ranks(sheet.comm(), squares);
   if (options.dynamics == Dynamics::projection && !options.project.strain_limit &&
       options.project.threshold > most * std::sqrt(squares)) {
     throw Error("project.threshold: " + number_text(options.project.threshold) + " m, expected at most " +
@@ -253,8 +253,7 @@ StepResult BurnRun::result() {
   result.iterations = last_.heat_iterations + last_.dynamics_iterations;
   result.step_error = last_.step_error;
   result.newton_iterations = last_.newton_iterations;
-  char figures[40];
-  std::snprintf(figures, sizeof figures, "|C| %.3e m", last_.constraint_error);
+  std::string figures = fmt::format("|C| {:.3e} m", last_.constraint_error);
   result.figures = figures;
   return result;
 }
@@ -320,7 +319,7 @@ void BurnRun::compact() {
   std::vector<bool> kept = empty_cells(*sheet_, state_->living);
   kept.flip();
   auto left = static_cast<PetscInt>(std::count(kept.begin(), kept.end(), true));
-  MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT, MPI_SUM, sheet_->comm());
+  left = sum_over_ranks(sheet_->comm(), left);
   const PetscInt before = sheet_->elements.global;
   if (static_cast<double>(before - left) > options_.ablation.compact_fraction * static_cast<double>(before)) {
     take_over(pellicle::compact(*sheet_, kept, packed(*state_, Item::particle, sheet_->particles.owned),
@@ -442,8 +441,7 @@ std::vector<std::string> BurnRun::first_remarks() const {
   }
   constexpr double worth_a_word = 1.05;
   if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
-    char times[32];
-    std::snprintf(times, sizeof times, "%.2g", excess);
+    std::string times = fmt::format("{:.2g}", excess);
     lines.push_back("some cells are so long that the sheet is " + std::string(times) +
                     " times as stiff along them as asked for; expected sides that differ by 1.7 at most");
   }

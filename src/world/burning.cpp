@@ -82,7 +82,7 @@ StageResult Burning::heat_ledger(const BurningFields& fields) const {
   const double content = heat_content(surface_, fields.mass, fields.temperature, options_.heat.capacity);
   std::array<double, 4> sums{content, fields.heat_initial, fields.heat_in,
                              fields.heat_out - (makes_heat ? fields.heat_made : 0)};
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, surface_.comm());
+  sums = sum_over_ranks(surface_.comm(), sums);
   const double open = std::abs(sums[0] - sums[1] - sums[2] + sums[3]);
   const double limit = heat_ledger_tolerance * sums[2] + heat_ledger_rounding * sums[1];
   StageResult result;

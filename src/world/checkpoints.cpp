@@ -1,10 +1,10 @@
 #include "world/checkpoints.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <regex>
@@ -36,8 +36,7 @@ std::string deck_table(std::size_t deck, const std::string& what) {
 
 /// The last line of a checkpoint. @param bytes before it
 std::string last_line(unsigned long sum, long long bytes) {
-  char text[80];
-  std::snprintf(text, sizeof text, "\npellicle checkpoint crc32 %08lx bytes %016lld\n", sum, bytes);
+  std::string text = fmt::format("\npellicle checkpoint crc32 {:08x} bytes {:016d}\n", sum, bytes);
   return text;
 }
 
@@ -121,8 +120,7 @@ Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options,
 }
 
 std::string Checkpoints::name_of(int step) {
-  char name[40];
-  std::snprintf(name, sizeof name, "checkpoint_%06d.h5", step);
+  std::string name = fmt::format("checkpoint_{:06d}.h5", step);
   return name;
 }
 

@@ -1,7 +1,8 @@
 #include "world/contact_start.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -35,10 +36,9 @@ void check_thickness(const StartingSurface& surface) {
   const double side = mean_side(*surface.part.surface);
   const double thickness = surface.part.thickness.value_or(0);
   if (thickness > most_sides * side) {
-    char text[150];
-    std::snprintf(text, sizeof text,
-                  "contact.thickness: %.3g m is out of range; expected at most %.3g m, %.0f mean sides of the mesh",
-                  thickness, most_sides * side, most_sides);
+    std::string text = fmt::format(
+        "contact.thickness: {:.3g} m is out of range; expected at most {:.3g} m, {:.0f} mean sides of the mesh",
+        thickness, most_sides * side, most_sides);
     throw Error(heading_of(surface.object) + text);
   }
 }
@@ -251,9 +251,8 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
       most = std::max(most, (surfaces[s].position.values() - before[s]).colwise().norm().maxCoeff());
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, surfaces.front().part.surface->comm());
-  char text[100];
-  std::snprintf(text, sizeof text, "; untangled, no particle was moved by more than %.3g m", most);
+  most = max_over_ranks(surfaces.front().part.surface->comm(), most);
+  std::string text = fmt::format("; untangled, no particle was moved by more than {:.3g} m", most);
   return tangle_words(crossings, surfaces) + text;
 }
 

@@ -1,11 +1,13 @@
 #include "world/gas_heat.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <utility>
 
 #include "geometry/pressure_load.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -43,7 +45,7 @@ void GasHeat::begin_step(const Chambers& chambers, const GasExchange& exchange, 
     sums(chamber, 0) += conductance;
     sums(chamber, 1) += conductance * fields.temperature.data()[particle];
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, surface.comm());
+  sum_over_ranks(surface.comm(), sums);
   walls.conductance = sums.col(0);
   walls.temperature = (sums.col(0).array() > 0).select(sums.col(1).cwiseQuotient(sums.col(0)), walls.temperature);
   walls_ = walls;
@@ -62,15 +64,14 @@ std::string GasHeat::end_step(const Chambers& chambers, const Eigen::VectorXd& g
     sums(chamber, 1) += std::abs(heat);
   }
   fields.temperature.update_ghosts();
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
-                chambers.surface().comm());
+  sum_over_ranks(chambers.surface().comm(), sums);
   constexpr double tolerance = 1e-10;
   for (Eigen::Index chamber = 0; chamber < given.size(); ++chamber) {
     const double rest = sums(chamber, 0) + given[chamber];
     if (!(std::abs(rest) <= tolerance * (sums(chamber, 1) + std::abs(given[chamber])))) {
-      char text[200];
-      std::snprintf(text, sizeof text, "the ledger of the heat between chamber %s and walls is off by %.2g J of %.2g J",
-                    chambers.name(static_cast<int>(chamber)).c_str(), rest, std::abs(given[chamber]));
+      std::string text =
+          fmt::format("the ledger of the heat between chamber {} and walls is off by {:.2g} J of {:.2g} J",
+                      chambers.name(static_cast<int>(chamber)), rest, std::abs(given[chamber]));
       return text;
     }
   }

@@ -1,9 +1,10 @@
 #include "world/gas_of_object.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <utility>
@@ -161,7 +162,7 @@ std::string hole(const Chambers& chambers, const Surface& surface, const Field& 
     }
   }
   PetscInt first = least;
-  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, surface.comm());
+  first = min_over_ranks(surface.comm(), first);
   if (first == none) {
     return "";
   }
@@ -175,10 +176,9 @@ std::string hole(const Chambers& chambers, const Surface& surface, const Field& 
     }
     place = {x[0], x[1], x[2], static_cast<double>(chamber_of(found))};
   }
-  MPI_Allreduce(MPI_IN_PLACE, place.data(), 4, MPI_DOUBLE, MPI_SUM, surface.comm());
-  char text[160];
-  std::snprintf(text, sizeof text, " is open: element %d at (%.4g, %.4g, %.4g) m has burnt through",
-                static_cast<int>(first), place[0], place[1], place[2]);
+  place = sum_over_ranks(surface.comm(), place);
+  std::string text = fmt::format(" is open: element {} at ({:.4g}, {:.4g}, {:.4g}) m has burnt through",
+                                 static_cast<int>(first), place[0], place[1], place[2]);
   return "chamber " + chambers.name(static_cast<int>(place[3])) + text;
 }
 
@@ -212,9 +212,8 @@ std::string torn_open(const Chambers& chambers, const Surface& surface, const Fi
   // A coordinate that is rounding is 0, so that the words do not depend on the ranks.
   const double rounding = 1e-9 * std::hypot(x, y, z);
   const auto shown = [rounding](double coordinate) { return std::abs(coordinate) < rounding ? 0.0 : coordinate; };
-  char text[160];
-  std::snprintf(text, sizeof text, " is open: it has torn at vertex %d at (%.4g, %.4g, %.4g) m", static_cast<int>(id),
-                shown(x), shown(y), shown(z));
+  std::string text = fmt::format(" is open: it has torn at vertex {} at ({:.4g}, {:.4g}, {:.4g}) m",
+                                 static_cast<int>(id), shown(x), shown(y), shown(z));
   return "chamber " + chambers.name(static_cast<int>(chamber)) + text;
 }
 

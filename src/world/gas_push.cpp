@@ -1,5 +1,7 @@
 #include "world/gas_push.h"
 
+#include "parallel/collective.h"
+
 namespace pellicle {
 inline namespace world {
 
@@ -30,7 +32,7 @@ GasPush::GasPush(PushedGas& gas, const Sheet& sheet, const Field& free, const st
       sum += h * gradient.dot(move.vector(i));
     }
     move.update_ghosts();
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    sum = sum_over_ranks(sheet.comm(), sum);
     response_.compliance[chamber] = sum;
   }
   gas_.gas().set_response(gas_.number(), response_);

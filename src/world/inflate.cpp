@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "combustion/combustion.h"
+#include "parallel/collective.h"
 #include "solvers/vertex_potential.h"
 #include "surface/membrane_geometry.h"
 #include "world/gas_of_object.h"
@@ -31,7 +32,7 @@ double usual_stiffness_of(const Membrane& membrane, const Wall& wall, const Opti
     sums[1] += area * wall.thickness[e] * wall.density[e];
     sums[2] += area * wall.thickness[e] * 6 * small_strain_moduli(wall.material_of(e)).shear;
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3, MPI_DOUBLE, MPI_SUM, membrane.comm());
+  sums = sum_over_ranks(membrane.comm(), sums);
   const bool is_static = options.time.scheme == TimeScheme::statics || !options.prism.inertia;
   return usual_contact_stiffness(membrane, sums[2] / sums[0], is_static ? 0 : sums[1] / sums[0], options.time.step);
 }
@@ -291,9 +292,9 @@ void Inflate::end(BalloonState& state, const EquilibriumResult& balance, Inflate
     }
     set_pressures(state);
     step.step_error = move_on(state) / step_->length_scale();
-    MPI_Allreduce(MPI_IN_PLACE, &step.step_error, 1, MPI_DOUBLE, MPI_MAX, membrane_.comm());
+    step.step_error = max_over_ranks(membrane_.comm(), step.step_error);
     step.inverted = elements_.inverted(start_, state.position);
-    MPI_Allreduce(MPI_IN_PLACE, &step.inverted, 1, MPIU_INT, MPI_SUM, membrane_.comm());
+    step.inverted = sum_over_ranks(membrane_.comm(), step.inverted);
   }
   if (bodies_.rebounds() && options_.time.scheme == TimeScheme::implicit_euler) {
     const double before = kinetic_energy(state.velocity);
@@ -309,7 +310,7 @@ void Inflate::add_work(BalloonState& state) {
   const StepWork work = step.work(state.position, start_velocity_);
   std::array<double, 2> of_others{drag_ != nullptr ? step.work_of(*drag_, state.position) : 0,
                                   lift_ != nullptr ? step.work_of(*lift_, state.position) : 0};
-  MPI_Allreduce(MPI_IN_PLACE, of_others.data(), 2, MPI_DOUBLE, MPI_SUM, membrane_.comm());
+  of_others = sum_over_ranks(membrane_.comm(), of_others);
   of(state.work, Work::gravity) += work.gravity;
   of(state.work, Work::damping) += work.damping;
   of(state.work, Work::pins) += work.pins;
@@ -325,7 +326,7 @@ double Inflate::kinetic_energy(const Field& velocity) const {
   for (PetscInt i = 0; i < membrane_.particles.owned; ++i) {
     sum += mass_[i] / 2 * velocity.vector(i).squaredNorm();
   }
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, membrane_.comm());
+  sum = sum_over_ranks(membrane_.comm(), sum);
   return sum;
 }
 

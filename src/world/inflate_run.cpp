@@ -1,8 +1,9 @@
 #include "world/inflate_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "ablation/ablation.h"
@@ -114,8 +115,7 @@ StepResult InflateRun::result() {
   result.step_error = last_.step_error;
   result.newton_iterations = last_.newton_iterations;
   if (state_->pressure.size() > 0) {
-    char figures[40];
-    std::snprintf(figures, sizeof figures, "p %.4g Pa", state_->pressure[0]);
+    std::string figures = fmt::format("p {:.4g} Pa", state_->pressure[0]);
     result.figures = figures;
   }
   return result;

@@ -1,12 +1,14 @@
 #include "world/ledger.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
 #include "ablation/ablation.h"
 #include "ablation/cut_surface.h"
 #include "heat/heat_balance.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -31,7 +33,7 @@ std::vector<double> burning_values(const Surface& surface, const BurningFields& 
   std::array<double, 6> sums{
       mass,           fields.mass_burnt, heat_content(surface, fields.mass, fields.temperature, capacity),
       fields.heat_in, fields.heat_out,   fields.heat_made};
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 6, MPI_DOUBLE, MPI_SUM, surface.comm());
+  sums = sum_over_ranks(surface.comm(), sums);
   const double hottest =
       largest_drawn(surface, fields.living, level_set(surface, fields.mass, loss_mass), fields.temperature.data());
   const auto pieces = static_cast<double>(fields.pieces.present.size());
@@ -46,7 +48,7 @@ std::array<double, 4> motion(const Surface& surface, const double* mass, const F
     sums[0] += mass[i] * v.squaredNorm() / 2;
     Eigen::Map<Eigen::Vector3d>(sums.data() + 1) += mass[i] * v;
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, surface.comm());
+  sums = sum_over_ranks(surface.comm(), sums);
   return sums;
 }
 
@@ -58,8 +60,7 @@ void append(Values& values, const Values& more) {
 }  // namespace
 
 std::string crack_line(const std::array<double, 2>& cracks) {
-  char text[100];
-  std::snprintf(text, sizeof text, "cracks: %.0f sides of cells, %.4g m", cracks[0], cracks[1]);
+  std::string text = fmt::format("cracks: {:.0f} sides of cells, {:.4g} m", cracks[0], cracks[1]);
   return text;
 }
 

@@ -1,7 +1,8 @@
 #include "world/load_mesh.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "base/error.h"
@@ -171,9 +172,8 @@ std::vector<std::string> mesh_lines(const MeshReport& report, const Options& opt
 std::string partition_line(const Surface& points) {
   int ranks = 1;
   MPI_Comm_size(points.comm(), &ranks);
-  char text[120];
-  std::snprintf(text, sizeof text, "ranks: %d; partition: edge cut %d, imbalance %.3f", ranks,
-                static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
+  std::string text = fmt::format("ranks: {}; partition: edge cut {}, imbalance {:.3f}", ranks,
+                                 static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
   return text;
 }
 

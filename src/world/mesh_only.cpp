@@ -1,5 +1,6 @@
 #include "world/mesh_only.h"
 
+#include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkMeshQuality.h>
 #include <vtkNew.h>
@@ -7,13 +8,13 @@
 #include <vtkPolyData.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 
 #include "ablation/cut_surface.h"
 #include "base/error.h"
 #include "io/console.h"
 #include "io/frame_writer.h"
+#include "parallel/collective.h"
 #include "state/hdf5_file.h"
 #include "state/mesh_tables.h"
 #include "surface/shell.h"
@@ -83,12 +84,11 @@ std::string quality_line(MPI_Comm comm, const Quality& quality, PetscInt owned) 
       sums[0] += value;
       worst = std::max(worst, sign * value);
     }
-    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, comm);
-    MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, comm);
-    char text[120];
-    std::snprintf(text, sizeof text, "%s %s mean %.4g, %s %.4g", measure == 0 ? "" : ";",
-                  quality_measures[measure].name, sums[0] / sums[1], small_is_bad ? "smallest" : "largest",
-                  sign * worst);
+    sums = sum_over_ranks(comm, sums);
+    worst = max_over_ranks(comm, worst);
+    std::string text =
+        fmt::format("{} {} mean {:.4g}, {} {:.4g}", measure == 0 ? "" : ";", quality_measures[measure].name,
+                    sums[0] / sums[1], small_is_bad ? "smallest" : "largest", sign * worst);
     line += text;
   }
   return line;

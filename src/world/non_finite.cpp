@@ -14,7 +14,7 @@ std::string non_finite(MPI_Comm comm, const std::vector<NamedValues>& quantities
     return !std::all_of(quantity.values, quantity.values + quantity.count, [](double x) { return std::isfinite(x); });
   });
   auto place = static_cast<int>(first - quantities.begin());
-  MPI_Allreduce(MPI_IN_PLACE, &place, 1, MPI_INT, MPI_MIN, comm);
+  place = min_over_ranks(comm, place);
   if (place == static_cast<int>(quantities.size())) {
     return "";
   }

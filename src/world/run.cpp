@@ -9,6 +9,7 @@
 #include "base/stage_clock.h"
 #include "base/units.h"
 #include "io/console.h"
+#include "parallel/collective.h"
 #include "solvers/saved_system.h"
 #include "surface/membrane.h"
 #include "surface/shell.h"
@@ -255,7 +256,7 @@ class Run {
       const World::Member& member = world.members()[i];
       for (const auto& [name, here] : differences(member.object->state(), again.members()[i].object->state())) {
         double difference = here;
-        MPI_Allreduce(MPI_IN_PLACE, &difference, 1, MPI_DOUBLE, MPI_MAX, comm_);
+        difference = max_over_ranks(comm_, difference);
         ++compared;
         if (difference > 0) {
           faults += (faults.empty() ? "" : ", ") + (member.name.empty() ? "" : member.name + "'s ") + name + " by " +

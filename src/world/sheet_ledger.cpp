@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "io/console.h"
+#include "parallel/collective.h"
 #include "world/contact_of_object.h"
 #include "world/gas_of_object.h"
 
@@ -120,7 +121,7 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
     projection_->start();
   }
   PetscInt contacts = step.contacts;
-  MPI_Allreduce(MPI_IN_PLACE, &contacts, 1, MPIU_INT, MPI_SUM, sheet.comm());
+  contacts = sum_over_ranks(sheet.comm(), contacts);
   const NetStrain net = burn.net_strain(state);
   std::vector<double> own{step.constraint_error, static_cast<double>(contacts),
                           static_cast<double>(step.heat_iterations), static_cast<double>(step.dynamics_iterations)};
@@ -136,7 +137,7 @@ void SheetLedger::add(const Sheet& sheet, const State& state, const Burn& burn, 
   }
   if (options_.ablation.strength) {
     cracks_ = {state.cracked_sides, state.crack_length};
-    MPI_Allreduce(MPI_IN_PLACE, cracks_.data(), 2, MPI_DOUBLE, MPI_SUM, sheet.comm());
+    cracks_ = sum_over_ranks(sheet.comm(), cracks_);
     own.insert(own.end(), cracks_.begin(), cracks_.end());
   }
   if (options_.dynamics != Dynamics::projection) {

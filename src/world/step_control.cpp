@@ -1,9 +1,10 @@
 #include "world/step_control.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <functional>
 
 #include "base/error.h"
@@ -63,21 +64,19 @@ std::vector<std::string> remarks_of(const StepCounts& counts, const TimeOptions&
   if (counts.steps == 0) {
     return lines;
   }
-  char text[300];
+  std::string text;
   if (counts.retries > 0) {
-    std::snprintf(
-        text, sizeof text,
-        "steps: %d of %d were tried again, %d times in all with half the length; they were %s long in the mean: "
-        "try time.step %.2g",
-        counts.tried_again, counts.steps, counts.retries, time_text(counts.length / counts.steps).c_str(),
+    text = fmt::format(
+        "steps: {} of {} were tried again, {} times in all with half the length; they were {} long in the mean: "
+        "try time.step {:.2g}",
+        counts.tried_again, counts.steps, counts.retries, time_text(counts.length / counts.steps),
         std::min(options.step / 2, counts.length / counts.steps));
     lines.emplace_back(text);
   }
   constexpr double many = 10;
   if (const double mean = static_cast<double>(counts.newton_iterations) / counts.steps; mean > many) {
-    std::snprintf(
-        text, sizeof text,
-        "Newton's method: %.1f iterations a step in the mean: try a time.step of %.2g, from whose start the end "
+    text = fmt::format(
+        "Newton's method: {:.1f} iterations a step in the mean: try a time.step of {:.2g}, from whose start the end "
         "is nearer, or a softer material, gas or contact",
         mean, options.step / 2);
     lines.emplace_back(text);

@@ -1,13 +1,15 @@
 #include "world/step_reach.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <limits>
 
 #include "base/units.h"
 #include "geometry/key_points.h"
 #include "geometry/pi.h"
+#include "parallel/collective.h"
 
 namespace pellicle {
 inline namespace world {
@@ -34,7 +36,7 @@ std::array<double, 2> size_and_way(const Options& options, const Surface& surfac
     const Eigen::Vector3d velocity = state.velocity.vector(i) + h * options.force.gravity;
     largest[6] = std::max(largest[6], h * velocity.norm());
   }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 7, MPI_DOUBLE, MPI_MAX, surface.comm());
+  largest = max_over_ranks(surface.comm(), largest);
   const Eigen::Vector3d diagonal{largest[0] + largest[3], largest[1] + largest[4], largest[2] + largest[5]};
   return {diagonal.norm(), largest[6]};
 }
@@ -48,11 +50,10 @@ std::string beyond_reach(const Options& options, const Surface& surface, const O
   const auto [size, of_vertices] = size_and_way(options, surface, state, h);
   // Negated, so that what is not a number is a fault, too.
   const auto too_far = [&](const std::string& what, double far) {
-    char text[200] = "";
+    std::string text;
     if (!(far <= most_sizes * size)) {
-      std::snprintf(text, sizeof text,
-                    " would move by %.3g m in the step, expected at most %.3g m, 1000 times the object's size", far,
-                    most_sizes * size);
+      text = fmt::format(" would move by {:.3g} m in the step, expected at most {:.3g} m, 1000 times the object's size",
+                         far, most_sizes * size);
     }
     return text[0] == '\0' ? "" : what + text;
   };
