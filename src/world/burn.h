@@ -172,7 +172,10 @@ class Burn : public Motion {
   void add_spring_forces(const State& state, Eigen::Matrix3Xd& sum);
   double step_error(const State& state, double h) const;
   SheetInput sheet_input(const State& state, double h) const;
-  bool is_static() const { return options_.time.scheme == TimeScheme::statics; }
+  /// A projected sheet has no statics: a scheme that a later option has made useless does not act.
+  bool is_static() const {
+    return options_.time.scheme == TimeScheme::statics && options_.dynamics != Dynamics::projection;
+  }
   void add_work(State& state);
   double kinetic_energy(const State& state) const;
   void lift(State& state, double h);
