@@ -43,7 +43,6 @@ class BodyCorrection {
 
   const std::vector<Body>& bodies() const { return bodies_; }
   bool empty() const { return bodies().empty(); }
-  double thickness() const { return sweep_.thickness(); }
 
   /// Forgets the forces of the last step. Not collective.
   /// @param living drawn triangles of the local elements that are there; null: all

@@ -608,16 +608,6 @@ std::vector<double> SurfaceContact::load(std::size_t part) const {
   return {first, first + joined().owned(part)};
 }
 
-void SurfaceContact::forget() {
-  pattern_.clear();
-  number_.clear();
-  told_ = 0;
-  curved_.clear();
-  rubbing_.clear();
-  rubbing_stencils_.clear();
-  ++version_;
-}
-
 void SurfaceContact::correct(Field& before, Field& x, const std::vector<double>& mass, const std::vector<bool>& held) {
   const PetscInt owned = surface_.particles().owned;
   const auto go = [&] {  // from `before` to x, or as far as there is room

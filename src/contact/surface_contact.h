@@ -95,8 +95,6 @@ class SurfaceContact : public Potential {
   /// How much there was to do with each of a part's owned particles in the last step: a half for each of the pairs that
   /// its first search has found, of one particle of either feature; 0 on a single rank. Not collective.
   std::vector<double> load(std::size_t part = 0) const;
-  /// Forgets earlier contacts: the next step is like that of a new object. Not collective.
-  void forget();
   /// Share of the thickness below which no pair begins to press, however often pairs are sought in a step: what starts
   /// nearer touches.
   static constexpr double least_gap = 1e-6;

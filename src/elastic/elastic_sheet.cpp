@@ -39,11 +39,7 @@ void ElasticSheet::set_shape(const SheetInput& input) {
                       {input.shrinkage, layer_distance_, bending_stiffness_, bent_factor_, damping_ / input.h});
 }
 
-double ElasticSheet::largest_excess() const {
-  double excess = material_.largest_excess();
-  excess = max_over_ranks(sheet_.comm(), excess);
-  return excess;
-}
+double ElasticSheet::largest_excess() const { return max_over_ranks(sheet_.comm(), material_.largest_excess()); }
 
 }  // namespace elastic
 }  // namespace pellicle

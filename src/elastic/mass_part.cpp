@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 #include "parallel/collective.h"
 
@@ -47,7 +46,7 @@ void MassPart::set_masses(const Field& positions, const MassInput& input) {
 
 void MassPart::begin(const Field& positions, const MassInput& input) {
   set_masses(positions, input);
-  is_evaluated_ = false;
+  sum_.forget();
   held_ = input.held;
   start_ = &input.start;
   position_.values() = positions.values();
@@ -67,38 +66,19 @@ bool MassPart::leaves_held_behind() {
 void MassPart::move_to(const Field& position, const Eigen::VectorXd& /*own*/) {
   if (on_any_rank(surface_.comm(), position_.values() != position.values())) {
     position_.values() = position.values();
-    is_evaluated_ = false;
+    sum_.forget();
   }
 }
 
-/// Value and gradient of the potentials where the part is, unless they are known. A removed particle feels its inertia
-/// alone. Collective.
-void MassPart::evaluate() {
-  if (std::exchange(is_evaluated_, true)) {
-    return;
-  }
-  value_ = 0;
-  squares_.clear();
-  gradient_.setZero(3, surface_.particles.owned);
-  for (const Potential* potential : potentials_) {
-    of_potential_.setZero(3, surface_.particles.owned);
-    value_ += potential->add_value_and_gradient(position_, of_potential_);
-    projectors_.apply(of_potential_);
-    squares_.push_back(of_potential_.squaredNorm());
-    gradient_ += of_potential_;
-  }
-}
-
+/// A removed particle feels its inertia alone.
 double MassPart::value() {
-  evaluate();
-  double sum = value_;
-  sum = sum_over_ranks(surface_.comm(), sum);
-  return sum;
+  sum_.evaluate(potentials_, projectors_, position_, surface_.particles.owned);
+  return sum_over_ranks(surface_.comm(), sum_.value());
 }
 
 const Eigen::Matrix3Xd& MassPart::gradient() {
-  evaluate();
-  return gradient_;
+  sum_.evaluate(potentials_, projectors_, position_, surface_.particles.owned);
+  return sum_.gradient();
 }
 
 }  // namespace elastic

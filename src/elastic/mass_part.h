@@ -6,13 +6,14 @@
 #include "elastic/inertia.h"
 #include "geometry/projectors.h"
 #include "parallel/field.h"
+#include "solvers/potential_sum.h"
 #include "solvers/step_part.h"
 #include "surface/surface.h"
 
 namespace pellicle {
 inline namespace elastic {
 
-/// What a step of masses needs besides the positions x~ to which they would go.
+/// The data of a step of a MassPart, besides the positions x~ to which the masses would go without forces.
 struct MassInput {
   const std::vector<double>& mass;  ///< of the local particles, 0 where one has been removed [kg]
   const std::vector<bool>& held;    ///< local particles that are not to move
@@ -47,11 +48,11 @@ class MassPart : public StepPart {
   const Field& start() const override { return *start_; }
   const Field& position() const override { return position_; }
   void move_to(const Field& position, const Eigen::VectorXd& own) override;
-  void forget() override { is_evaluated_ = false; }
+  void forget() override { sum_.forget(); }
   bool leaves_held_behind() override;
   double value() override;
   const Eigen::Matrix3Xd& gradient() override;
-  const std::vector<double>& squared_forces() const override { return squares_; }
+  const std::vector<double>& squared_forces() const override { return sum_.squares(); }
   void begin_tangent(Curvature /*curvature*/, double /*positive_share*/) override {}
   bool blends() const override { return true; }
   bool suits_patches() const override { return false; }
@@ -80,15 +81,8 @@ class MassPart : public StepPart {
   Field position_;
 
  private:
-  void evaluate();
-
   std::vector<bool> held_;  ///< see MassInput
-  // Of the potentials at the present position, if they are evaluated.
-  bool is_evaluated_ = false;
-  double value_ = 0;               ///< this rank's share [J]
-  Eigen::Matrix3Xd gradient_;      ///< of the sum [N]
-  Eigen::Matrix3Xd of_potential_;  ///< the gradient of one of them
-  std::vector<double> squares_;    ///< see squared_forces
+  PotentialSum sum_;        ///< of the potentials at the present position
 };
 
 }  // namespace elastic

@@ -76,8 +76,8 @@ void SpringSheet::set_scales() {
   check(MatGetDiagonal(tangent.matrix(), diagonal));
   check(VecSum(diagonal, &sum));
   check(VecNorm(diagonal, NORM_2, &norm));
-  double inertia = 3 * std::accumulate(inertia_.stiffness().begin(), inertia_.stiffness().end(), 0.0);
-  inertia = sum_over_ranks(sheet_.comm(), inertia);
+  const double inertia =
+      sum_over_ranks(sheet_.comm(), 3 * std::accumulate(inertia_.stiffness().begin(), inertia_.stiffness().end(), 0.0));
   rest_stiffness_ = norm / std::sqrt(3.0 * sheet_.particles.global);
   force_scale_ = rest_stiffness_ * place_;
   suits_patches_ = inertia > 0 && sum > worth_patches * inertia;
@@ -122,15 +122,11 @@ std::array<std::vector<bool>, 4> SpringSheet::bearing_springs(const Living& livi
 }
 
 double SpringSheet::elastic_energy(const Field& positions) const {
-  double sum = own_elastic_energy(positions);
-  sum = sum_over_ranks(sheet_.comm(), sum);
-  return sum;
+  return sum_over_ranks(sheet_.comm(), own_elastic_energy(positions));
 }
 
 double SpringSheet::viscous_work(const Field& positions) const {
-  double sum = -2 * own_viscous_energy(positions);
-  sum = sum_over_ranks(sheet_.comm(), sum);
-  return sum;
+  return sum_over_ranks(sheet_.comm(), -2 * own_viscous_energy(positions));
 }
 
 }  // namespace elastic

@@ -12,7 +12,7 @@
 namespace pellicle {
 inline namespace elastic {
 
-/// What a step of a sheet of springs needs besides the positions x~ to which it would go without them.
+/// The data of a step of a SpringSheet, besides the positions x~ to which the sheet would go without springs.
 struct SheetInput : MassInput {
   const std::array<std::vector<double>, 4>& target_length;  ///< of the local springs of each colour [m]
   const std::vector<double>& shrinkage;                     ///< length over undeformed length of each local particle
@@ -60,7 +60,7 @@ class SpringSheet : public MassPart {
   /// Energy of what resists changes of shape, with the lengths and stiffness of the last step and without viscosity.
   /// Collective. [J]
   double elastic_energy(const Field& positions) const;
-  /// What resists changes of its shape, viscosity included.
+  /// The potentials that resist changes of the shape of the sheet, viscosity included.
   virtual std::vector<const Potential*> of_shape() const { return {&springs_}; }
   /// Work of viscosity in the last step, which has led to these positions, at most 0. Collective. [J]
   double viscous_work(const Field& positions) const;

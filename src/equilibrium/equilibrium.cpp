@@ -74,9 +74,9 @@ void Equilibrium::share_gas() {
 
 EquilibriumResult Equilibrium::solve(double h) {
   EquilibriumResult result;
-  const auto fail = [&](const std::string& reason) {
+  const auto fail = [&](const std::string& of_whom, const std::string& reason) {
     result.converged = false;
-    result.reason = reason;
+    result.reason = of_whom + reason;
     for (const CoupledMotion& object : objects_) {
       if (const std::string fault = object.motion->start_fault(); !fault.empty()) {
         result.reason = heading(object) + fault;
@@ -99,7 +99,7 @@ EquilibriumResult Equilibrium::solve(double h) {
     result.newton_iterations += newton_iterations;
     result.linear_iterations += linear_iterations;
     if (!result.converged) {
-      return fail(of_all + result.reason);
+      return fail(of_all, result.reason);
     }
     for (const CoupledMotion& object : objects_) {
       object.motion->choose_pressures();
@@ -110,13 +110,13 @@ EquilibriumResult Equilibrium::solve(double h) {
       const StageResult moved = object.motion->move(object_is_done);
       result.moving_iterations += moved.iterations;
       if (!moved.converged) {
-        return fail(heading(object) + moved.reason);
+        return fail(heading(object), moved.reason);
       }
       is_done = is_done && object_is_done;
     }
   }
   if (const std::string fault = crossed(); !fault.empty()) {
-    return fail(of_all + fault);
+    return fail(of_all, fault);
   }
   count_contact(result);
   return result;
@@ -132,8 +132,12 @@ ImplicitResult Equilibrium::balance(double h) {
     const Motion& motion = *balanced_[p].motion;
     const ContactSurface::Part part = motion.contact_part();
     contact_->set_stiffness(part.stiffness, p);
-    const std::vector<bool> none(part.surface->triangles.size(), false);
-    contact_->set_surface(motion.held(), balanced_[p].touches ? motion.living() : &none, p);
+    if (balanced_[p].touches) {
+      contact_->set_surface(motion.held(), motion.living(), p);
+    } else {
+      const std::vector<bool> none(part.surface->triangles.size(), false);
+      contact_->set_surface(motion.held(), &none, p);
+    }
   }
   return solver_->advance(h);
 }

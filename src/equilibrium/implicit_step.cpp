@@ -224,29 +224,27 @@ void ImplicitStep::judge(const NewtonResult& newton, ImplicitResult& result) {
   result.is_above_tolerance =
       result.residual > rounding &&
       result.relative_residual > (must_converge ? options_.snes_rtol : options_.residual_tolerance);
-  std::string text;
+  result.reason.clear();
   if (!(result.residual <= std::max(newton.start_residual, rounding))) {
-    text = fmt::format("Newton's iterations made the residual grow, from {:.2e} N to {:.2e} N", newton.start_residual,
-                       result.residual);
+    result.reason = fmt::format("Newton's iterations made the residual grow, from {:.2e} N to {:.2e} N",
+                                newton.start_residual, result.residual);
   } else if (newton.ended == SNES_CONVERGED_SNORM_RELATIVE && must_converge && result.residual > rounding &&
              result.relative_residual > options_.residual_tolerance) {
-    text = fmt::format("Newton's method goes no further at a residual of {:.2e} N, {:.1e} of the forces",
-                       result.residual, result.relative_residual);
+    result.reason = fmt::format("Newton's method goes no further at a residual of {:.2e} N, {:.1e} of the forces",
+                                result.residual, result.relative_residual);
   } else if (newton.ended == SNES_CONVERGED_FNORM_ABS && result.over_tolerance > 1 &&
              result.residual > std::max(rounding, negligible / rounding_of_forces * rounding_)) {
-    text = fmt::format(
+    result.reason = fmt::format(
         "Newton's method ended by -{}snes_atol at a residual of {:.2e} N, {:.1e} of the forces, expected {:.1e}",
         options_.solver_prefix, result.residual, result.relative_residual, options_.snes_rtol);
   }
-  result.converged = text.empty();
-  result.reason = text;
+  result.converged = result.reason.empty();
 }
 
 std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
   if (!newton.linear_failure.empty()) {
     return newton.linear_failure;
   }
-  std::string text;
   std::string words;
   switch (newton.ended) {
     case SNES_DIVERGED_LINE_SEARCH:
@@ -257,11 +255,10 @@ std::string ImplicitStep::words_of_failure(const NewtonResult& newton) const {
       words = "the forces are not finite: an element has collapsed, or a chamber has no volume left";
       break;
     case SNES_DIVERGED_MAX_IT:
-      text = fmt::format(
+      words = fmt::format(
           "Newton's method did not converge in {} iterations (residual {:.2e} N): no equilibrium near, or the "
           "step is too long",
           newton.iterations, newton.residual);
-      words = text;
       break;
     default:
       words = std::string("Newton's method did not converge (") + SNESConvergedReasons[newton.ended] + ")";
@@ -327,8 +324,10 @@ PetscBool ImplicitStep::reuses_preconditioner(const NewtonRequest& request) {
 /// the tangent promised, more where it did not.
 double ImplicitStep::next_share() {
   if (options_.far == FarTangent::positive) {
-    const bool is_near = objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol);
-    return exact_serves_ && is_near && options_.snes_rtol < worth_exact ? 0 : 1;
+    const bool may_be_exact = exact_serves_ && options_.snes_rtol < worth_exact;
+    return may_be_exact && objective_.residual_norm() <= error_near_end * objective_.residual_scale(options_.snes_rtol)
+               ? 0
+               : 1;
   }
   if (share_ == 0 || !objective_.blends()) {
     return 0;

@@ -40,7 +40,7 @@ class Motion {
   // How its drawn surface touches others. Not collective.
 
   virtual ContactSurface::Part contact_part() const = 0;
-  /// Which drawn triangles are still there; null: all.
+  /// Flags of the drawn triangles of the object: false where one has burnt away. Null: all triangles are there.
   virtual const std::vector<bool>* living() const = 0;
   /// Local particles that are not free in all directions.
   virtual std::vector<bool> held() const = 0;

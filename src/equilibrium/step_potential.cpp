@@ -165,7 +165,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
   const auto begin_here = [&] {
     keep_clear();
     damping_.begin_step(integrator_.is_second_order() ? position_ : start_, start.thickness_ratio, still_, rate());
-    is_evaluated_ = false;
+    sum_.forget();
   };
   if (integrator_.arc_length()) {
     begin_path(start);
@@ -176,7 +176,7 @@ void StepPotential::begin_step(const Field& position, const Eigen::VectorXd& pre
     }
     begin_here();
     evaluate();
-    if (!std::isfinite(sum_over_ranks(comm(), potentials_value_))) {
+    if (!std::isfinite(sum_over_ranks(comm(), sum_.value()))) {
       start_from(0);
       begin_here();
     }
@@ -208,7 +208,7 @@ bool StepPotential::leaves_held_behind() {
 
 /// The potential of a step. @param share of the step at which forces are in balance
 void StepPotential::set_step(const Field& position, const StepStart& start, double share) {
-  is_evaluated_ = false;
+  sum_.forget();
   h_ = start.h;
   time_end_ = start.time + start.h;
   time_ = share == 1 ? time_end_ : start.time + share * start.h;
@@ -228,7 +228,7 @@ void StepPotential::set_step(const Field& position, const StepStart& start, doub
 
 /// The loads by arc length, at their present time.
 void StepPotential::set_load_time() {
-  is_evaluated_ = false;
+  sum_.forget();
   model_.loads.set_time(time_);
   gas_->set_time(time_);
   if (model_.bodies != nullptr) {
@@ -358,7 +358,7 @@ Eigen::VectorXd StepPotential::own_unknowns() const {
 void StepPotential::move_to(const Field& position, const Eigen::VectorXd& own) {
   if (on_any_rank(comm(), position_.values() != position.values())) {
     position_.values() = position.values();
-    is_evaluated_ = false;
+    sum_.forget();
     gas_->move();
   }
   if (integrator_.arc_length()) {
@@ -375,31 +375,14 @@ double StepPotential::inverted(const Field& from, const Field& to) const {
   return sum_over_ranks(comm(), static_cast<double>(model_.elements.inverted(from, to)));
 }
 
-/// Value and gradient of the potentials at x, unless they are known. Collective.
-void StepPotential::evaluate() {
-  if (std::exchange(is_evaluated_, true)) {
-    return;
-  }
-  potentials_value_ = 0;
-  squared_forces_.clear();
-  gradient_.setZero(3, owned());
-  for (const Potential* potential : potentials_) {
-    of_potential_.setZero(3, owned());
-    potentials_value_ += potential->add_value_and_gradient(position_, of_potential_);
-    model_.constraints.projectors().apply(of_potential_);
-    squared_forces_.push_back(of_potential_.squaredNorm());
-    gradient_ += of_potential_;
-  }
-}
-
 /// Of Pi at x by the owned vertices, where they may move. Collective.
 const Eigen::Matrix3Xd& StepPotential::gradient() {
   evaluate();
   Eigen::Matrix3Xd of_gas = gas_->gradient(part_);
   model_.constraints.projectors().apply(of_gas);
-  squared_forces_.resize(potentials_.size());
+  squared_forces_ = sum_.squares();
   squared_forces_.push_back(of_gas.squaredNorm());
-  with_gas_ = gradient_ + of_gas;
+  with_gas_ = sum_.gradient() + of_gas;
   return with_gas_;
 }
 
@@ -445,7 +428,7 @@ LowRank StepPotential::dense_tangent() {
 
 double StepPotential::value() {
   evaluate();
-  return sum_over_ranks(comm(), potentials_value_) + gas_->value(part_);
+  return sum_over_ranks(comm(), sum_.value()) + gas_->value(part_);
 }
 
 }  // namespace equilibrium

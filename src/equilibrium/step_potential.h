@@ -16,6 +16,7 @@
 #include "prism/prism_elements.h"
 #include "prism/prism_options.h"
 #include "prism/wall_potential.h"
+#include "solvers/potential_sum.h"
 #include "solvers/step_part.h"
 
 namespace pellicle {
@@ -147,7 +148,7 @@ class StepPotential : public StepPart, public GasFilled {
   const Field& position() const override { return position_; }
   /// @param own the multipliers over their scales, or by arc length the loads' time
   void move_to(const Field& position, const Eigen::VectorXd& own) override;
-  void forget() override { is_evaluated_ = false; }
+  void forget() override { sum_.forget(); }
   Eigen::VectorXd own_unknowns() const override;
   bool leaves_held_behind() override;
 
@@ -187,7 +188,7 @@ class StepPotential : public StepPart, public GasFilled {
   void begin_path(const StepStart& start);
   double along_path() const;
   void set_unit_length(Field& direction) const;
-  void evaluate();
+  void evaluate() { sum_.evaluate(potentials_, model_.constraints.projectors(), position_, owned()); }
   PetscInt owned() const { return model_.elements.membrane().particles.owned; }
   MPI_Comm comm() const { return model_.elements.membrane().comm(); }
 
@@ -220,13 +221,9 @@ class StepPotential : public StepPart, public GasFilled {
   double path_length_ = 0;          ///< s [m]
   double left_ = 0;                 ///< of what is not positive in the tangent, 0 to 1
 
-  // Of the potentials at `position_`, if they are evaluated; the gas beside them knows of its own.
-  bool is_evaluated_ = false;
-  double potentials_value_ = 0;         ///< this rank's share of their sum [J]
-  Eigen::Matrix3Xd gradient_;           ///< of the sum (3 x owned) [N]
-  Eigen::Matrix3Xd with_gas_;           ///< likewise, with that of the gas
-  Eigen::Matrix3Xd of_potential_;       ///< the gradient of one of them
-  std::vector<double> squared_forces_;  ///< of each, and of the gas last: this rank's part [N^2]
+  PotentialSum sum_;                    ///< of the potentials at `position_`; the gas beside them knows of its own
+  Eigen::Matrix3Xd with_gas_;           ///< its gradient together with that of the gas (3 x owned) [N]
+  std::vector<double> squared_forces_;  ///< of each potential, and of the gas last: this rank's part [N^2]
 };
 
 }  // namespace equilibrium

@@ -271,10 +271,9 @@ std::string Chambers::imbalance(const GasExchange& exchange, const Eigen::Vector
     for (const int row : {0, 1}) {
       const double most = tolerance * residuals.scale(row, chamber);
       if ((row == 0 || !keeps_temperature[chamber]) && !(std::abs(residuals.sum(row, chamber)) <= most)) {
-        std::string text = fmt::format(
-            "the ledger of the {} in chamber {} is off by {:.2g} {}, expected at most {:.2g}",
-            row == 0 ? "amount" : "energy", name(chamber), residuals.sum(row, chamber), row == 0 ? "mol" : "J", most);
-        return text;
+        return fmt::format("the ledger of the {} in chamber {} is off by {:.2g} {}, expected at most {:.2g}",
+                           row == 0 ? "amount" : "energy", name(chamber), residuals.sum(row, chamber),
+                           row == 0 ? "mol" : "J", most);
       }
     }
   }

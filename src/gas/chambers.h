@@ -41,7 +41,7 @@ struct GasState {
 /// to all that it encloses, the chambers inside it included: W, and dW/dx, by which the pressure across it acts. The
 /// volume V of a chamber's gas is that of its wall less those of the walls inside it.
 ///
-/// What gas has been exchanged is not known here: functions that need it take the GasExchange of the object's state.
+/// Chambers do not know how much gas has been exchanged: their functions take the GasExchange of the object's state.
 /// The gas of chambers changes by what FlowingGas finds.
 class Chambers {
  public:
@@ -246,7 +246,7 @@ class Chambers {
                         const GasNetwork::End& end) const;
   void add_link_flows(GasExchange& exchange, Eigen::VectorXd& energy, const Vessels& vessels,
                       const GasNetwork::End& end) const;
-  /// What a step changes in a joined chamber.
+  /// Heat and work of the gas of a joined chamber in a step.
   struct EnergyBalance {
     double heat = 0;  ///< that the gas gains, see VesselGas [mol K]
     double work = 0;  ///< that it does [J]

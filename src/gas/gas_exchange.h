@@ -10,9 +10,9 @@
 namespace pellicle {
 inline namespace gas {
 
-/// What links and walls have brought into the chambers of an object since time 0, and which gas is on both sides of
-/// each wall. An object has one, in its registered state; chambers and networks take it as an argument and keep no
-/// copy.
+/// The gas and heat that links and walls have brought into the chambers of an object since time 0, and the gas on both
+/// sides of each wall. An object has one GasExchange, in its registered state; chambers and networks take it as an
+/// argument and keep no copy.
 struct GasExchange {
   /// Nothing has been exchanged; no chamber lies inside another.
   GasExchange(int chambers, int links);
@@ -31,7 +31,7 @@ struct GasExchange {
   /// which stands for what is left of the chamber [m^3].
   Eigen::VectorXd volume;
 
-  // Which gas is on both sides of the wall of each chamber.
+  // The gas on both sides of the wall of each chamber.
   std::vector<PetscInt> inside;   ///< number of the chamber: its own, or that of which it has become a part
   std::vector<PetscInt> outside;  ///< number of the chamber round it; -1: the ambient air
 

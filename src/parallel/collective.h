@@ -44,7 +44,7 @@ template <class Number, std::size_t count>
   reduce_over_ranks(comm, values.data(), count, MPI_SUM);
   return values;
 }
-/// The same in place. Every rank passes as many values as the others.
+/// Replaces each value by the sum of the values at its place on all ranks, which pass equally many. Collective.
 template <class Number>
 void sum_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
   reduce_over_ranks(comm, values.data(), values.size(), MPI_SUM);
@@ -65,7 +65,8 @@ template <class Number, std::size_t count>
   reduce_over_ranks(comm, values.data(), count, MPI_MAX);
   return values;
 }
-/// The same in place. Every rank passes as many values as the others.
+/// Replaces each value by the largest value of the values at its place on all ranks, which pass equally many.
+/// Collective.
 template <class Number>
 void max_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
   reduce_over_ranks(comm, values.data(), values.size(), MPI_MAX);
@@ -86,7 +87,8 @@ template <class Number, std::size_t count>
   reduce_over_ranks(comm, values.data(), count, MPI_MIN);
   return values;
 }
-/// The same in place. Every rank passes as many values as the others.
+/// Replaces each value by the smallest value of the values at its place on all ranks, which pass equally many.
+/// Collective.
 template <class Number>
 void min_over_ranks(MPI_Comm comm, std::vector<Number>& values) {
   reduce_over_ranks(comm, values.data(), values.size(), MPI_MIN);

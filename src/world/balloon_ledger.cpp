@@ -169,24 +169,21 @@ void BalloonLedger::add(const Inflate& chain, const BalloonState& state, const I
 
 std::vector<std::string> BalloonLedger::remarks() const {
   std::vector<std::string> lines;
-  std::string text;
   if (steps_above_tolerance_ > 0) {
-    text = fmt::format(
+    lines.push_back(fmt::format(
         "residual: {} of {} steps ended above {}: out of balance by {:.2g} of their forces at worst, in step "
         "{}, and by {:.2g} in the last one",
         steps_above_tolerance_, steps_,
         options_.prism.newton == NewtonEnd::converged
             ? "prism.snes_rtol, as far as the rounding of the places lets Newton's method go"
             : "prism.residual_tolerance",
-        worst_residual_, worst_step_, last_residual_);
-    lines.emplace_back(text);
+        worst_residual_, worst_step_, last_residual_));
   }
   if (concave_steps_ > 0) {
-    text = fmt::format(
+    lines.push_back(fmt::format(
         "equilibria: in {} of {} steps, first in step {}, the tangent was not positive definite (history.csv: "
         "concave_iterations): such a step may have several equilibria, and with another length find another",
-        concave_steps_, steps_, first_concave_step_);
-    lines.emplace_back(text);
+        concave_steps_, steps_, first_concave_step_));
   }
   if (cracks_[0] > 0) {
     lines.push_back(crack_line(cracks_));

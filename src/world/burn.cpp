@@ -515,16 +515,16 @@ void Burn::ask_bodies(const State& state, DynamicsResult& result) const {
   }
 }
 
-/// Of a projected sheet: contact moves it from where it is now. In a shorter step it presses harder, as the projection
+/// Of a projected sheet: contact moves it from these positions. In a shorter step it presses harder, as the projection
 /// does, which moves the sheet as far as in a longer one. Collective.
-void Burn::begin_masses(const State& state, double h) {
+void Burn::begin_masses(const State& state, const Field& positions, double h) {
   const double ratio = options_.time.step / h;
   stiffness_ = options_.contact.stiffness.value_or(ratio * ratio * usual_stiffness_);
   if (body_contact_ != nullptr) {
     body_contact_->set_stiffness(stiffness_);
   }
   begin_bodies(state, h);
-  masses_->begin(state.position, {mass_, held_, start_, h});
+  masses_->begin(positions, {mass_, held_, start_, h});
 }
 
 /// Projects the springs, and corrects what has run into bodies.
@@ -638,9 +638,15 @@ StageResult Burn::begin_dynamics(State& state, double h) {
   moved_ = {};
   projections_ = 0;
   if (masses_ != nullptr) {
-    project_until_agreed(state);
-    if (moved_.converged) {
-      begin_masses(state, h);
+    if (waits_for_gas()) {  // It stays at its start until it has been projected, see move.
+      begin_masses(state, start_, h);
+    } else {
+      choose_pressures();
+      bool is_done = false;
+      project(state, is_done);
+      if (moved_.converged) {
+        begin_masses(state, state.position, h);
+      }
     }
   } else if (springs_ != nullptr) {
     const auto timer = clock_.time("projection");
@@ -653,13 +659,8 @@ StageResult Burn::begin_dynamics(State& state, double h) {
   return moved_;
 }
 
-/// With gas that is not joined to any other. Collective.
-void Burn::project_until_agreed(State& state) {
-  for (bool is_done = false; !is_done;) {
-    choose_pressures();
-    project(state, is_done);
-  }
-}
+/// Whether a projected sheet cannot be projected before the balance of the objects that its gas is linked to.
+bool Burn::waits_for_gas() const { return push_ && !push_->has_settled() && !pushed_->is_alone(); }
 
 void Burn::choose_pressures() {
   if (push_ && !push_->has_settled()) {
@@ -677,13 +678,18 @@ StageResult Burn::move(bool& is_done) {
   if (masses_ == nullptr) {
     return project(state, is_done);
   }
+  if (waits_for_gas()) {
+    const StageResult result = project(state, is_done);
+    begin_masses(state, state.position, moving_->h);
+    return result;
+  }
   if (const std::optional<double> limit = options_.project.strain_limit; limit) {
     state.position.values() = masses_->position().values();
     if (net_strain(state).largest > *limit && projections_ < options_.project.strain_steps) {
       ++projections_;
       const int iterations = moved_.iterations;
       moved_ = hold_together(state, *moving_);
-      begin_masses(state, moving_->h);
+      begin_masses(state, state.position, moving_->h);
       is_done = false;
       StageResult result = moved_;
       moved_.iterations += iterations;

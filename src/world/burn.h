@@ -111,7 +111,7 @@ class Burn : public Motion {
   /// The rest of the step. @param balance how it was found @param step result of `begin`
   void end(State& state, const EquilibriumResult& balance, BurnStep& step);
 
-  // The stages of a step of length h [s], in the order in which `advance` runs them. They read and leave fields with
+  // The stages of a step of length h [s], in the order in which a step runs them. They read and leave fields with
   // ghosts up to date. After one that has not converged the state may be anything. Collective.
 
   /// Sources, burning, surroundings and conduction change the temperatures.
@@ -125,7 +125,7 @@ class Burn : public Motion {
   StageResult begin_dynamics(State& state, double h);
   /// Velocities, and the work of the step, from the balance.
   DynamicsResult end_dynamics(State& state, const EquilibriumResult& balance);
-  /// Cracks what `dynamics` has pulled too hard, if anything can crack. @returns whether anything has, on any rank
+  /// Cracks what the motion has pulled too hard, if anything can crack. @returns whether anything has, on any rank
   bool tear(State& state);
   /// Moves the clock, unless heat is unaccounted for: a stage that heats or cools by itself adds what the particles of
   /// this rank got or gave to `state.heat_in` or `state.heat_out`.
@@ -161,10 +161,10 @@ class Burn : public Motion {
   void set_lengths(State& state);
   BurnStep begin_burning(State& state, double h);
   ContactStep move_freely(State& state, double h);
-  void project_until_agreed(State& state);
+  bool waits_for_gas() const;
   StageResult project(State& state, bool& is_done);
   DynamicsResult hold_together(State& state, const ContactStep& contact);
-  void begin_masses(const State& state, double h);
+  void begin_masses(const State& state, const Field& positions, double h);
   void begin_bodies(const State& state, double h);
   void take_balance(State& state, const EquilibriumResult& balance);
   void ask_bodies(const State& state, DynamicsResult& result) const;

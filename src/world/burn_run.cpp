@@ -171,11 +171,10 @@ std::string default_stiffness_remark(const Options& options) {
       options.sheet.thickness > thin) {
     return "";
   }
-  std::string text = fmt::format(
+  return fmt::format(
       "sheet.tensile_stiffness: {:.4g} N/m, the default, not that of a material {:.3g} m thick (sheet.thickness): "
       "such paper has some {:.1g} N/m; expected sheet.young_modulus with sheet.physical_thickness, or stiffnesses",
       stiffness_of(material).tensile[0], options.sheet.thickness, of_paper * options.sheet.thickness);
-  return text;
 }
 
 /// Refuses a threshold below which a projection would leave the sheet as it is, unless a limit of the strain bounds
@@ -207,7 +206,7 @@ BurnRun::BurnRun(Sheet sheet, const Options& options, const ObjectOutput& output
       ledger_(std::make_unique<SheetLedger>(output_, options_, burn_->chambers())) {
   require_threshold(*sheet_, options);
   burn_->follow(*state_);
-  refuse_starts_in_bodies(options.contact, *this, burn_->bodies());
+  refuse_start_in_bodies(*this, burn_->bodies());
 }
 
 BurnRun::BurnRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -253,8 +252,7 @@ StepResult BurnRun::result() {
   result.iterations = last_.heat_iterations + last_.dynamics_iterations;
   result.step_error = last_.step_error;
   result.newton_iterations = last_.newton_iterations;
-  std::string figures = fmt::format("|C| {:.3e} m", last_.constraint_error);
-  result.figures = figures;
+  result.figures = fmt::format("|C| {:.3e} m", last_.constraint_error);
   return result;
 }
 
@@ -441,9 +439,10 @@ std::vector<std::string> BurnRun::first_remarks() const {
   }
   constexpr double worth_a_word = 1.05;
   if (const double excess = burn_->largest_excess(); excess > worth_a_word) {
-    std::string times = fmt::format("{:.2g}", excess);
-    lines.push_back("some cells are so long that the sheet is " + std::string(times) +
-                    " times as stiff along them as asked for; expected sides that differ by 1.7 at most");
+    lines.push_back(
+        fmt::format("some cells are so long that the sheet is {:.2g} times as stiff along them as asked for; expected "
+                    "sides that differ by 1.7 at most",
+                    excess));
   }
   if (const std::string words = burn_->crack_remark(); !words.empty()) {
     lines.push_back(words);

@@ -36,8 +36,7 @@ std::string deck_table(std::size_t deck, const std::string& what) {
 
 /// The last line of a checkpoint. @param bytes before it
 std::string last_line(unsigned long sum, long long bytes) {
-  std::string text = fmt::format("\npellicle checkpoint crc32 {:08x} bytes {:016d}\n", sum, bytes);
-  return text;
+  return fmt::format("\npellicle checkpoint crc32 {:08x} bytes {:016d}\n", sum, bytes);
 }
 
 /// The paths of the checkpoints in a folder, by their steps. Not collective.
@@ -119,10 +118,7 @@ Checkpoints::Checkpoints(OutputFolder& folder, const CheckpointOptions& options,
   });
 }
 
-std::string Checkpoints::name_of(int step) {
-  std::string name = fmt::format("checkpoint_{:06d}.h5", step);
-  return name;
-}
+std::string Checkpoints::name_of(int step) { return fmt::format("checkpoint_{:06d}.h5", step); }
 
 bool Checkpoints::due_by_steps(int step) const {
   return lacks(step) && options_.interval_steps > 0 && step % options_.interval_steps == 0;

@@ -256,9 +256,9 @@ std::string settle_start(const ContactOptions& options, const std::vector<Starti
   return tangle_words(crossings, surfaces) + text;
 }
 
-void refuse_starts_in_bodies(const ContactOptions& options, Object& object, const std::vector<Body>& bodies) {
-  const Surface& surface = *object.motion().contact_part().surface;
-  const double least = BodyContact::tolerance * contact_thickness(surface, options);
+void refuse_start_in_bodies(Object& object, const std::vector<Body>& bodies) {
+  const Surface& surface = object.surface();
+  const double least = BodyContact::tolerance * object.motion().contact_part().thickness_or_usual();
   const ObjectState& state = object.state();
   const std::vector<bool> held = object.motion().held();
   std::string inside = particles_inside(bodies, state.time, surface.particles, state.position, held, least);

@@ -24,7 +24,7 @@ struct StartingObject {
 /// is more than ten mean sides of its mesh
 std::string settle_start(const ContactOptions& options, const std::vector<StartingObject>& objects);
 /// Refuses an object that starts inside a body. Collective. @throws Error that names particle or triangle, and body
-void refuse_starts_in_bodies(const ContactOptions& options, Object& object, const std::vector<Body>& bodies);
+void refuse_start_in_bodies(Object& object, const std::vector<Body>& bodies);
 
 }  // namespace world
 }  // namespace pellicle

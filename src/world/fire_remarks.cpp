@@ -50,33 +50,28 @@ std::vector<std::string> front_remarks(const Options& options, double mean_side)
   }
   constexpr double least_cells = 2;
   const double cells = front->width / mean_side;
-  std::string text =
+  std::string line =
       fmt::format("fire: without losses of heat a front goes at about {:.2g} m/s and is {:.2g} m wide, {:.2g} cells",
                   front->speed, front->width, cells);
-  std::string line = text;
   if (cells < least_cells) {
-    text = fmt::format(
+    line += fmt::format(
         "; on so few it goes by the mesh, and may die: expected 2 at least, sides of {:.2g} m here, or a larger "
         "heat.diffusivity or a smaller combustion.mass_loss_rate",
         front->width / least_cells);
-    line += text;
   }
   return {line};
 }
 
 std::vector<std::string> fire_remarks(const Options& options, const FireRecord& record) {
-  std::string text;
   if (record.last_time < 0 && options.combustion.mass_loss_rate > 0 &&
       is_heated_beyond(options.heat.initial_temperature, options)) {
-    text = fmt::format(
+    return {fmt::format(
         "fire: nothing has caught fire; the hottest was {:.4g} K, combustion.ignition_temperature is {:.4g} K",
-        record.hottest, options.combustion.ignition_temperature);
-    return {text};
+        record.hottest, options.combustion.ignition_temperature)};
   }
   if (record.last_time >= 0 && record.last_time < record.present_time) {
-    text = fmt::format("fire: it went out at {}, when {:.3g} % of the mass had burnt", time_text(record.last_time),
-                       100 * record.burnt);
-    return {text};
+    return {fmt::format("fire: it went out at {}, when {:.3g} % of the mass had burnt", time_text(record.last_time),
+                        100 * record.burnt)};
   }
   return {};
 }

@@ -69,10 +69,8 @@ std::string GasHeat::end_step(const Chambers& chambers, const Eigen::VectorXd& g
   for (Eigen::Index chamber = 0; chamber < given.size(); ++chamber) {
     const double rest = sums(chamber, 0) + given[chamber];
     if (!(std::abs(rest) <= tolerance * (sums(chamber, 1) + std::abs(given[chamber])))) {
-      std::string text =
-          fmt::format("the ledger of the heat between chamber {} and walls is off by {:.2g} J of {:.2g} J",
-                      chambers.name(static_cast<int>(chamber)), rest, std::abs(given[chamber]));
-      return text;
+      return fmt::format("the ledger of the heat between chamber {} and walls is off by {:.2g} J of {:.2g} J",
+                         chambers.name(static_cast<int>(chamber)), rest, std::abs(given[chamber]));
     }
   }
   return "";

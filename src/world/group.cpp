@@ -145,7 +145,7 @@ std::vector<GroupPlan> plan_groups(const std::deque<ObjectOptions>& objects) {
     members.push_back(&objects[i]);
     coupled.objects.push_back(i);
     coupled.names.push_back(objects[i].name);
-    coupled.touches.push_back(options.contact.self && (touches_others || can_balance(options)));
+    coupled.touches.push_back(options.contact.self);
     if (options.time.arc_length) {
       throw Error(objects[i].name +
                   ": time.arc_length: does not go with objects that touch or are linked, expected none");
@@ -235,24 +235,35 @@ std::vector<std::string> Group::first_remarks() {
   return lines;
 }
 
+/// The places of the objects that are not gone.
+std::vector<std::size_t> Group::present() const {
+  std::vector<std::size_t> present;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    if (!objects_[i]->is_gone()) {
+      present.push_back(i);
+    }
+  }
+  return present;
+}
+
 /// Made anew whenever an object has been numbered anew or is gone. @returns null: nothing is left
 Equilibrium* Group::equilibrium() {
   std::vector<std::pair<const Object*, int>> numbering;
-  std::vector<CoupledMotion> motions;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (is_present(i)) {
-      numbering.emplace_back(objects_[i], objects_[i]->replaced());
-      motions.push_back({plan_.names[i], &objects_[i]->motion(), plan_.touches[i]});
-    }
+  for (const std::size_t i : present()) {
+    numbering.emplace_back(objects_[i], objects_[i]->replaced());
   }
-  if (numbering != numbering_) {
-    numbering_ = std::move(numbering);
-    equilibrium_ = nullptr;
-    if (!motions.empty()) {
-      equilibrium_ =
-          std::make_unique<Equilibrium>(motions, plan_.contact, plan_.newton, *clock_of_balance_,
-                                        plan_.is_single() ? motions.front().motion->stage() : "implicit step");
-    }
+  if (numbering == numbering_) {
+    return equilibrium_.get();
+  }
+  numbering_ = std::move(numbering);
+  equilibrium_ = nullptr;
+  std::vector<CoupledMotion> motions;
+  for (const std::size_t i : present()) {
+    motions.push_back({plan_.names[i], &objects_[i]->motion(), plan_.touches[i]});
+  }
+  if (!motions.empty()) {
+    equilibrium_ = std::make_unique<Equilibrium>(motions, plan_.contact, plan_.newton, *clock_of_balance_,
+                                                 plan_.is_single() ? motions.front().motion->stage() : "implicit step");
   }
   return equilibrium_.get();
 }
@@ -268,12 +279,7 @@ StepResult Group::advance(double h) {
     all.reason = result.converged ? "" : heading(i) + result.reason;
     return result.converged;
   };
-  std::vector<std::size_t> present;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (is_present(i)) {
-      present.push_back(i);
-    }
-  }
+  const std::vector<std::size_t> present = this->present();
   for (const std::size_t i : present) {
     const StepResult begun = objects_[i]->begin(h);
     all.iterations += begun.iterations;
@@ -315,8 +321,8 @@ StepResult Group::advance(double h) {
 
 void Group::accept() {
   std::vector<Object*> touching;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    if (is_present(i) && plan_.touches[i]) {
+  for (const std::size_t i : present()) {
+    if (plan_.touches[i]) {
       touching.push_back(objects_[i]);
     }
   }
@@ -365,8 +371,8 @@ void Group::record(double time, int step) {
                              last_.over_tolerance};
   if (plan_.contact.check) {
     std::vector<PlacedSurface> surfaces;
-    for (std::size_t i = 0; i < objects_.size(); ++i) {
-      if (is_present(i) && plan_.touches[i]) {
+    for (const std::size_t i : present()) {
+      if (plan_.touches[i]) {
         surfaces.push_back({objects_[i]->surface(), objects_[i]->state().position, objects_[i]->motion().living()});
       }
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -16,8 +17,8 @@
 namespace pellicle {
 inline namespace world {
 
-/// Which objects of a run are brought into balance together, because they touch each other or their chambers are
-/// linked, and how. An object that does neither is a group of its own.
+/// The plan of a group: the objects of a run that are brought into balance together, because they touch each other or
+/// their chambers are linked, and how that is done. An object that does neither is a group of its own.
 struct GroupPlan {
   std::vector<std::size_t> objects;  ///< which, by their places in the run
   std::vector<std::string> names;    ///< of them
@@ -46,7 +47,7 @@ class Group {
   /// @throws Error on links between objects whose gas or air differs
   Group(GroupPlan plan, std::vector<std::pair<Object*, StageClock*>> objects, OutputFolder& folder);
 
-  /// A step of length h [s] of all objects that are not gone.
+  /// Makes a step of length h [s] of all objects that are not gone.
   StepResult advance(double h);
   /// See Object::accept, when all objects of the run have accepted.
   void accept();
@@ -70,7 +71,7 @@ class Group {
   StageClock* clock() { return plan_.is_single() ? nullptr : &clock_; }
 
  private:
-  bool is_present(std::size_t i) const { return !objects_[i]->is_gone(); }
+  std::vector<std::size_t> present() const;
   Equilibrium* equilibrium();
   std::string heading(std::size_t i) const { return heading_of(plan_.names[i]); }
 

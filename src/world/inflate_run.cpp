@@ -64,7 +64,7 @@ InflateRun::InflateRun(Membrane membrane, const Options& options, const ObjectOu
       surface_(drawing_of(*membrane_, whole_surface(*membrane_))),
       ledger_(std::make_unique<BalloonLedger>(output_, *inflate_)) {
   inflate_->follow(*state_);
-  refuse_starts_in_bodies(options.contact, *this, inflate_->bodies());
+  refuse_start_in_bodies(*this, inflate_->bodies());
 }
 
 InflateRun::InflateRun(const Hdf5File& checkpoint, const Options& options, const ObjectOutput& output)
@@ -115,8 +115,7 @@ StepResult InflateRun::result() {
   result.step_error = last_.step_error;
   result.newton_iterations = last_.newton_iterations;
   if (state_->pressure.size() > 0) {
-    std::string figures = fmt::format("p {:.4g} Pa", state_->pressure[0]);
-    result.figures = figures;
+    result.figures = fmt::format("p {:.4g} Pa", state_->pressure[0]);
   }
   return result;
 }

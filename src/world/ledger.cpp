@@ -60,8 +60,7 @@ void append(Values& values, const Values& more) {
 }  // namespace
 
 std::string crack_line(const std::array<double, 2>& cracks) {
-  std::string text = fmt::format("cracks: {:.0f} sides of cells, {:.4g} m", cracks[0], cracks[1]);
-  return text;
+  return fmt::format("cracks: {:.0f} sides of cells, {:.4g} m", cracks[0], cracks[1]);
 }
 
 std::vector<History::Column> body_columns(const std::vector<std::string>& names) {

@@ -172,9 +172,8 @@ std::vector<std::string> mesh_lines(const MeshReport& report, const Options& opt
 std::string partition_line(const Surface& points) {
   int ranks = 1;
   MPI_Comm_size(points.comm(), &ranks);
-  std::string text = fmt::format("ranks: {}; partition: edge cut {}, imbalance {:.3f}", ranks,
-                                 static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
-  return text;
+  return fmt::format("ranks: {}; partition: edge cut {}, imbalance {:.3f}", ranks,
+                     static_cast<int>(points.partition.edge_cut), points.partition.imbalance);
 }
 
 }  // namespace world

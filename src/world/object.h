@@ -80,7 +80,7 @@ class Object {
   virtual StepResult begin(double h) = 0;
   /// Of the step that has begun.
   virtual Motion& motion() = 0;
-  /// What is drawn of it.
+  /// The surface of which triangles are drawn.
   const Surface& surface() { return *motion().contact_part().surface; }
   /// The rest of the step. @param balance how the balance was found
   virtual StepResult end(const EquilibriumResult& balance) = 0;

@@ -385,6 +385,14 @@ void describe_exclusions(OptionTable& table, const Options& options) {
           "a balloon that heats, burns or tears, of which fire takes away", "incompressible, plane_stress or fixed",
           keeps_wall_volume, burns);
   exclude(
+      "sheet.layers: 1", "dynamics: elastic or spring", "dynamics: projection",
+      [&options, is_sheet] { return is_sheet() && options.sheet.layers == 1; },
+      [&options] { return options.dynamics != Dynamics::projection; });
+  exclude(
+      "time.tolerance", "dynamics: projection or spring, the error of whose steps is not known", "0",
+      [&options, is_sheet] { return is_sheet() && options.time.tolerance > 0; },
+      [&options] { return options.dynamics != Dynamics::elastic; });
+  exclude(
       "ablation.strength", "dynamics: spring, whose springs all pull alike", "elastic or projection",
       [&options] { return options.ablation.strength.has_value(); },
       [&options] { return options.chain == ChainKind::burn && options.dynamics == Dynamics::spring; });

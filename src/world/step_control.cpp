@@ -64,22 +64,19 @@ std::vector<std::string> remarks_of(const StepCounts& counts, const TimeOptions&
   if (counts.steps == 0) {
     return lines;
   }
-  std::string text;
   if (counts.retries > 0) {
-    text = fmt::format(
+    lines.push_back(fmt::format(
         "steps: {} of {} were tried again, {} times in all with half the length; they were {} long in the mean: "
         "try time.step {:.2g}",
         counts.tried_again, counts.steps, counts.retries, time_text(counts.length / counts.steps),
-        std::min(options.step / 2, counts.length / counts.steps));
-    lines.emplace_back(text);
+        std::min(options.step / 2, counts.length / counts.steps)));
   }
   constexpr double many = 10;
   if (const double mean = static_cast<double>(counts.newton_iterations) / counts.steps; mean > many) {
-    text = fmt::format(
+    lines.push_back(fmt::format(
         "Newton's method: {:.1f} iterations a step in the mean: try a time.step of {:.2g}, from whose start the end "
         "is nearer, or a softer material, gas or contact",
-        mean, options.step / 2);
-    lines.emplace_back(text);
+        mean, options.step / 2));
   }
   return lines;
 }

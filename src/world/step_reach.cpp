@@ -50,12 +50,12 @@ std::string beyond_reach(const Options& options, const Surface& surface, const O
   const auto [size, of_vertices] = size_and_way(options, surface, state, h);
   // Negated, so that what is not a number is a fault, too.
   const auto too_far = [&](const std::string& what, double far) {
-    std::string text;
-    if (!(far <= most_sizes * size)) {
-      text = fmt::format(" would move by {:.3g} m in the step, expected at most {:.3g} m, 1000 times the object's size",
+    return far <= most_sizes * size
+               ? ""
+               : what +
+                     fmt::format(
+                         " would move by {:.3g} m in the step, expected at most {:.3g} m, 1000 times the object's size",
                          far, most_sizes * size);
-    }
-    return text[0] == '\0' ? "" : what + text;
   };
   std::string words = too_far("a vertex", of_vertices);
   const auto look_at = [&](const std::string& key, const auto& objects) {

@@ -36,11 +36,9 @@ World::World(OutputFolder& folder, const OutputOptions& options, std::vector<Mem
       writer_(folder, options, parts_of(members_), parts_of(bodies_)),
       fields_are_to_be_checked_(!options.fields.empty()) {
   writer_.reserve_names();
-  for (GroupPlan plan : groups) {
+  for (const GroupPlan& plan : groups) {
     std::vector<std::pair<Object*, StageClock*>> objects;
-    plan.names.clear();
     for (const std::size_t i : plan.objects) {
-      plan.names.push_back(members_[i].name);
       objects.emplace_back(members_[i].object.get(), members_[i].clock.get());
     }
     groups_.push_back(std::make_unique<Group>(plan, objects, folder));

@@ -79,15 +79,17 @@ struct Scene {
   }
 
   /// Each of two objects is balanced alone.
-  static std::vector<GroupPlan> apart() {
+  static std::vector<GroupPlan> apart(const std::string& first, const std::string& second) {
     std::deque<ObjectOptions> objects;
-    objects.emplace_back("a").options.chain = ChainKind::burn;
-    objects.emplace_back("b").options.chain = ChainKind::inflate;
+    objects.emplace_back(first).options.chain = ChainKind::burn;
+    objects.emplace_back(second).options.chain = ChainKind::inflate;
     return plan_groups(objects);
   }
   /// In a folder of its own.
   World world_of(World::Member first, World::Member second) {
-    return {other_folder.output, objects.front().options.output, list(std::move(first), std::move(second)), apart()};
+    const std::vector<GroupPlan> groups = apart(first.name, second.name);
+    std::vector<World::Member> members = list(std::move(first), std::move(second));
+    return {other_folder.output, objects.front().options.output, std::move(members), groups};
   }
   /// Steps of length h to the end.
   void run(World& other) {
@@ -102,7 +104,7 @@ struct Scene {
   RunFolder folder{objects.front().options.output};
   RunFolder other_folder{elsewhere(objects.front().options.output)};
   World world{folder.output, objects.front().options.output, list(member(0, folder.output), member(1, folder.output)),
-              apart()};
+              apart("sheet", "balloon")};
 };
 
 /// A step of the world, which must succeed, with its frame and rows.
@@ -278,7 +280,7 @@ TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
   {
     RunFolder chosen(output);
     World world(chosen.output, output, Scene::list(scene.member(0, chosen.output), scene.member(1, chosen.output)),
-                Scene::apart());
+                Scene::apart("sheet", "balloon"));
     world.draw();
     world.record(0, 0);
   }
@@ -299,7 +301,7 @@ TEST(World, AChosenFieldMustBeOneObjectsAtLeast) {
   output.directory = folder / "other";
   RunFolder other(output);
   World world(other.output, output, Scene::list(scene.member(0, other.output), scene.member(1, other.output)),
-              Scene::apart());
+              Scene::apart("sheet", "balloon"));
   std::string fault;
   try {
     world.draw();
