@@ -1,12 +1,25 @@
 # What pellicle links: looked up when it is built and, by the installed package, for those who link it.
 include(CMakeFindDependencyMacro)
-find_dependency(MPI COMPONENTS C CXX)
+find_dependency(MPI COMPONENTS CXX)
 find_dependency(PkgConfig)
 find_dependency(Eigen3 3.4 NO_MODULE)
 find_dependency(yaml-cpp)
 find_dependency(fmt)
+
+# VTK links MPI::MPI_C, which CMake has only for projects with the language C. Without it the target for C++, whose library
+# is the same, takes its place, and VTK need not look for it.
+get_property(pellicle_languages GLOBAL PROPERTY ENABLED_LANGUAGES)
+if(NOT C IN_LIST pellicle_languages)
+  if(NOT TARGET MPI::MPI_C)
+    add_library(MPI::MPI_C INTERFACE IMPORTED)
+    set_target_properties(MPI::MPI_C PROPERTIES INTERFACE_LINK_LIBRARIES MPI::MPI_CXX)
+  endif()
+  set(CMAKE_DISABLE_FIND_PACKAGE_MPI TRUE)
+endif()
 find_dependency(VTK 9.1 COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc FiltersCore IOXML
                 IOGeometry IOPLY IOLegacy IOImage ParallelCore ParallelMPI FiltersVerdict)
+unset(CMAKE_DISABLE_FIND_PACKAGE_MPI)
+
 find_dependency(PNG)
 find_dependency(ZLIB)
 find_dependency(LAPACK)
