@@ -26,8 +26,8 @@ volatile std::sig_atomic_t waiting = 0;
 volatile std::sig_atomic_t is_continued = 0;  ///< by SIGCONT
 volatile std::sig_atomic_t is_first_rank = 1;
 
-// The state of until_stopped, the same on all ranks.
-bool may_leave = false;
+// The state of until_stopped, the same on all ranks that do its work.
+MPI_Comm comm_of_work = MPI_COMM_NULL;  ///< null: no work is in progress
 bool may_leave_at_sigcont = false;
 int agreed = 0;  ///< the signal at which its work is left
 
@@ -138,29 +138,29 @@ void defer_stop_signals() {
   sigaction(SIGCONT, &action, nullptr);
 }
 
-int stop_signal() {
+int stop_signal(MPI_Comm comm) {
   std::array<int, 2> any{is_continued, waiting};
-  MPI_Allreduce(MPI_IN_PLACE, any.data(), 2, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  MPI_Allreduce(MPI_IN_PLACE, any.data(), 2, MPI_INT, MPI_MAX, comm);
   return signal_of(any[0] != 0, any[1]);
 }
 
-int until_stopped(const std::function<void()>& work, bool heeds_sigcont) {
-  may_leave = true;
+int until_stopped(MPI_Comm comm, const std::function<void()>& work, bool heeds_sigcont) {
+  comm_of_work = comm;
   may_leave_at_sigcont = heeds_sigcont;
   agreed = 0;
   try {
     work();
   } catch (const Stopped&) {
   } catch (...) {
-    may_leave = false;
+    comm_of_work = MPI_COMM_NULL;
     throw;
   }
-  may_leave = false;
+  comm_of_work = MPI_COMM_NULL;
   return std::exchange(agreed, 0);
 }
 
 bool StopPoint::pass() {
-  if (!may_leave || agreed != 0) {
+  if (comm_of_work == MPI_COMM_NULL || agreed != 0) {
     return agreed != 0;
   }
   if (--left_ > 0) {
@@ -169,7 +169,7 @@ bool StopPoint::pass() {
   const double now = MPI_Wtime();
   std::array<double, 3> largest{may_leave_at_sigcont && is_continued != 0 ? 1.0 : 0.0, static_cast<double>(waiting),
                                 now - last_};
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 3, MPI_DOUBLE, MPI_MAX, comm_of_work);
   last_ = now;
   agreed = signal_of(largest[0] != 0, static_cast<int>(largest[1]));
   const double wanted = passes_ * time_between / std::max(largest[2], 1e-9);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <functional>
 #include <string>
 
@@ -36,22 +38,24 @@ void release_stop_signals();
 /// collective.
 void defer_stop_signals();
 
-/// The signal that has been noted on any rank, SIGCONT only if there is no other, and only once; 0 if there is none.
-/// Collective on MPI_COMM_WORLD.
-int stop_signal();
+/// The signal that has been noted on any rank of the communicator, SIGCONT only if there is no other, and only once; 0
+/// if there is none. Collective.
+int stop_signal(MPI_Comm comm);
 
-/// Does work that the ranks do together, which leaves off at its next StopPoint once a signal has been noted.
-/// Collective on MPI_COMM_WORLD. @param heeds_sigcont whether at SIGCONT, too
+/// Does work that the ranks of the communicator do together, which leaves off at its next StopPoint once a signal has
+/// been noted on one of them. Collective. @param heeds_sigcont whether at SIGCONT, too
 /// @returns the signal at which it was left, the same on all ranks; 0: it is done
-int until_stopped(const std::function<void()>& work, bool heeds_sigcont = false);
+int until_stopped(MPI_Comm comm, const std::function<void()>& work, bool heeds_sigcont = false);
 
 /// A place that all ranks pass again and again while they work together, such as an iteration of a linear solver. Now
 /// and then they ask each other there for signals: after so many passes that about a tenth of a second lies between,
 /// by the clock of the slowest rank, but after 64 at most; as all ranks know this number, they ask together, and leave
-/// the work in the same pass. Outside of until_stopped a pass does nothing.
+/// the work in the same pass. Outside of until_stopped a pass does nothing. It belongs to the ranks that pass it: the
+/// works in which they do so are all of one communicator.
 class StopPoint {
  public:
-  /// Collective on MPI_COMM_WORLD. @returns whether the work is to be left, the same on all ranks
+  /// Collective on the communicator of until_stopped. @returns whether the work is to be left, the same on all its
+  /// ranks
   bool pass();
 
  private:

@@ -48,6 +48,8 @@ class Console {
   /// @param clocks not empty, by the names of the objects whose stages they time; the name of a single one may be empty
   void stage_table(const std::vector<std::pair<std::string, const StageClock*>>& clocks);
 
+  MPI_Comm comm() const { return comm_; }  ///< of the ranks of the run
+
  private:
   MPI_Comm comm_;
   bool is_root_;

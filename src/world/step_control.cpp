@@ -160,7 +160,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
   }
   defer_stop_signals();
   while (!is_last()) {
-    if (const int signal = stop_signal(); signal != 0) {
+    if (const int signal = stop_signal(console.comm()); signal != 0) {
       answer(signal, false);
     }
     chain.keep();
@@ -180,7 +180,8 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
         const bool heeds_sigcont = checkpoints != nullptr && checkpoints->lacks(chain.step());
         int signal = 0;
         try {
-          signal = until_stopped([&] { step = chain.advance(h); }, heeds_sigcont);
+          signal = until_stopped(
+              console.comm(), [&] { step = chain.advance(h); }, heeds_sigcont);
         } catch (const Error&) {
           chain.restore();
           try {
@@ -191,7 +192,7 @@ void run_steps(Chain& chain, const TimeOptions& options, Console& console, Check
           throw;
         }
         if (signal == 0 && !step.converged) {
-          signal = stop_signal();
+          signal = stop_signal(console.comm());
         }
         if (signal == 0) {
           return step.converged;

@@ -125,12 +125,13 @@ TEST(Ksp, a_solve_is_left_at_a_signal) {
       defer_stop_signals();
       check(KSPMonitorCancel(ksp));
       check(KSPMonitorSet(ksp, raise_signal, &iteration, nullptr));
-      EXPECT_EQ(until_stopped([&] { solve(ksp, chain.b, chain.x); }), SIGUSR1) << what;
+      EXPECT_EQ(until_stopped(PETSC_COMM_WORLD, [&] { solve(ksp, chain.b, chain.x); }), SIGUSR1) << what;
       PetscInt iterations = 0;
       check(KSPGetIterationNumber(ksp, &iterations));
       EXPECT_LE(iterations, iteration + 64) << what;
       check(KSPMonitorCancel(ksp));
-      EXPECT_EQ(until_stopped([&] { solve(ksp, chain.b, chain.x); }), SIGUSR1) << "before the solve, " << what;
+      EXPECT_EQ(until_stopped(PETSC_COMM_WORLD, [&] { solve(ksp, chain.b, chain.x); }), SIGUSR1)
+          << "before the solve, " << what;
     }
   }
   defer_stop_signals();

@@ -434,10 +434,10 @@ TEST(Newton, leaves_off_at_a_signal) {
     };
     Newton newton(cubes.matrix, "cubes_", problem, cubes.defaults());
     check(VecSet(cubes.x, 2));
-    EXPECT_EQ(until_stopped([&] { newton.solve(cubes.x); }), SIGUSR2) << type;
+    EXPECT_EQ(until_stopped(PETSC_COMM_WORLD, [&] { newton.solve(cubes.x); }), SIGUSR2) << type;
     EXPECT_EQ(solves, 1) << type;
     Newton another(cubes.matrix, "cubes_", problem, cubes.defaults());
-    EXPECT_EQ(until_stopped([&] { another.solve(cubes.x); }), SIGUSR2) << type;
+    EXPECT_EQ(until_stopped(PETSC_COMM_WORLD, [&] { another.solve(cubes.x); }), SIGUSR2) << type;
     EXPECT_EQ(solves, std::string(type) == SNESKSPONLY ? 2 : 1) << "left before it asks for a Jacobian, " << type;
   }
   defer_stop_signals();
