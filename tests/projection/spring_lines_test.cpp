@@ -174,7 +174,7 @@ TEST_P(SpringLinesOfAGrid, end_at_separators_that_are_numbered_along_them) {
 TEST_P(SpringLinesOfAGrid, have_no_separators_where_these_would_be_too_many) {
   make(7, 5);
   for (const LineFamily* family : {&lines_.eliminated, &lines_.kept}) {
-    if (ranks() > 1) {  // As soon as a line goes on: 10 springs of each rank for each separator.
+    if (ranks() > 1) {  // A separator is worth 10 springs of each rank.
       EXPECT_LE(10 * family->separators_of_all * ranks(), springs().layout.global);
     }
     EXPECT_EQ(sum_over_ranks(PETSC_COMM_WORLD, static_cast<int>(family->separators.size())), family->separators_of_all);
